@@ -1,0 +1,46 @@
+# Every library that tagrid uses, found with CMake's own means. Why each is used: docs/design.md.
+find_package(PkgConfig QUIET)
+
+macro(tagrid_require package debian_package)
+  find_package(${package} ${ARGN} QUIET)
+  if(NOT ${package}_FOUND)
+    message(FATAL_ERROR "${package} was not found. On Debian: apt-get install ${debian_package}\n"
+                        "tools/quickstart.sh installs everything that is needed.")
+  endif()
+endmacro()
+
+# For libraries without a CMake package: an imported target from its header and library.
+function(tagrid_require_library target header library debian_package)
+  find_path(${library}_INCLUDE_DIR ${header})
+  find_library(${library}_LIBRARY ${library})
+  if(NOT ${library}_INCLUDE_DIR OR NOT ${library}_LIBRARY)
+    message(FATAL_ERROR "${library} (${header}) was not found. On Debian: apt-get install ${debian_package}\n"
+                        "tools/quickstart.sh installs everything that is needed.")
+  endif()
+  add_library(${target} UNKNOWN IMPORTED GLOBAL)
+  set_target_properties(${target} PROPERTIES IMPORTED_LOCATION ${${library}_LIBRARY}
+                                             INTERFACE_INCLUDE_DIRECTORIES ${${library}_INCLUDE_DIR})
+endfunction()
+
+function(tagrid_require_header target header debian_package)
+  find_path(${target}_INCLUDE_DIR ${header})
+  if(NOT ${target}_INCLUDE_DIR)
+    message(FATAL_ERROR "${header} was not found. On Debian: apt-get install ${debian_package}\n"
+                        "tools/quickstart.sh installs everything that is needed.")
+  endif()
+  add_library(${target} INTERFACE)
+  target_include_directories(${target} INTERFACE ${${target}_INCLUDE_DIR})
+endfunction()
+
+tagrid_require(Threads libc6-dev)
+tagrid_require(TBB libtbb-dev)
+tagrid_require(fmt libfmt-dev)
+tagrid_require(ZLIB zlib1g-dev)
+tagrid_require_library(zstd::libzstd zstd.h zstd libzstd-dev)
+tagrid_require_library(xxhash::xxhash xxhash.h xxhash libxxhash-dev)
+tagrid_require_header(tagrid_cli11 CLI/CLI.hpp libcli11-dev)
+tagrid_require_header(tagrid_json nlohmann/json.hpp nlohmann-json3-dev)
+if(TAGRID_TESTS)
+  tagrid_require(GTest libgtest-dev)
+  tagrid_require(rapidcheck librapidcheck-dev)
+endif()

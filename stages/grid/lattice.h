@@ -1,0 +1,72 @@
+// The bisection hierarchy of the paper, in exact integers.
+//
+// Every lattice point that is not a corner of a root cube is the midpoint of exactly one base edge: the
+// longest edge of the tetrahedra around it, which together are its diamond (the paper's region of influence
+// RI(E)). A point, its base edge, its diamond and the decision to bisect there are the same thing. All of it
+// follows from the coordinates alone:
+//
+//   unit u        the largest power of two, at most S/2, for which x/u, y/u, z/u are integers; not all even
+//   odd = 3       cube centre:   base edge = the body diagonal of its cell (edge 2u)   level 3N+1
+//   odd = 2       face centre:   base edge = a diagonal of the face (edge 2u)          level 3N+2
+//   odd = 1       edge midpoint: base edge = the axis-parallel edge of length 2u       level 3N+3
+//
+// with S the edge of a root cube and 2u = S / 2^N. A diagonal joins the corner whose (in-plane) coordinates,
+// in units of 2u, are all even with the one whose are all odd; at the root, where 2u = S, it is
+// (0,0,0)-(1,1,1) in every cube (the paper's pattern A).
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "grid/box.h"
+
+namespace tagrid {
+
+inline constexpr int min_cube_size = 4;
+inline constexpr int max_cube_size = 256;
+
+/// Number of bisection levels of a root cube of edge S = 2^K: 3K (the paper's Eq. 1).
+constexpr int max_level(int cube_size) {
+  int levels = 0;
+  for (int s = cube_size; s > 1; s /= 2) levels += 3;
+  return levels;
+}
+
+/// At most 8 points, without an allocation.
+struct PointList {
+  std::array<Index3, 8> points{};
+  int size = 0;
+
+  constexpr void push_back(Index3 p) { points[static_cast<std::size_t>(size++)] = p; }
+  constexpr const Index3* begin() const { return points.data(); }
+  constexpr const Index3* end() const { return points.data() + size; }
+  constexpr const Index3& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
+};
+
+struct BaseEdge {
+  Index3 left, right;
+};
+
+/// What the coordinates of a point say about it.
+struct PointClass {
+  int odd = 0;            ///< number of odd coordinates in units of `unit`; 0 only for root corners
+  std::int64_t unit = 0;  ///< u; S for root corners
+  int level = 0;          ///< 0 for root corners, else 1 .. 3K
+  std::array<bool, 3> is_odd{};
+};
+
+/// Class of a point of a lattice with root cubes of edge `cube_size`. Coordinates are not negative.
+PointClass classify(Index3 p, int cube_size);
+
+/// The base edge that `p` halves. REQUIRES: p is no root corner.
+BaseEdge base_edge(Index3 p, const PointClass& c, int cube_size);
+
+/// The points that must be active before `p` can be: the midpoints of the longest edges that border the
+/// diamond of `p`. 3 for a cube centre (none at the root), 2 for a face centre, 4 for an edge midpoint.
+/// Points outside the domain are listed as well; they do not exist and ask for nothing.
+PointList parents(Index3 p, const PointClass& c, int cube_size);
+
+/// The points that have `p` as a parent: 6, 4 or 8; none at unit 1 after the edge midpoints.
+PointList children(Index3 p, const PointClass& c);
+
+}  // namespace tagrid

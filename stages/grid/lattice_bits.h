@@ -1,0 +1,59 @@
+// One bit for every lattice point of a box: marks, activity.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/box.h"
+
+namespace tagrid {
+
+/// Bits of the points of `box()`, x fastest. Every row of x starts a new 64-bit word: the point x has bit
+/// (x - low.x) % 64 of word (x - low.x) / 64 of its row. Bits past the end of a row are always zero.
+class LatticeBits {
+ public:
+  LatticeBits() = default;
+  explicit LatticeBits(const Box& box)
+      : box_(box),
+        words_per_row_(box.empty() ? 0 : static_cast<std::size_t>(box.size().x + 63) / 64),
+        words_(box.empty() ? 0 : words_per_row_ * static_cast<std::size_t>(box.size().y * box.size().z)) {}
+
+  const Box& box() const { return box_; }
+  std::size_t words_per_row() const { return words_per_row_; }
+  std::size_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
+
+  /// The row of points with the given y and z.
+  std::uint64_t* row(std::int64_t y, std::int64_t z) { return words_.data() + row_start(y, z); }
+  const std::uint64_t* row(std::int64_t y, std::int64_t z) const { return words_.data() + row_start(y, z); }
+
+  bool test(Index3 p) const {
+    const auto x = static_cast<std::size_t>(p.x - box_.low.x);
+    return (row(p.y, p.z)[x / 64] >> (x % 64)) & 1;
+  }
+  void set(Index3 p) {
+    const auto x = static_cast<std::size_t>(p.x - box_.low.x);
+    row(p.y, p.z)[x / 64] |= std::uint64_t{1} << (x % 64);
+  }
+
+  std::span<std::uint64_t> words() { return words_; }
+  std::span<const std::uint64_t> words() const { return words_; }
+  friend bool operator==(const LatticeBits& a, const LatticeBits& b) {
+    return a.box_ == b.box_ && a.words_ == b.words_;
+  }
+
+ private:
+  std::size_t row_start(std::int64_t y, std::int64_t z) const {
+    return static_cast<std::size_t>((z - box_.low.z) * box_.size().y + (y - box_.low.y)) * words_per_row_;
+  }
+
+  Box box_{{0, 0, 0}, {-1, -1, -1}};
+  std::size_t words_per_row_ = 0;
+  std::vector<std::uint64_t> words_;
+};
+
+/// Copies the bits that both boxes hold from `from` into `to`; other bits of `to` stay.
+void copy_bits(const LatticeBits& from, LatticeBits& to);
+
+}  // namespace tagrid

@@ -1,0 +1,113 @@
+// The sample types of a volume, in one place: everything that depends on the type asks here.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <type_traits>
+
+namespace tagrid {
+
+/// Numbers are part of the file format: never renumber.
+enum class SampleType : std::uint8_t {
+  uint8 = 1,
+  int8 = 2,
+  uint16 = 3,
+  int16 = 4,
+  uint32 = 5,
+  int32 = 6,
+  float32 = 7,
+  float64 = 8,
+};
+
+inline constexpr std::array<SampleType, 8> all_sample_types = {
+    SampleType::uint8,  SampleType::int8,  SampleType::uint16,  SampleType::int16,
+    SampleType::uint32, SampleType::int32, SampleType::float32, SampleType::float64};
+
+/// The types whose volumes can be encoded by this version.
+constexpr bool is_supported(SampleType type) {
+  return type == SampleType::uint8 || type == SampleType::int8 || type == SampleType::uint16 ||
+         type == SampleType::int16;
+}
+
+constexpr std::size_t size_of(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+    case SampleType::int8:
+      return 1;
+    case SampleType::uint16:
+    case SampleType::int16:
+      return 2;
+    case SampleType::uint32:
+    case SampleType::int32:
+    case SampleType::float32:
+      return 4;
+    case SampleType::float64:
+      return 8;
+  }
+  return 0;
+}
+
+constexpr std::string_view name_of(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return "uint8";
+    case SampleType::int8:
+      return "int8";
+    case SampleType::uint16:
+      return "uint16";
+    case SampleType::int16:
+      return "int16";
+    case SampleType::uint32:
+      return "uint32";
+    case SampleType::int32:
+      return "int32";
+    case SampleType::float32:
+      return "float32";
+    case SampleType::float64:
+      return "float64";
+  }
+  return "unknown";
+}
+
+constexpr std::optional<SampleType> sample_type_named(std::string_view name) {
+  for (SampleType type : all_sample_types)
+    if (name_of(type) == name) return type;
+  return std::nullopt;
+}
+
+/// The SampleType of the C++ type T.
+template <class T>
+constexpr SampleType sample_type_of() {
+  if constexpr (std::is_same_v<T, std::uint8_t>) return SampleType::uint8;
+  if constexpr (std::is_same_v<T, std::int8_t>) return SampleType::int8;
+  if constexpr (std::is_same_v<T, std::uint16_t>) return SampleType::uint16;
+  if constexpr (std::is_same_v<T, std::int16_t>) return SampleType::int16;
+  if constexpr (std::is_same_v<T, std::uint32_t>) return SampleType::uint32;
+  if constexpr (std::is_same_v<T, std::int32_t>) return SampleType::int32;
+  if constexpr (std::is_same_v<T, float>) return SampleType::float32;
+  if constexpr (std::is_same_v<T, double>) return SampleType::float64;
+}
+
+/// Calls `f(T{})` with T the C++ type of a supported sample type, and returns what it returns.
+template <class F>
+decltype(auto) with_sample_type(SampleType type, F&& f) {
+  switch (type) {
+    case SampleType::uint8:
+      return f(std::uint8_t{});
+    case SampleType::int8:
+      return f(std::int8_t{});
+    case SampleType::uint16:
+      return f(std::uint16_t{});
+    case SampleType::int16:
+      return f(std::int16_t{});
+    default:
+      throw std::logic_error("with_sample_type: type is not supported");
+  }
+}
+
+}  // namespace tagrid
