@@ -1,0 +1,115 @@
+#include "stages/curvature.h"
+
+#include <cassert>
+#include <cstdint>
+#include <span>
+
+#include "stages/vector_code.h"
+
+namespace tagrid {
+namespace {
+
+// Sums over the 3x3 rows around a row, each with a stencil in y and one in z: b = (1,4,1), d = (-1,0,1),
+// c = (1,-2,1).
+struct RowSums {
+  std::vector<std::int32_t> bb, db, bd, cb, bc, dd;
+
+  void resize(std::size_t n) {
+    for (auto* v : {&bb, &db, &bd, &cb, &bc, &dd}) v->resize(n);
+  }
+};
+
+template <class T>
+struct NineRows {
+  std::array<const T*, 9> at;  // [3 * (z + 1) + (y + 1)]
+};
+
+template <class T>
+inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std::int64_t n, RowSums& sums) {
+  const auto& r = rows.at;
+  std::int32_t* __restrict bb = sums.bb.data();
+  std::int32_t* __restrict db = sums.db.data();
+  std::int32_t* __restrict bd = sums.bd.data();
+  std::int32_t* __restrict cb = sums.cb.data();
+  std::int32_t* __restrict bc = sums.bc.data();
+  std::int32_t* __restrict dd = sums.dd.data();
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int32_t b0 = r[0][i] + 4 * r[1][i] + r[2][i], d0 = r[2][i] - r[0][i];
+    const std::int32_t b1 = r[3][i] + 4 * r[4][i] + r[5][i], d1 = r[5][i] - r[3][i];
+    const std::int32_t b2 = r[6][i] + 4 * r[7][i] + r[8][i], d2 = r[8][i] - r[6][i];
+    const std::int32_t c0 = b0 - 6 * r[1][i], c1 = b1 - 6 * r[4][i], c2 = b2 - 6 * r[7][i];
+    bb[i] = b0 + 4 * b1 + b2;
+    db[i] = d0 + 4 * d1 + d2;
+    cb[i] = c0 + 4 * c1 + c2;
+    bd[i] = b2 - b0;
+    bc[i] = b0 - 2 * b1 + b2;
+    dd[i] = d2 - d0;
+  }
+}
+
+// The rows of the ten components at one (y, z), from the sums. Entry i of the output is at sample 2i + 1 of
+// the sums, which start one sample before the box.
+inline __attribute__((always_inline)) void finish_row(const RowSums& sums, std::int64_t n, float scale,
+                                                      const std::array<float*, 10>& out) {
+  const float first = scale / 72, second = scale / 36, mixed = scale / 24;
+  const std::int32_t* __restrict bb = sums.bb.data();
+  const std::int32_t* __restrict db = sums.db.data();
+  const std::int32_t* __restrict bd = sums.bd.data();
+  const std::int32_t* __restrict cb = sums.cb.data();
+  const std::int32_t* __restrict bc = sums.bc.data();
+  const std::int32_t* __restrict dd = sums.dd.data();
+  float* __restrict o[10];
+  for (std::size_t c = 0; c < 10; ++c) o[c] = out[c];
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t l = 2 * i, m = l + 1, r = l + 2;
+    const std::int32_t ends = bb[l] + bb[r];
+    o[CurvatureField::value][i] = static_cast<float>(ends + 4 * bb[m]);
+    o[CurvatureField::gx][i] = static_cast<float>(bb[r] - bb[l]) * first;
+    o[CurvatureField::hxx][i] = static_cast<float>(ends - 2 * bb[m]) * second;
+    o[CurvatureField::gy][i] = static_cast<float>(db[l] + 4 * db[m] + db[r]) * first;
+    o[CurvatureField::gz][i] = static_cast<float>(bd[l] + 4 * bd[m] + bd[r]) * first;
+    o[CurvatureField::hyy][i] = static_cast<float>(cb[l] + 4 * cb[m] + cb[r]) * second;
+    o[CurvatureField::hzz][i] = static_cast<float>(bc[l] + 4 * bc[m] + bc[r]) * second;
+    o[CurvatureField::hxy][i] = static_cast<float>(db[r] - db[l]) * mixed;
+    o[CurvatureField::hxz][i] = static_cast<float>(bd[r] - bd[l]) * mixed;
+    o[CurvatureField::hyz][i] = static_cast<float>(dd[l] + 4 * dd[m] + dd[r]) * mixed;
+  }
+}
+
+}  // namespace
+
+template <class T>
+TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box& box, double field_scale,
+                                           CurvatureField& out) {
+  assert(samples.box.contains(box.grown(CurvatureField::halo)));
+  out.box = box;
+  out.size = {(box.size().x + 1) / 2, (box.size().y + 1) / 2, (box.size().z + 1) / 2};
+  for (auto& component : out.components)
+    component.resize(static_cast<std::size_t>(out.size.x * out.size.y * out.size.z));
+
+  const std::int64_t width = box.size().x + 2;
+  const auto scale = static_cast<float>(field_scale);
+  RowSums sums;
+  sums.resize(static_cast<std::size_t>(width));
+  std::array<float*, 10> target;
+  std::size_t position = 0;
+  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
+    for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
+      NineRows<T> rows;
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          rows.at[static_cast<std::size_t>(3 * (dz + 1) + dy + 1)] =
+              samples.row(y + dy, z + dz) + (box.low.x - 1 - samples.box.low.x);
+      sum_rows(rows, width, sums);
+      for (std::size_t c = 0; c < 10; ++c) target[c] = out.components[c].data() + position;
+      finish_row(sums, out.size.x, scale, target);
+      position += static_cast<std::size_t>(out.size.x);
+    }
+}
+
+template void evaluate_curvature(const Samples<std::uint8_t>&, const Box&, double, CurvatureField&);
+template void evaluate_curvature(const Samples<std::int8_t>&, const Box&, double, CurvatureField&);
+template void evaluate_curvature(const Samples<std::uint16_t>&, const Box&, double, CurvatureField&);
+template void evaluate_curvature(const Samples<std::int16_t>&, const Box&, double, CurvatureField&);
+
+}  // namespace tagrid
