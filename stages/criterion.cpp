@@ -145,13 +145,18 @@ void rule_out(const EdgeBatch& edges, std::size_t count, float length, const Cri
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
                         edges.bend_right[i], length, step_angle);
     const float chord2 = dot(polygon.chord, polygon.chord);
-    int within = 1;
-    for (const Vector2& leg : polygon.legs) {
+    // Each leg as a margin that is negative where the leg turns too far: a minimum vectorizes, a branch does
+    // not.
+    const auto margin = [&](Vector2 leg) __attribute__((always_inline)) {
       const float along = dot(leg, polygon.chord);
-      within &=
-          static_cast<int>(along >= 0) & static_cast<int>(along * along * square >= dot(leg, leg) * chord2);
-    }
-    clear[i] = static_cast<std::uint8_t>(within);
+      const float inside = along * along * square - dot(leg, leg) * chord2;
+      return along < inside ? along : inside;
+    };
+    const auto lower = [](float a, float b) __attribute__((always_inline)) { return a < b ? a : b; };
+    const float worst = lower(lower(lower(margin(polygon.legs[0]), margin(polygon.legs[1])),
+                                    lower(margin(polygon.legs[2]), margin(polygon.legs[3]))),
+                              margin(polygon.legs[4]));
+    clear[i] = static_cast<std::uint8_t>(worst >= 0);
   }
 }
 

@@ -1,0 +1,44 @@
+// What the header of a .tag file says about how its bricks are coded. Every brick is a function of these
+// parameters and the samples around it.
+#pragma once
+
+#include <cstdint>
+
+#include "grid/domain.h"
+#include "grid/sample_type.h"
+
+namespace tagrid {
+
+/// Numbers are part of the file format: never renumber.
+enum class FileMode : std::uint8_t {
+  voxels = 0,  ///< activity, and every voxel within a bound
+  grid = 1,    ///< activity, and the values of the active points; a voxel is interpolated
+};
+
+struct CodingParameters {
+  Index3 dims;
+  SampleType type = SampleType::uint8;
+  FileMode mode = FileMode::voxels;
+  int cube_size = 32;      ///< S, a power of two, 4 .. 256
+  int brick_edge = 2;      ///< root cubes an edge of a brick
+  int max_level = 15;      ///< no point of a higher level is marked; 3K where the run is not limited
+  int accuracy = 20;       ///< m of the curvature criterion
+  double range_low = 0;    ///< the value range that the field scale was derived from; low == high: none
+  double range_high = 0;
+  double field_scale = 0;  ///< lambda: voxels per unit of field value
+
+  /// Largest |decoded - original| of every voxel; negative: no bound (grid mode only).
+  double max_error = 0;
+  /// In voxels mode: the bound of active voxels where it is tighter; negative: none.
+  double surface_error = -1;
+  /// E_m: no sample is further than this from the linear interpolation of the original values of active
+  /// points; negative: the mesh criterion is off.
+  double mesh_error = -1;
+  /// E_n: largest error of a stored point value in grid mode.
+  double point_error = 0;
+
+  Domain domain() const { return {dims, cube_size}; }
+  BrickGrid bricks() const { return {domain(), brick_edge}; }
+};
+
+}  // namespace tagrid
