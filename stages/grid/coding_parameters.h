@@ -19,11 +19,11 @@ struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
   FileMode mode = FileMode::voxels;
-  int cube_size = 32;      ///< S, a power of two, 4 .. 256
-  int brick_edge = 2;      ///< root cubes an edge of a brick
-  int max_level = 15;      ///< no point of a higher level is marked; 3K where the run is not limited
-  int accuracy = 20;       ///< m of the curvature criterion
-  double range_low = 0;    ///< the value range that the field scale was derived from; low == high: none
+  int cube_size = 32;    ///< S, a power of two, 4 .. 256
+  int brick_edge = 2;    ///< root cubes an edge of a brick
+  int max_level = 15;    ///< no point of a higher level is marked; 3K where the run is not limited
+  int accuracy = 20;     ///< m of the curvature criterion
+  double range_low = 0;  ///< the value range that the field scale was derived from; low == high: none
   double range_high = 0;
   double field_scale = 0;  ///< lambda: voxels per unit of field value
 

@@ -21,9 +21,7 @@ struct Domain {
   /// The samples.
   constexpr Box volume() const { return Box::of_size(dims); }
   /// All lattice points, padding included.
-  constexpr Box padded() const {
-    return {{0, 0, 0}, cube_size * Index3{cubes(0), cubes(1), cubes(2)}};
-  }
+  constexpr Box padded() const { return {{0, 0, 0}, cube_size * Index3{cubes(0), cubes(1), cubes(2)}}; }
 };
 
 /// The domain cut into bricks of `edge` root cubes an axis; the last brick of an axis may have fewer. Bricks

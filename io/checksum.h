@@ -1,0 +1,15 @@
+// XXH3, 64 bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+
+namespace tagrid {
+
+/// Checksum of the concatenation of `parts`. `bound_to` makes equal bytes in another place differ.
+std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts,
+                          std::uint64_t bound_to = 0);
+
+}  // namespace tagrid

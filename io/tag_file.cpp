@@ -1,0 +1,201 @@
+#include "io/tag_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "grid/lattice.h"
+#include "io/byte_fields.h"
+#include "io/checksum.h"
+#include "io/errors.h"
+#include "io/zstd_bytes.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
+constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
+
+// No brick of a true file is larger: a bit and a half for the activity of a point, and twice a sample.
+std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
+  const BrickGrid bricks = p.bricks();
+  const auto points = static_cast<std::uint64_t>(bricks.closed_box(bricks.position(id)).count());
+  return std::min<std::uint64_t>(65536 + points * (1 + 2 * size_of(p.type)), 0xFFFFFFFFU);
+}
+
+std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
+  return std::as_bytes(std::span(v));
+}
+
+}  // namespace
+
+TagWriter::TagWriter(OutputFile& out, const TagHeader& header) : out_(out), parameters_(header.parameters) {
+  const std::vector<std::byte> bytes = serialize_header(header);
+  header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
+  out_.write(bytes);
+}
+
+void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
+  assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
+  FieldWriter frame;
+  frame.put(static_cast<std::uint32_t>(8 + 4 + brick.activity.size() + brick.values.size()));
+  frame.put(static_cast<std::uint64_t>(brick.id));
+  frame.put(static_cast<std::uint32_t>(brick.activity.size()));
+  FieldWriter tail;
+  tail.put(checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, header_checksum_));
+  out_.write(frame.bytes());
+  out_.write(bytes_of(brick.activity));
+  out_.write(bytes_of(brick.values));
+  out_.write(tail.bytes());
+  index_.add(brick.activity.size(), brick.values.size(), statistics);
+}
+
+void TagWriter::finish() {
+  const std::uint64_t start = out_.position();
+  const std::vector<std::byte> fields = serialize_index(index_, max_level(parameters_.cube_size));
+  const std::vector<std::byte> packed = zstd_compress(fields);
+  FieldWriter section;
+  section.put(std::uint32_t{0});
+  section.put(static_cast<std::uint64_t>(fields.size()));
+  section.put(static_cast<std::uint64_t>(packed.size()));
+  section.put_bytes(packed);
+  section.put(checksum_of({section.bytes()}, header_checksum_));
+  section.put(start);
+  section.put(header_checksum_);
+  section.put_bytes(std::as_bytes(std::span(end_magic)));
+  out_.write(section.bytes());
+}
+
+TagReader::TagReader(const std::string& path) : bytes_(path) {
+  std::vector<std::byte> bytes(tag_preamble_size);
+  const std::size_t got = bytes_.read(bytes.data(), bytes.size());
+  if (got < bytes.size())
+    throw BrokenInput(name() + ": this is not a .tag file: it has only " + std::to_string(got) + " bytes");
+  std::size_t size = 0;
+  if (Status status = parse_preamble(bytes, size); !status.ok())
+    throw BrokenInput(name() + ": " + status.what());
+  std::vector<std::byte> rest;
+  read_growing(rest, size - bytes.size(), "the header");
+  bytes.insert(bytes.end(), rest.begin(), rest.end());
+  if (Status status = parse_header(bytes, header_, header_checksum_); !status.ok())
+    throw BrokenInput(name() + ": " + status.what());
+  header_size_ = size;
+}
+
+std::string TagReader::place() const {
+  return next_brick_ < parameters().bricks().count() ? "brick " + std::to_string(next_brick_) : "the index";
+}
+
+void TagReader::fail(const std::string& what) const {
+  throw BrokenInput(name() + ": " + place() + ", before byte " + std::to_string(bytes_.position()) + ": " +
+                    what);
+}
+
+void TagReader::read_exactly(std::byte* out, std::size_t size, const char* what) {
+  if (bytes_.read(out, size) != size) fail(std::string("the file ends in ") + what + "; it is truncated");
+}
+
+// In steps, so that a size that the file does not have takes no memory.
+void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what) {
+  constexpr std::uint64_t step = 1 << 20;
+  out.clear();
+  while (out.size() < size) {
+    const std::size_t have = out.size(), more = std::min(step, size - have);
+    out.resize(have + more);
+    read_exactly(out.data() + have, more, what);
+  }
+}
+
+bool TagReader::read_brick(BrickBytes& brick) {
+  std::array<std::byte, 4> length_bytes;
+  if (next_brick_ == parameters().bricks().count()) {
+    read_index_section();
+    return false;
+  }
+  read_exactly(length_bytes.data(), length_bytes.size(), "a brick");
+  const auto length = load_little_endian<std::uint32_t>(length_bytes.data());
+  if (length < 12 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
+  read_growing(body_, std::uint64_t{length} + 8, "a brick");
+  const std::span<const std::byte> body(body_.data(), length);
+  FieldReader reader(body);
+  const auto id = reader.get<std::uint64_t>();
+  const auto activity_size = reader.get<std::uint32_t>();
+  if (checksum_of({length_bytes, body}, header_checksum_) !=
+      load_little_endian<std::uint64_t>(body_.data() + length))
+    fail("the checksum does not fit: the brick is damaged, or of another file");
+  if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
+  const auto activity = reader.get_bytes(activity_size);
+  if (reader.overrun()) fail("the activity is larger than the brick");
+  const auto values = reader.get_bytes(reader.left());
+  const auto copy = [](std::span<const std::byte> from, std::vector<std::uint8_t>& to) {
+    const auto* first = reinterpret_cast<const std::uint8_t*>(from.data());
+    to.assign(first, first + from.size());
+  };
+  brick.id = next_brick_++;
+  copy(activity, brick.activity);
+  copy(values, brick.values);
+  return true;
+}
+
+void TagReader::read_index_section() {
+  const std::uint64_t start = bytes_.position();
+  std::vector<std::byte> head(4 + 8 + 8);
+  read_exactly(head.data(), head.size(), "the index");
+  FieldReader reader(head);
+  const auto marker = reader.get<std::uint32_t>();
+  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
+  const auto count = static_cast<std::uint64_t>(parameters().bricks().count());
+  const int levels = max_level(parameters().cube_size);
+  if (marker != 0) fail("there are more bricks than the volume has");
+  if (size != index_size(count, levels) || packed_size > size + size / 128 + 1024)
+    fail("the index has an impossible size");
+  std::vector<std::byte> packed, fields, tail;
+  read_growing(packed, packed_size, "the index");
+  read_growing(tail, 8 + footer_size, "the footer");
+  if (checksum_of({head, packed}, header_checksum_) != load_little_endian<std::uint64_t>(tail.data()))
+    fail("the index is damaged: its checksum does not fit");
+  if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
+      load_little_endian<std::uint64_t>(tail.data() + 16) != header_checksum_ ||
+      !std::equal(tail.begin() + 24, tail.end(), std::as_bytes(std::span(end_magic)).begin()))
+    fail("the footer is damaged");
+  std::byte extra;
+  if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
+  if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
+  if (Status status = parse_index(fields, count, levels, index_); !status.ok()) fail(status.what());
+  next_brick_ = parameters().bricks().count();
+  file_size_ = start + head.size() + packed_size + tail.size();
+}
+
+void TagReader::read_index() {
+  if (const auto size = bytes_.size()) {
+    if (*size < header_size_ + footer_size) fail("the file ends before its index; it is truncated");
+    std::vector<std::byte> footer;
+    bytes_.seek(*size - footer_size);
+    read_growing(footer, footer_size, "the footer");
+    const auto start = load_little_endian<std::uint64_t>(footer.data());
+    if (!std::equal(footer.begin() + 16, footer.end(), std::as_bytes(std::span(end_magic)).begin()) ||
+        start < header_size_ || start > *size - footer_size)
+      throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
+    bytes_.seek(start);
+    next_brick_ = parameters().bricks().count();
+    read_index_section();
+    return;
+  }
+  BrickBytes brick;
+  while (read_brick(brick)) {
+  }
+}
+
+TagSizes TagReader::sizes() const {
+  TagSizes sizes;
+  sizes.file = file_size_;
+  sizes.header = header_size_;
+  for (const IndexEntry& brick : index_.bricks) {
+    sizes.activity += brick.activity_bytes;
+    sizes.values += brick.value_bytes;
+  }
+  sizes.index = sizes.file - sizes.header - sizes.activity - sizes.values;
+  return sizes;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,85 @@
+// .tag files: written front to back, read front to back from anything, and by their index from files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/file_bytes.h"
+#include "io/output_file.h"
+#include "io/tag_header.h"
+#include "io/tag_index.h"
+
+namespace tagrid {
+
+/// The bytes of one brick.
+struct BrickBytes {
+  std::int64_t id = 0;
+  std::vector<std::uint8_t> activity;
+  std::vector<std::uint8_t> values;
+};
+
+/// Where the bytes of a file are; the parts sum to the file.
+struct TagSizes {
+  std::uint64_t file = 0, header = 0, activity = 0, values = 0;
+  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
+};
+
+class TagWriter {
+ public:
+  /// Writes the header. `out` must outlive the writer.
+  TagWriter(OutputFile& out, const TagHeader& header);
+
+  /// REQUIRES: bricks come in the order of their numbers, from 0.
+  void write_brick(const BrickBytes& brick, const Statistics& statistics);
+  /// Writes index and footer. The caller commits the file.
+  void finish();
+
+  const TagIndex& index() const { return index_; }
+
+ private:
+  OutputFile& out_;
+  CodingParameters parameters_;
+  std::uint64_t header_checksum_ = 0;
+  TagIndex index_;
+};
+
+/// Reads a .tag file. Whatever is wrong with the bytes is thrown as BrokenInput that says where.
+class TagReader {
+ public:
+  /// Reads the header. "-" is the standard input.
+  explicit TagReader(const std::string& path);
+
+  const TagHeader& header() const { return header_; }
+  const CodingParameters& parameters() const { return header_.parameters; }
+  const std::string& name() const { return bytes_.name(); }
+
+  /// Reads the next brick and checks its checksum. After the last one reads index and footer, makes sure that
+  /// nothing follows them, and returns false.
+  bool read_brick(BrickBytes& brick);
+
+  /// Gets index() without reading the bricks where the file can seek; else by reading them all.
+  void read_index();
+  /// REQUIRES: read_brick() returned false, or read_index() was called.
+  const TagIndex& index() const { return index_; }
+  TagSizes sizes() const;
+
+ private:
+  void read_exactly(std::byte* out, std::size_t size, const char* what);
+  void read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what);
+  void read_index_section();
+  [[noreturn]] void fail(const std::string& what) const;
+  std::string place() const;
+
+  FileBytes bytes_;
+  TagHeader header_;
+  std::uint64_t header_size_ = 0, header_checksum_ = 0;
+  std::int64_t next_brick_ = 0;
+  std::vector<std::byte> body_;
+  TagIndex index_;
+  std::uint64_t file_size_ = 0;
+};
+
+}  // namespace tagrid

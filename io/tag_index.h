@@ -1,0 +1,36 @@
+// The index of a .tag file: what is known of every brick, and of the whole. docs/format.md specifies it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/brick_statistics.h"
+#include "grid/status.h"
+
+namespace tagrid {
+
+struct IndexEntry {
+  std::uint32_t activity_bytes = 0;
+  std::uint32_t value_bytes = 0;
+  double low = 0, high = 0, mean = 0;  ///< of the brick's original samples
+};
+
+struct TagIndex {
+  std::vector<IndexEntry> bricks;
+  Statistics total;
+
+  void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
+};
+
+/// The fields of the index, not yet compressed.
+std::vector<std::byte> serialize_index(const TagIndex& index, int levels);
+
+/// Reads them back. `bricks` and `levels` are those of the header; any other number is broken.
+Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, TagIndex& index);
+
+/// Bytes of a serialized index.
+std::uint64_t index_size(std::uint64_t bricks, int levels);
+
+}  // namespace tagrid
