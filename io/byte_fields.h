@@ -1,8 +1,8 @@
 // Numbers one after the other in bytes, little endian.
 #pragma once
 
+#include <array>
 #include <cstddef>
-#include <cstring>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,8 +15,9 @@ class FieldWriter {
  public:
   template <class T>
   void put(T value) {
-    bytes_.resize(bytes_.size() + sizeof(T));
-    store_little_endian(bytes_.data() + bytes_.size() - sizeof(T), value);
+    std::array<std::byte, sizeof(T)> field;
+    store_little_endian(field.data(), value);
+    put_bytes(field);
   }
   void put_bytes(std::span<const std::byte> bytes) {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());

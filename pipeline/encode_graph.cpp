@@ -1,0 +1,153 @@
+#include "pipeline/encode_graph.h"
+
+#include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <variant>
+
+#include "pipeline/encode_schedule.h"
+#include "stages/curvature.h"
+#include "stages/marking.h"
+#include "stages/subdivide.h"
+
+namespace tagrid {
+namespace {
+
+namespace flow = oneapi::tbb::flow;
+
+struct SubdividedBrick {
+  Index3 brick;
+  SliceRange slices;
+  LatticeBits active;
+};
+
+struct EncodedBrick {
+  std::int64_t id = 0;
+  std::shared_ptr<BrickCode> code;
+};
+
+// From a job's slices and marks to the stage functions: what each worker does.
+class Stages {
+ public:
+  Stages(const CodingParameters& parameters, const EncodeSchedule& schedule)
+      : parameters_(parameters), schedule_(schedule) {}
+
+  MarkedTile mark(const MarkJob& job) const {
+    auto marks = std::make_shared<LatticeBits>(schedule_.mark_box(job.tile));
+    with_sample_type(parameters_.type, [&](auto type) {
+      using T = decltype(type);
+      const Box cubes = schedule_.tile_box(job.tile);
+      const auto samples = gathered<T>(job.slices, cubes.grown(CurvatureField::halo));
+      CurvatureField field;
+      evaluate_curvature(samples.view, cubes, parameters_.field_scale, field);
+      mark_curvature(field, parameters_.domain(),
+                     {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
+    });
+    return {job.tile, std::move(marks)};
+  }
+
+  SubdividedBrick subdivide_brick(const BrickJob& job) const {
+    const Domain domain = parameters_.domain();
+    const Box box = parameters_.bricks().closed_box(job.brick);
+    LatticeBits marks(region_of_marks(box, domain));
+    for (const auto& tile : job.marks) copy_bits(*tile, marks);
+    return {job.brick, job.slices, subdivide(std::move(marks), box, domain)};
+  }
+
+  EncodedBrick encode(const SubdividedBrick& brick) const {
+    auto code = std::make_shared<BrickCode>();
+    with_sample_type(parameters_.type, [&](auto type) {
+      using T = decltype(type);
+      const auto samples = gathered<T>(brick.slices, samples_to_encode(parameters_, brick.brick));
+      encode_brick(samples.view, brick.active, parameters_, brick.brick, *code);
+    });
+    return {parameters_.bricks().id(brick.brick), std::move(code)};
+  }
+
+ private:
+  template <class T>
+  struct Gathered {
+    std::vector<T> values;
+    Samples<T> view;
+  };
+  template <class T>
+  Gathered<T> gathered(const SliceRange& slices, const Box& box) const {
+    Gathered<T> result{std::vector<T>(static_cast<std::size_t>(box.count())), {}};
+    gather(slices, parameters_.dims, box, result.values.data());
+    result.view = {box, result.values.data()};
+    return result;
+  }
+
+  const CodingParameters& parameters_;
+  const EncodeSchedule& schedule_;
+};
+
+void build_and_run(const CodingParameters& parameters, int threads, const EncodeStreams& streams) {
+  EncodeSchedule schedule(parameters, CurvatureField::halo);
+  const Stages stages(parameters, schedule);
+  const auto workers = static_cast<std::size_t>(threads);
+  const std::int64_t layer_bricks = parameters.bricks().layer_count(),
+                     layer_slices = schedule.slices_in_layer();
+  // The layer that is encoded, and as many slices as the next one adds: reading goes on meanwhile.
+  const std::int64_t slices_in_flight = schedule.slices_needed() + layer_slices;
+  std::int64_t slices_read = 0;
+
+  using Arrival = std::variant<SliceSamples, MarkedTile>;
+  using Schedule = flow::multifunction_node<Arrival, std::tuple<MarkJob, BrickJob>>;
+  using Write = flow::multifunction_node<EncodedBrick, std::tuple<int>>;
+
+  flow::graph graph;
+  flow::input_node<Arrival> read(graph, [&](oneapi::tbb::flow_control& control) -> Arrival {
+    if (slices_read == parameters.dims.z) {
+      control.stop();
+      return {};
+    }
+    ++slices_read;
+    return streams.read_slice();
+  });
+  flow::limiter_node<Arrival, int> budget(graph, static_cast<std::size_t>(slices_in_flight));
+  Schedule plan(graph, flow::serial, [&](const Arrival& arrival, Schedule::output_ports_type& out) {
+    if (const auto* slice = std::get_if<SliceSamples>(&arrival))
+      for (MarkJob& job : schedule.add_slice(*slice)) std::get<0>(out).try_put(std::move(job));
+    else
+      for (BrickJob& job : schedule.add_marks(std::get<MarkedTile>(arrival)))
+        std::get<1>(out).try_put(std::move(job));
+  });
+  flow::function_node<MarkJob, Arrival> curvature(graph, workers,
+                                                  [&](const MarkJob& job) { return stages.mark(job); });
+  flow::function_node<BrickJob, SubdividedBrick> subdivide_node(
+      graph, workers, [&](const BrickJob& job) { return stages.subdivide_brick(job); });
+  flow::function_node<SubdividedBrick, EncodedBrick> encode(
+      graph, workers, [&](const SubdividedBrick& brick) { return stages.encode(brick); });
+  flow::sequencer_node<EncodedBrick> in_order(
+      graph, [](const EncodedBrick& brick) { return static_cast<std::size_t>(brick.id); });
+  Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
+    streams.write_brick(brick.id, std::move(*brick.code));
+    if ((brick.id + 1) % layer_bricks == 0) std::get<0>(out).try_put(static_cast<int>(layer_slices));
+  });
+
+  flow::make_edge(read, budget);
+  flow::make_edge(budget, plan);
+  flow::make_edge(flow::output_port<0>(plan), curvature);
+  flow::make_edge(curvature, plan);
+  flow::make_edge(flow::output_port<1>(plan), subdivide_node);
+  flow::make_edge(subdivide_node, encode);
+  flow::make_edge(encode, in_order);
+  flow::make_edge(in_order, write);
+  flow::make_edge(flow::output_port<0>(write), budget.decrementer());
+
+  read.activate();
+  graph.wait_for_all();
+}
+
+}  // namespace
+
+void run_encode_graph(const CodingParameters& parameters, int threads, const EncodeStreams& streams) {
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          static_cast<std::size_t>(threads));
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] { build_and_run(parameters, threads, streams); });
+}
+
+}  // namespace tagrid

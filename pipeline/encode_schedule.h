@@ -1,0 +1,72 @@
+// Which work is possible, as slices arrive in z order: a state machine without threads.
+//
+//   slices of a root layer (and the halo above it)   -> mark its tiles
+//   marks of a brick layer and one root layer around -> subdivide and encode its bricks
+//
+// A tile is the part of a column of bricks in one root layer: every mark is computed once, by the tile that
+// owns its point, and kept until the bricks around it are subdivided.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "grid/coding_parameters.h"
+#include "grid/lattice_bits.h"
+#include "pipeline/slices.h"
+
+namespace tagrid {
+
+struct MarkJob {
+  Index3 tile;  ///< x, y: of the column of bricks; z: the root layer
+  SliceRange slices;
+};
+
+struct MarkedTile {
+  Index3 tile;
+  std::shared_ptr<const LatticeBits> marks;
+};
+
+struct BrickJob {
+  Index3 brick;
+  SliceRange slices;
+  std::vector<std::shared_ptr<const LatticeBits>> marks;  ///< of the tiles around, in any order
+};
+
+class EncodeSchedule {
+ public:
+  /// `mark_halo`: samples that marks depend on, beyond the root cubes around them.
+  EncodeSchedule(const CodingParameters& parameters, int mark_halo);
+
+  std::vector<MarkJob> add_slice(SliceSamples slice);
+  std::vector<BrickJob> add_marks(MarkedTile tile);
+
+  /// The whole root cubes of a tile.
+  Box tile_box(Index3 tile) const;
+  /// The points whose marks a tile owns: [low, high) of its box, the last tile of an axis also its high face.
+  Box mark_box(Index3 tile) const;
+  /// Slices that must be in memory at once for every layer to be encoded.
+  std::int64_t slices_needed() const;
+  /// Slices that are no longer needed once a brick layer is encoded.
+  std::int64_t slices_in_layer() const { return std::int64_t{bricks_.edge} * bricks_.domain.cube_size; }
+
+ private:
+  std::vector<BrickJob> layers_that_became_ready();
+  void add_layer(std::int64_t layer, std::vector<BrickJob>& jobs);
+
+  BrickGrid bricks_;
+  FileMode mode_;
+  std::int64_t halo_;
+  SliceWindow window_;
+  std::int64_t root_layers_;
+  std::int64_t next_root_layer_ = 0;   ///< the first whose tiles are not marked or being marked
+  std::int64_t next_brick_layer_ = 0;  ///< the first that is not being encoded
+  struct RootLayer {
+    std::int64_t missing = 0;
+    std::vector<std::shared_ptr<const LatticeBits>> tiles;
+  };
+  std::map<std::int64_t, RootLayer> marks_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,68 @@
+// Slices of a volume in memory, and boxes of samples cut from them.
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "grid/box.h"
+
+namespace tagrid {
+
+/// The samples of one z, x fastest. Shared by everything that still reads it; freed with its last reader.
+using SliceSamples = std::shared_ptr<const std::vector<std::byte>>;
+
+/// Slices first, first + 1, ...
+struct SliceRange {
+  std::int64_t first = 0;
+  std::vector<SliceSamples> slices;
+};
+
+/// Copies the samples of `box` to `out`, x fastest. A point outside the volume of `dims` samples takes the
+/// value of the nearest sample. REQUIRES: `range` holds the slices nearest to the box; out has box.count()
+/// places.
+template <class T>
+void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
+  const Box volume = Box::of_size(dims);
+  const std::int64_t low = std::clamp<std::int64_t>(box.low.x, 0, dims.x - 1),
+                     high = std::clamp<std::int64_t>(box.high.x, 0, dims.x - 1);
+  const std::int64_t before = std::clamp<std::int64_t>(-box.low.x, 0, box.size().x - 1);
+  const std::int64_t after = box.size().x - before - (high - low + 1);
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
+      const Index3 p = volume.nearest({0, y, z});
+      assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices.size()));
+      const auto* slice =
+          reinterpret_cast<const T*>(range.slices[static_cast<std::size_t>(p.z - range.first)]->data());
+      const T* row = slice + p.y * dims.x;
+      out = std::fill_n(out, before, row[low]);
+      out = std::copy(row + low, row + high + 1, out);
+      out = std::fill_n(out, after, row[high]);
+    }
+}
+
+/// The slices that were read and may still be needed.
+class SliceWindow {
+ public:
+  void add(SliceSamples slice) { slices_.push_back(std::move(slice)); }
+  /// One more than the last z that was added.
+  std::int64_t end() const { return first_ + static_cast<std::int64_t>(slices_.size()); }
+  /// REQUIRES: low .. high are in the window.
+  SliceRange range(std::int64_t low, std::int64_t high) const {
+    assert(low >= first_ && high < end());
+    return {low, {slices_.begin() + (low - first_), slices_.begin() + (high - first_ + 1)}};
+  }
+  void release_below(std::int64_t z) {
+    for (; first_ < z && !slices_.empty(); ++first_) slices_.pop_front();
+  }
+
+ private:
+  std::int64_t first_ = 0;
+  std::deque<SliceSamples> slices_;
+};
+
+}  // namespace tagrid

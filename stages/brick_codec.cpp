@@ -1,0 +1,180 @@
+#include "stages/brick_codec.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstdlib>
+#include <limits>
+
+#include "grid/lattice.h"
+#include "stages/activity_coding.h"
+#include "stages/interpolation.h"
+#include "stages/point_coding.h"
+#include "stages/voxel_codec.h"
+
+namespace tagrid {
+namespace {
+
+// A bound in whole sample units. No bound is larger than the range of the type, whatever was asked for.
+template <class T>
+std::int64_t integer_bound(double bound) {
+  constexpr double widest =
+      static_cast<double>(std::numeric_limits<T>::max()) - std::numeric_limits<T>::min();
+  return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
+}
+
+template <class T>
+VoxelBounds voxel_bounds(const CodingParameters& parameters) {
+  return {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
+}
+
+template <class T>
+void measure_samples(std::span<const T> original, std::span<const T> decoded, Statistics& statistics) {
+  T low = original[0], high = original[0];
+  std::int64_t sum = 0, worst = 0;
+  std::uint64_t squares = 0;
+  for (std::size_t i = 0; i < original.size(); ++i) {
+    const std::int64_t error = std::abs(std::int64_t{original[i]} - std::int64_t{decoded[i]});
+    low = std::min(low, original[i]);
+    high = std::max(high, original[i]);
+    sum += original[i];
+    worst = std::max(worst, error);
+    squares += static_cast<std::uint64_t>(error * error);
+  }
+  Statistics brick;
+  brick.low = low;
+  brick.high = high;
+  brick.sum = static_cast<double>(sum);
+  brick.max_error = static_cast<double>(worst);
+  brick.sum_squared_error = squares;
+  brick.samples = original.size();
+  statistics.add(brick);
+}
+
+// The part `owned` of the values of `box`.
+template <class T>
+std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) {
+  std::vector<T> out(static_cast<std::size_t>(owned.count()));
+  auto to = out.begin();
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
+      to = std::copy_n(values.begin() + box.offset({owned.low.x, y, z}), owned.size().x, to);
+  return out;
+}
+
+// Every sample that the brick owns, from the values of its active points.
+template <class T>
+std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
+                                 const CodingParameters& parameters, Index3 brick) {
+  const Box& box = active.box();
+  std::vector<std::int32_t> fixed(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    fixed[i] = to_fixed<std::int32_t>(points[i], parameters.cube_size);
+  interpolate<std::int32_t>(active, box, parameters.cube_size, fixed);
+  std::vector<T> rounded(points.size());
+  round_to_samples<T, std::int32_t>(fixed, parameters.cube_size, rounded);
+  return cut<T>(rounded, box, parameters.bricks().owned_box(brick));
+}
+
+}  // namespace
+
+Box samples_to_encode(const CodingParameters& parameters, Index3 brick) {
+  const BrickGrid bricks = parameters.bricks();
+  return parameters.mode == FileMode::grid ? bricks.closed_box(brick) : bricks.owned_box(brick);
+}
+
+template <class T>
+void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code) {
+  assert(samples.box == samples_to_encode(parameters, brick));
+  const auto n = static_cast<std::size_t>(samples.box.count());
+  const std::span<const T> original(samples.data, n);
+  encode_activity(active, parameters.cube_size, parameters.max_level, code.activity);
+  count_active(active, parameters, brick, code.statistics);
+  if (parameters.mode == FileMode::voxels) {
+    std::vector<T> decoded(n);
+    encode_voxels<T>(original, samples.box, active, voxel_bounds<T>(parameters), code.values, decoded);
+    measure_samples<T>(original, decoded, code.statistics);
+    return;
+  }
+  const std::int64_t point_error = integer_bound<T>(parameters.point_error);
+  std::vector<T> points(n);
+  for (std::size_t i = 0; i < n; ++i) points[i] = stored_point(original[i], point_error);
+  encode_points<T>(points, active, parameters.cube_size, point_error, code.values);
+  const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
+  measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
+}
+
+Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingParameters& parameters,
+                             Index3 brick, LatticeBits& active) {
+  active = LatticeBits(parameters.bricks().closed_box(brick));
+  return decode_activity(bytes, parameters.cube_size, parameters.max_level, active);
+}
+
+template <class T>
+Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, Index3 brick, std::vector<T>& values) {
+  assert(active.box() == parameters.bricks().closed_box(brick));
+  (void)brick;
+  values.assign(static_cast<std::size_t>(active.box().count()), 0);
+  return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
+                          values);
+}
+
+template <class T>
+Status decode_brick_samples(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples) {
+  const Box owned = parameters.bricks().owned_box(brick);
+  if (parameters.mode == FileMode::voxels) {
+    samples.resize(static_cast<std::size_t>(owned.count()));
+    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+  }
+  std::vector<T> points;
+  Status status = decode_brick_points<T>(bytes, active, parameters, brick, points);
+  if (status.ok()) samples = interpolate_owned<T>(points, active, parameters, brick);
+  return status;
+}
+
+void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
+                  Statistics& statistics) {
+  Box owned = active.box();
+  for (int axis = 0; axis < 3; ++axis)
+    if (brick[axis] > 0) ++owned.low[axis];
+  const std::int64_t s = parameters.cube_size;
+  // Levels of the points of a row depend on x only through its odd multiples: one mask for each unit.
+  const std::size_t words = active.words_per_row();
+  std::vector<std::vector<std::uint64_t>> masks;  // x with exactly 2^i as their unit; last: multiples of S
+  for (std::int64_t unit = 1; unit <= s; unit *= 2) {
+    masks.emplace_back(words);
+    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x)
+      if (x % unit == 0 && (unit == s || x % (2 * unit) != 0))
+        masks.back()[static_cast<std::size_t>((x - active.box().low.x) / 64)] |=
+            std::uint64_t{1} << ((x - active.box().low.x) % 64);
+  }
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
+      for (std::size_t i = 0; i < masks.size(); ++i) {
+        const std::uint64_t* row = active.row(y, z);
+        std::uint64_t count = 0;
+        for (std::size_t w = 0; w < words; ++w)
+          count += static_cast<std::uint64_t>(std::popcount(row[w] & masks[i][w]));
+        if (count == 0) continue;
+        const std::int64_t x = std::int64_t{1} << i;
+        statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += count;
+      }
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                        \
+  template void encode_brick(const Samples<T>&, const LatticeBits&, const CodingParameters&, Index3, \
+                             BrickCode&);                                                            \
+  template Status decode_brick_points(std::span<const std::uint8_t>, const LatticeBits&,             \
+                                      const CodingParameters&, Index3, std::vector<T>&);             \
+  template Status decode_brick_samples(std::span<const std::uint8_t>, const LatticeBits&,            \
+                                       const CodingParameters&, Index3, std::vector<T>&);
+TAGRID_INSTANTIATE(std::uint8_t)
+TAGRID_INSTANTIATE(std::int8_t)
+TAGRID_INSTANTIATE(std::uint16_t)
+TAGRID_INSTANTIATE(std::int16_t)
+#undef TAGRID_INSTANTIATE
+
+}  // namespace tagrid

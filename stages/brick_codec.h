@@ -1,0 +1,52 @@
+// One brick as bytes and back: its activity, then its values. The stages around it are subdivide (before) and
+// the container (after).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/brick_statistics.h"
+#include "grid/coding_parameters.h"
+#include "grid/lattice_bits.h"
+#include "grid/status.h"
+#include "stages/samples.h"
+
+namespace tagrid {
+
+struct BrickCode {
+  std::vector<std::uint8_t> activity;
+  std::vector<std::uint8_t> values;
+  Statistics statistics;
+};
+
+/// The samples that encode_brick reads: those that the brick owns; of a file without voxels those of its
+/// closed box, where a point outside the volume has the value of the nearest sample.
+Box samples_to_encode(const CodingParameters& parameters, Index3 brick);
+
+/// Encodes a brick. `active` is the activity of its closed box.
+/// REQUIRES: samples.box == samples_to_encode(parameters, brick).
+template <class T>
+void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code);
+
+/// Decodes the activity of the closed box of a brick.
+Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingParameters& parameters,
+                             Index3 brick, LatticeBits& active);
+
+/// Decodes the samples that the brick owns, x fastest.
+template <class T>
+Status decode_brick_samples(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples);
+
+/// Decodes the stored values of a brick of a file without voxels: those of the active points of its closed
+/// box are set, x fastest; the others are zero.
+template <class T>
+Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, Index3 brick, std::vector<T>& values);
+
+/// Adds the active points that the brick owns, by level; see Statistics.
+void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
+                  Statistics& statistics);
+
+}  // namespace tagrid
