@@ -1,0 +1,115 @@
+#include "io/file_bytes.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+
+#include "io/errors.h"
+
+namespace tagrid {
+
+FileBytes::FileBytes(const std::string& path)
+    : name_(path == "-" ? "standard input" : path), buffer_(peek_limit) {
+  descriptor_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  struct stat status;
+  int error = fstat(descriptor_, &status) != 0 ? errno : 0;
+  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
+  if (error != 0) {
+    if (descriptor_ != STDIN_FILENO) close(descriptor_);
+    throw world_error("cannot read", name_, error);
+  }
+  const off_t base = S_ISREG(status.st_mode) ? lseek(descriptor_, 0, SEEK_CUR) : -1;
+  if (base < 0) return;
+  base_ = static_cast<std::uint64_t>(base);
+  size_ = static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0));
+  posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
+}
+
+FileBytes::~FileBytes() {
+  if (descriptor_ != STDIN_FILENO) close(descriptor_);
+}
+
+std::size_t FileBytes::read_once(std::byte* out, std::size_t size) {
+  for (;;) {
+    const ssize_t count = ::read(descriptor_, out, std::min(size, std::size_t{1} << 30));
+    if (count >= 0) return static_cast<std::size_t>(count);
+    if (errno != EINTR) throw world_error("cannot read", name_, errno);
+  }
+}
+
+void FileBytes::fill(std::size_t size) {
+  assert(size <= peek_limit);
+  if (buffered() >= size) return;
+  std::memmove(buffer_.data(), buffer_.data() + begin_, buffered());
+  end_ = buffered();
+  begin_ = 0;
+  while (end_ < size) {
+    const std::size_t count = read_once(buffer_.data() + end_, buffer_.size() - end_);
+    if (count == 0) return;
+    end_ += count;
+  }
+}
+
+std::size_t FileBytes::read(std::byte* out, std::size_t size) {
+  std::size_t done = std::min(size, buffered());
+  if (done > 0) std::memcpy(out, buffer_.data() + begin_, done);
+  begin_ += done;
+  while (done < size) {
+    const std::size_t count = read_once(out + done, size - done);
+    if (count == 0) break;
+    done += count;
+  }
+  position_ += done;
+  return done;
+}
+
+std::string_view FileBytes::peek(std::size_t size) {
+  fill(size);
+  return {reinterpret_cast<const char*>(buffer_.data() + begin_), std::min(size, buffered())};
+}
+
+std::uint64_t FileBytes::skip(std::uint64_t size) {
+  std::uint64_t done = 0;
+  while (done < size) {
+    fill(1);
+    if (buffered() == 0) break;
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(size - done, buffered()));
+    begin_ += count;
+    done += count;
+  }
+  position_ += done;
+  return done;
+}
+
+bool FileBytes::read_line(std::string& line, std::size_t limit) {
+  for (;;) {
+    fill(1);
+    if (buffered() == 0) return true;
+    const char* bytes = reinterpret_cast<const char*>(buffer_.data() + begin_);
+    const void* line_end = std::memchr(bytes, '\n', buffered());
+    const std::size_t count =
+        line_end ? static_cast<std::size_t>(static_cast<const char*>(line_end) - bytes) + 1 : buffered();
+    if (count > limit) return false;
+    line.append(bytes, count);
+    limit -= count;
+    begin_ += count;
+    position_ += count;
+    if (line_end) return true;
+  }
+}
+
+void FileBytes::seek(std::uint64_t position) {
+  assert(size_);
+  if (lseek(descriptor_, static_cast<off_t>(base_ + position), SEEK_SET) < 0)
+    throw world_error("cannot seek in", name_, errno);
+  begin_ = end_ = 0;
+  position_ = position;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,58 @@
+// Bytes of a file or a pipe, in order.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tagrid {
+
+/// An open file or pipe. Every failure to read is a WorldError that names it.
+class FileBytes {
+ public:
+  /// Opens a file, or the standard input for "-".
+  explicit FileBytes(const std::string& path);
+  ~FileBytes();
+  FileBytes(const FileBytes&) = delete;
+  FileBytes& operator=(const FileBytes&) = delete;
+
+  /// Reads `size` bytes, less only at the end; returns how many.
+  std::size_t read(std::byte* out, std::size_t size);
+  /// The next bytes, `size` of them if there are as many, without moving on. REQUIRES: size <= peek_limit.
+  std::string_view peek(std::size_t size);
+  /// Skips `size` bytes, less only at the end; returns how many.
+  std::uint64_t skip(std::uint64_t size);
+  /// Appends the next line, with its '\n', to `line`; returns false if its end does not come within `limit`
+  /// bytes. At the end of the file nothing or a line without '\n' is appended.
+  bool read_line(std::string& line, std::size_t limit);
+
+  /// Bytes in all, of a regular file; of the standard input, from where it stood.
+  std::optional<std::uint64_t> size() const { return size_; }
+  /// Bytes read so far.
+  std::uint64_t position() const { return position_; }
+  /// Moves to byte `position`. REQUIRES: size().
+  void seek(std::uint64_t position);
+  /// For messages: the path, or "standard input".
+  const std::string& name() const { return name_; }
+
+  static constexpr std::size_t peek_limit = std::size_t{1} << 16;
+
+ private:
+  std::size_t read_once(std::byte* out, std::size_t size);
+  void fill(std::size_t size);
+  std::size_t buffered() const { return end_ - begin_; }
+
+  std::string name_;
+  int descriptor_ = -1;
+  std::optional<std::uint64_t> size_;
+  std::uint64_t base_ = 0;
+  std::uint64_t position_ = 0;
+  /// Bytes begin_ to end_ of the buffer were read from the file, and not yet by the caller.
+  std::vector<std::byte> buffer_;
+  std::size_t begin_ = 0, end_ = 0;
+};
+
+}  // namespace tagrid

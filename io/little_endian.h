@@ -1,0 +1,68 @@
+// Little-endian numbers in bytes. No other file says how a number lies in a file.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+namespace tagrid {
+
+/// The bytes of `value` in the opposite order.
+template <class T>
+constexpr T byte_swapped(T value) {
+  static_assert(std::is_unsigned_v<T>);
+  if constexpr (sizeof(T) == 1)
+    return value;
+  else if constexpr (sizeof(T) == 2)
+    return static_cast<T>(__builtin_bswap16(value));
+  else if constexpr (sizeof(T) == 4)
+    return __builtin_bswap32(value);
+  else
+    return __builtin_bswap64(value);
+}
+
+namespace little_endian_detail {
+template <std::size_t size>
+using Bits =
+    std::conditional_t<size == 1, std::uint8_t,
+                       std::conditional_t<size == 2, std::uint16_t,
+                                          std::conditional_t<size == 4, std::uint32_t, std::uint64_t>>>;
+}  // namespace little_endian_detail
+
+/// The number of type T (an integer, float or double) in the sizeof(T) bytes at `from`, of any alignment.
+template <class T>
+T load_little_endian(const std::byte* from) {
+  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 8);
+  little_endian_detail::Bits<sizeof(T)> bits;
+  std::memcpy(&bits, from, sizeof bits);
+  if constexpr (std::endian::native == std::endian::big) bits = byte_swapped(bits);
+  return std::bit_cast<T>(bits);
+}
+
+/// Stores `value` in the sizeof(T) bytes at `to`, of any alignment.
+template <class T>
+void store_little_endian(std::byte* to, T value) {
+  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 8);
+  auto bits = std::bit_cast<little_endian_detail::Bits<sizeof(T)>>(value);
+  if constexpr (std::endian::native == std::endian::big) bits = byte_swapped(bits);
+  std::memcpy(to, &bits, sizeof bits);
+}
+
+/// Reverses the bytes of each of the `count` samples of `sample_size` (1, 2, 4 or 8) bytes at `samples`.
+inline void swap_bytes_of_samples(std::byte* samples, std::size_t count, std::size_t sample_size) {
+  const auto swap_all = [&]<class T>(T) {
+    for (std::size_t i = 0; i < count; ++i) {
+      T bits;
+      std::memcpy(&bits, samples + i * sizeof(T), sizeof(T));
+      bits = byte_swapped(bits);
+      std::memcpy(samples + i * sizeof(T), &bits, sizeof(T));
+    }
+  };
+  if (sample_size == 2) swap_all(std::uint16_t{});
+  if (sample_size == 4) swap_all(std::uint32_t{});
+  if (sample_size == 8) swap_all(std::uint64_t{});
+}
+
+}  // namespace tagrid

@@ -1,0 +1,61 @@
+// Files that appear under their name only when they are complete.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace tagrid {
+
+/// A file in the making: a temporary `.NAME.part*` beside its target until commit(). Without a commit the
+/// destructor removes it. Every failure is a WorldError that names the file.
+class OutputFile {
+ public:
+  /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
+  /// pipes. Throws UsageError if `path` exists and `overwrite` is false, or is a folder.
+  OutputFile(const std::string& path, bool overwrite);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  /// Writes all of `bytes` at the end.
+  void write(std::span<const std::byte> bytes);
+  void write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
+  /// Overwrites bytes that were written before, or leaves a gap. REQUIRES: a regular file.
+  void write_at(std::uint64_t position, std::span<const std::byte> bytes);
+  /// Bytes written at the end so far.
+  std::uint64_t position() const { return position_; }
+  /// For messages: the path, or "standard output".
+  const std::string& name() const { return name_; }
+
+  /// Makes what was written durable; the first half of commit(), for files that have to appear together.
+  void sync();
+  /// Makes the file durable and gives it its name. Throws UsageError if the name was taken in the meantime
+  /// and `overwrite` is false.
+  void commit();
+
+ private:
+  void create_temporary();
+  void close_descriptor();
+  void give_name();
+
+  std::string path_;
+  std::string name_;
+  std::string temporary_;  ///< Empty where there is none, or no longer.
+  int slot_ = -1;          ///< Where `temporary_` is registered.
+  int descriptor_ = -1;
+  bool overwrite_ = false;
+  bool synced_ = false;
+  std::uint64_t position_ = 0;
+};
+
+/// Throws UsageError if writing to `path` would destroy something, as OutputFile's constructor does.
+void check_output(const std::string& path, bool overwrite);
+
+/// Removes every temporary of every OutputFile. Async-signal-safe: for a signal handler that ends the
+/// program.
+void unlink_temporaries() noexcept;
+
+}  // namespace tagrid

@@ -1,0 +1,187 @@
+#include "io/volume_reader.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cassert>
+#include <filesystem>
+
+#include "io/errors.h"
+#include "io/little_endian.h"
+#include "io/nrrd_header.h"
+
+namespace tagrid {
+namespace {
+
+/// Deflate makes at most 1032 bytes of one.
+constexpr std::uint64_t max_gzip_ratio = 1040;
+
+std::string read_nrrd_header(FileBytes& file) {
+  std::string text;
+  for (std::size_t line_start = 0;; line_start = text.size()) {
+    if (!file.read_line(text, max_nrrd_header_bytes - text.size()))
+      throw BrokenInput(fmt::format("{}: the NRRD header does not end within {} bytes", file.name(),
+                                    max_nrrd_header_bytes));
+    const std::string_view line = std::string_view(text).substr(line_start);
+    if (line.empty() || line == "\n" || line == "\r\n") return text;
+  }
+}
+
+std::string described(const Index3& dims, SampleType type) {
+  return fmt::format("{} x {} x {} {}", dims.x, dims.y, dims.z, name_of(type));
+}
+
+std::string beside(const std::string& header_path, const std::string& data_file) {
+  if (header_path == "-") return data_file;
+  return (std::filesystem::path(header_path).parent_path() / data_file).string();
+}
+
+}  // namespace
+
+VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw) {
+  VolumeReader reader;
+  reader.file_ = std::make_unique<FileBytes>(path);
+  const bool nrrd = !(raw && raw->offset > 0) && begins_nrrd(reader.file_->peek(9));
+  if (nrrd)
+    reader.open_nrrd(path, raw);
+  else if (raw)
+    reader.open_raw(*raw);
+  else
+    throw BrokenInput(
+        reader.file_->name() +
+        ": not an NRRD volume; if these are samples without a header, say how they lie, with --dims and "
+        "--type");
+  reader.check_size();
+  return reader;
+}
+
+void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDescription>& raw) {
+  const std::string header_name = file_->name();
+  NrrdHeader header;
+  const std::string text = read_nrrd_header(*file_);
+  try {
+    header = parse_nrrd_header(text);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(header_name + ": " + broken.what());
+  }
+  info_ = header.info;
+  big_endian_ = header.big_endian;
+  if (raw && (raw->dims != info_.dims || raw->type != info_.type))
+    throw BrokenInput(fmt::format("{}: its NRRD header says {}, the command line {}", header_name,
+                                  described(info_.dims, info_.type), described(raw->dims, raw->type)));
+  if (!header.data_file.empty()) file_ = std::make_unique<FileBytes>(beside(path, header.data_file));
+  go_to_samples(header);
+}
+
+void VolumeReader::open_raw(const RawDescription& raw) {
+  if (!sample_bytes(raw.dims, raw.type))
+    throw UsageError(described(raw.dims, raw.type) +
+                     ": sizes must be positive, and the volume below 2^62 bytes");
+  info_.dims = raw.dims;
+  info_.type = raw.type;
+  if (raw.spacing) info_.nrrd_fields = spacings_line(*raw.spacing);
+  info_.geometry = geometry_of(info_.nrrd_fields);
+  big_endian_ = raw.big_endian;
+  skip_to(raw.offset);
+}
+
+void VolumeReader::go_to_samples(const NrrdHeader& header) {
+  for (std::int64_t i = 0; i < header.line_skip; ++i) {
+    std::string line;
+    if (!file_->read_line(line, max_nrrd_header_bytes) || line.empty())
+      throw BrokenInput(fmt::format("{}: its header says to skip {} lines, which it does not have",
+                                    file_->name(), header.line_skip));
+  }
+  if (header.encoding == NrrdHeader::Encoding::gzip) {
+    start_ = file_->position();
+    gzip_skip_ = static_cast<std::uint64_t>(header.byte_skip);
+    gzip_ = std::make_unique<GzipBytes>(*file_);
+    seek_slice(0);
+  } else if (header.byte_skip >= 0) {
+    skip_to(file_->position() + static_cast<std::uint64_t>(header.byte_skip));
+  } else {
+    if (!seekable())
+      throw BrokenInput(file_->name() + ": byte skip -1 (samples at the end) cannot be read from a pipe");
+    const std::uint64_t bytes = *sample_bytes(info_.dims, info_.type);
+    if (*file_->size() - file_->position() >= bytes) skip_to(*file_->size() - bytes);
+  }
+}
+
+/// Makes `position` the start of the samples.
+void VolumeReader::skip_to(std::uint64_t position) {
+  start_ = position;
+  if (seekable()) {
+    if (position <= *file_->size()) file_->seek(position);
+    return;
+  }
+  file_->skip(position - file_->position());
+  if (file_->position() != position)
+    throw BrokenInput(
+        fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(), position));
+}
+
+/// For messages: how many bytes there should be, and why.
+std::string VolumeReader::samples_expected() const {
+  const std::string skipped = start_ > 0 ? fmt::format(" from byte {} on", start_) : "";
+  return fmt::format("{} bytes of samples are expected{} ({})", *sample_bytes(info_.dims, info_.type),
+                     skipped, described(info_.dims, info_.type));
+}
+
+/// Throws if a file cannot have the right size; of a pipe nothing is known yet.
+void VolumeReader::check_size() const {
+  if (!seekable()) return;
+  const std::uint64_t expected = *sample_bytes(info_.dims, info_.type);
+  const std::uint64_t size = *file_->size();
+  const std::uint64_t present = size > start_ ? size - start_ : 0;
+  if (gzip_ && (expected + gzip_skip_) / max_gzip_ratio > present)
+    throw BrokenInput(fmt::format("{}: {}, which {} bytes of gzip cannot hold", file_->name(),
+                                  samples_expected(), present));
+  if (!gzip_ && present != expected)
+    throw BrokenInput(fmt::format("{}: {}, but {} are present", file_->name(), samples_expected(), present));
+}
+
+std::uint64_t VolumeReader::slice_bytes() const {
+  return static_cast<std::uint64_t>(slice_samples()) * size_of(info_.type);
+}
+
+std::size_t VolumeReader::read_decoded(std::byte* out, std::size_t size) {
+  return gzip_ ? gzip_->read(out, size) : file_->read(out, size);
+}
+
+void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
+  assert(count >= 0 && next_slice_ + count <= info_.dims.z);
+  const std::uint64_t before = static_cast<std::uint64_t>(next_slice_) * slice_bytes();
+  const std::size_t size = static_cast<std::size_t>(count) * slice_bytes();
+  const std::size_t present = read_decoded(out, size);
+  if (present != size)
+    throw BrokenInput(
+        fmt::format("{}: {}, but it ends after {}", file_->name(), samples_expected(), before + present));
+  if (big_endian_ != (std::endian::native == std::endian::big))
+    swap_bytes_of_samples(out, size / size_of(info_.type), size_of(info_.type));
+  next_slice_ += count;
+}
+
+void VolumeReader::finish() {
+  assert(next_slice_ == info_.dims.z);
+  std::byte next;
+  if (read_decoded(&next, 1) != 0)
+    throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), samples_expected()));
+}
+
+void VolumeReader::seek_slice(std::int64_t z) {
+  assert(z >= 0 && z <= info_.dims.z);
+  const std::uint64_t offset = static_cast<std::uint64_t>(z) * slice_bytes();
+  next_slice_ = z;
+  if (!gzip_) return file_->seek(start_ + offset);
+  if (seekable()) file_->seek(start_);
+  gzip_->restart();
+  std::byte skipped[4096];
+  for (std::uint64_t left = gzip_skip_ + offset; left > 0;) {
+    const std::size_t count = std::min<std::uint64_t>(left, sizeof skipped);
+    if (read_decoded(skipped, count) != count)
+      throw BrokenInput(fmt::format("{}: {}, but it ends before", file_->name(), samples_expected()));
+    left -= count;
+  }
+}
+
+}  // namespace tagrid

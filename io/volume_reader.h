@@ -1,0 +1,65 @@
+// Volumes from NRRD files (attached, detached, raw or gzip), headerless files, and pipes of either.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "io/file_bytes.h"
+#include "io/gzip_bytes.h"
+#include "io/volume_info.h"
+
+namespace tagrid {
+
+struct NrrdHeader;
+
+/// A volume that is read slice by slice, in z order. All functions throw BrokenInput and WorldError.
+class VolumeReader {
+ public:
+  const VolumeInfo& info() const { return info_; }
+  /// Samples in a slice: dims.x * dims.y.
+  std::int64_t slice_samples() const { return info_.dims.x * info_.dims.y; }
+
+  /// Reads the next `count` whole slices to `out`: samples of info().type in the machine's byte order, x
+  /// fastest. REQUIRES: the volume has as many left.
+  void read_slices(std::byte* out, std::int64_t count);
+  /// To be called after the last slice: throws BrokenInput if anything follows it.
+  void finish();
+
+  /// Whether slices can be read again: a file, not a pipe.
+  bool seekable() const { return file_->size().has_value(); }
+  /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
+  /// dims.z.
+  void seek_slice(std::int64_t z);
+  void rewind() { seek_slice(0); }
+
+ private:
+  friend VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw);
+
+  VolumeReader() = default;
+  void open_nrrd(const std::string& path, const std::optional<RawDescription>& raw);
+  void open_raw(const RawDescription& raw);
+  void go_to_samples(const NrrdHeader& header);
+  void skip_to(std::uint64_t position);
+  void check_size() const;
+  std::string samples_expected() const;
+  std::uint64_t slice_bytes() const;
+  std::size_t read_decoded(std::byte* out, std::size_t size);
+
+  VolumeInfo info_;
+  bool big_endian_ = false;
+  std::unique_ptr<FileBytes> file_;
+  std::unique_ptr<GzipBytes> gzip_;
+  /// Where the samples, or the gzip stream, begin in the file; and how much of the decompressed to skip.
+  std::uint64_t start_ = 0, gzip_skip_ = 0;
+  std::int64_t next_slice_ = 0;
+};
+
+/// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one
+/// (unless `raw` has an offset), and must then agree with `raw`, if given, in size and type; anything else
+/// needs `raw`. The sizes of files are checked at once.
+VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw = std::nullopt);
+
+}  // namespace tagrid

@@ -1,0 +1,76 @@
+#include "io/volume_writer.h"
+
+#include <unistd.h>
+
+#include <bit>
+#include <cassert>
+#include <filesystem>
+#include <vector>
+
+#include "io/errors.h"
+#include "io/little_endian.h"
+#include "io/nrrd_header.h"
+#include "io/nrrd_line.h"
+
+namespace tagrid {
+
+VolumeFormat format_from_name(const std::string& path) {
+  if (path == "-") return VolumeFormat::raw;
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  if (extension == ".nrrd") return VolumeFormat::nrrd;
+  if (extension == ".nhdr") return VolumeFormat::nhdr;
+  if (extension == ".raw") return VolumeFormat::raw;
+  throw UsageError(
+      path +
+      ": the name of a volume must end in .nrrd (header and samples), .nhdr (header, samples in a "
+      ".raw beside it) or .raw (samples alone)");
+}
+
+VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
+                                bool overwrite) {
+  VolumeWriter writer;
+  writer.info_ = info;
+  writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
+  if (format != VolumeFormat::nhdr) {
+    writer.samples_ = std::make_unique<OutputFile>(path, overwrite);
+    if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
+    return writer;
+  }
+  if (path == "-") throw UsageError("a detached header (nhdr) needs a file name; choose nrrd or raw");
+  const std::filesystem::path data = std::filesystem::path(path).replace_extension(".raw");
+  if (data == std::filesystem::path(path))
+    throw UsageError(path + ": a detached header cannot be named .raw");
+  writer.data_path_ = data.string();
+  writer.header_ = std::make_unique<OutputFile>(path, overwrite);
+  writer.samples_ = std::make_unique<OutputFile>(writer.data_path_, overwrite);
+  writer.header_->write(nrrd_header_text(info, data.filename().string()));
+  return writer;
+}
+
+void VolumeWriter::write_slices(std::span<const std::byte> samples) {
+  assert(samples.size() <= bytes_left_ && samples.size() % size_of(info_.type) == 0);
+  bytes_left_ -= samples.size();
+  if constexpr (std::endian::native == std::endian::little) {
+    samples_->write(samples);
+  } else {
+    std::vector<std::byte> swapped(samples.begin(), samples.end());
+    swap_bytes_of_samples(swapped.data(), swapped.size() / size_of(info_.type), size_of(info_.type));
+    samples_->write(swapped);
+  }
+}
+
+void VolumeWriter::commit() {
+  assert(bytes_left_ == 0);
+  if (!header_) return samples_->commit();
+  // A header without samples would be taken for a volume, samples without a header are not.
+  header_->sync();
+  samples_->commit();
+  try {
+    header_->commit();
+  } catch (...) {
+    unlink(data_path_.c_str());
+    throw;
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,53 @@
+// Volumes to NRRD files (attached or detached), files of samples alone, and pipes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "io/output_file.h"
+#include "io/volume_info.h"
+
+namespace tagrid {
+
+enum class VolumeFormat {
+  nrrd,  ///< Header and samples in one file.
+  nhdr,  ///< The header, and a file of the same name with .raw for the samples.
+  raw,   ///< The samples alone.
+};
+
+/// The format that a file's name asks for: .nrrd, .nhdr or .raw, and raw for "-". Throws UsageError for
+/// others.
+VolumeFormat format_from_name(const std::string& path);
+
+/// A volume that is written slice by slice, in z order, little endian, and appears when it is complete.
+class VolumeWriter {
+ public:
+  const VolumeInfo& info() const { return info_; }
+
+  /// Writes the next samples: of info().type in the machine's byte order, x fastest, in pieces of any whole
+  /// number of samples.
+  void write_slices(std::span<const std::byte> samples);
+  /// Makes the files durable and gives them their names. REQUIRES: all samples were written.
+  void commit();
+
+ private:
+  friend VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
+                                         bool overwrite);
+  VolumeWriter() = default;
+
+  VolumeInfo info_;
+  std::unique_ptr<OutputFile> samples_;
+  std::unique_ptr<OutputFile> header_;  ///< A detached one only.
+  std::string data_path_;               ///< Of the file of samples, where the header is detached.
+  std::uint64_t bytes_left_ = 0;
+};
+
+/// Begins a volume at `path`, or on the standard output for "-", where only formats raw and nrrd exist.
+/// Throws UsageError if a file exists and `overwrite` is false, WorldError if it cannot be created.
+VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
+                                bool overwrite);
+
+}  // namespace tagrid
