@@ -108,17 +108,20 @@ bool big_endian_of(const Fields& fields, SampleType type) {
   return name == "big";
 }
 
+/// A list of files follows its line, or a pattern of names comes with its first, last and step.
+bool names_several_files(std::string_view value) {
+  const auto words = words_of(value);
+  if (words.empty()) return false;
+  const std::size_t percent = value.find('%');
+  if (words[0] == "LIST" || percent == value.npos) return words[0] == "LIST";
+  const std::size_t end = std::min(value.find_first_not_of("0123456789", percent + 1), value.size());
+  return value.substr(end).starts_with('d') && words.size() >= 4;
+}
+
 std::string data_file_of(const Fields& fields) {
   if (!fields.contains("data file")) return {};
   const std::string_view value = required(fields, "data file");
   if (value.empty()) refuse("data file", value, "must name a file");
-  const auto words = words_of(value);
-  const std::size_t percent = value.find('%');
-  const std::size_t end = std::min(value.find_first_not_of("0123456789", percent + 1), value.size());
-  const bool pattern = percent != value.npos && value.substr(end).starts_with("d ");
-  if (words[0] == "LIST" || pattern)
-    refuse("data file", value, "a volume in several files is not supported; make one file of it first");
-  if (value.find('\0') != value.npos) refuse("data file", value, "not a file name");
   return std::string(value);
 }
 
@@ -137,6 +140,9 @@ Fields storage_fields_of(std::string_view text, std::string& others) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
     const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.field == "data file" && names_several_files(parsed.value))
+      refuse("data file", parsed.value,
+             "a volume in several files is not supported; make one file of it first");
     if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
       others.append(line).append("\n");
     } else if (!fields.emplace(parsed.field, parsed.value).second) {

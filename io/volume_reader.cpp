@@ -112,10 +112,12 @@ void VolumeReader::skip_to(std::uint64_t position) {
   start_ = position;
   if (seekable()) {
     if (position <= *file_->size()) file_->seek(position);
-  } else if (file_->skip(position - file_->position()) != position) {
+    return;
+  }
+  file_->skip(position - file_->position());
+  if (file_->position() != position)
     throw BrokenInput(
         fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(), position));
-  }
 }
 
 /// For messages: how many bytes there should be, and why.

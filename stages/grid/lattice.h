@@ -55,7 +55,8 @@ struct PointClass {
   std::array<bool, 3> is_odd{};
 };
 
-/// Class of a point of a lattice with root cubes of edge `cube_size`. Coordinates are not negative.
+/// Class of a point of a lattice with root cubes of edge `cube_size`. Coordinates may be negative: the rule
+/// is that of the unbounded lattice, periodic in 2S.
 PointClass classify(Index3 p, int cube_size);
 
 /// The base edge that `p` halves. REQUIRES: p is no root corner.

@@ -1,0 +1,37 @@
+#include "grid/conformity.h"
+
+#include "grid/lattice.h"
+
+namespace tagrid {
+namespace {
+
+bool obeys_the_law(const LatticeBits& active, const Box& looked_at, Index3 p, int cube_size) {
+  const PointClass c = classify(p, cube_size);
+  if (c.odd == 0) return active.test(p);
+  if (!active.test(p)) return true;
+  for (Index3 parent : parents(p, c, cube_size))
+    if (looked_at.contains(parent) && !active.test(parent)) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<Index3> first_nonconforming_point(const LatticeBits& active, const Box& domain, int cube_size) {
+  const Box box = intersection(active.box(), domain);
+  if (box.empty()) return std::nullopt;
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
+      const bool has_root_corners = (y | z) % cube_size == 0;
+      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
+        const bool may_break = active.test({x, y, z}) || (has_root_corners && x % cube_size == 0);
+        if (may_break && !obeys_the_law(active, box, {x, y, z}, cube_size)) return Index3{x, y, z};
+      }
+    }
+  return std::nullopt;
+}
+
+bool is_conforming(const LatticeBits& active, const Box& domain, int cube_size) {
+  return !first_nonconforming_point(active, domain, cube_size).has_value();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,30 @@
+// The diamond of a lattice point: all tetrahedra that share its base edge (the paper's region of influence
+// RI(E), Eqs. 2-4).
+#pragma once
+
+#include <array>
+
+#include "grid/lattice.h"
+#include "grid/tetrahedron.h"
+
+namespace tagrid {
+
+/// The base edge and the vertices around it, in order. Tetrahedron i has the vertices left, right, ring[i]
+/// and ring[i + 1], the last one closing the ring: 6 tetrahedra around a cube centre, 4 around a face centre,
+/// 8 around an edge midpoint. Vertices outside the domain are listed as well.
+struct Diamond {
+  BaseEdge edge;
+  PointList ring;
+  int level = 0;  ///< bisections that made its tetrahedra: one less than the level of the point
+
+  int size() const { return ring.size; }
+  /// REQUIRES: 0 <= i < size().
+  Tetrahedron tetrahedron(int i) const {
+    return {{edge.left, edge.right, ring[i], ring[i + 1 == ring.size ? 0 : i + 1]}, level};
+  }
+};
+
+/// The diamond of `p`, with exact integer coordinates. REQUIRES: p is no root corner.
+Diamond diamond(Index3 p, const PointClass& c, int cube_size);
+
+}  // namespace tagrid

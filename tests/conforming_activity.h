@@ -1,0 +1,53 @@
+// Random conforming activity for tests, closed by the plainest possible loop.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "grid/lattice.h"
+#include "grid/lattice_bits.h"
+
+namespace tagrid {
+
+template <class F>
+void for_each_point(const Box& box, F f) {
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+      for (std::int64_t x = box.low.x; x <= box.high.x; ++x) f(Index3{x, y, z});
+}
+
+/// Adds root corners and, again and again until nothing changes level by level, the parents of active points.
+inline void close_naively(LatticeBits& bits, int cube_size) {
+  for_each_point(bits.box(), [&](Index3 p) {
+    if (classify(p, cube_size).odd == 0) bits.set(p);
+  });
+  for (int level = max_level(cube_size); level > 1; --level)
+    for_each_point(bits.box(), [&](Index3 p) {
+      const PointClass c = classify(p, cube_size);
+      if (c.level != level || !bits.test(p)) return;
+      for (Index3 parent : parents(p, c, cube_size))
+        if (bits.box().contains(parent)) bits.set(parent);
+    });
+}
+
+/// `marks` random marks, closed in `box`, which is its own domain.
+inline LatticeBits random_conforming_activity(const Box& box, int cube_size, int marks, std::uint64_t seed) {
+  LatticeBits bits(box);
+  std::mt19937_64 random(seed);
+  const auto below = [&](std::int64_t n) {
+    return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(n));
+  };
+  const Index3 size = box.size();
+  for (int i = 0; i < marks; ++i) {
+    // Rounded to a random unit, so that coarse levels get marks of their own.
+    const std::int64_t unit = std::int64_t{1} << below(8);
+    Index3 p = box.low + Index3{below(size.x), below(size.y), below(size.z)};
+    if (unit <= cube_size) p = {p.x / unit * unit, p.y / unit * unit, p.z / unit * unit};
+    bits.set(p);
+  }
+  close_naively(bits, cube_size);
+  return bits;
+}
+
+}  // namespace tagrid
