@@ -27,9 +27,10 @@ struct CodedBrick {
   std::shared_ptr<Layer> layer;
 };
 
-struct DecodedBrick {
+struct BrickInLayer {
   std::int64_t id = 0;
   std::shared_ptr<Layer> layer;
+  std::shared_ptr<const DecodedBrick> decoded;  ///< where somebody inspects it
 };
 
 std::shared_ptr<Layer> make_layer(const CodingParameters& parameters, Index3 brick) {
@@ -41,36 +42,53 @@ std::shared_ptr<Layer> make_layer(const CodingParameters& parameters, Index3 bri
   return layer;
 }
 
-DecodedBrick decode_into_layer(const CodingParameters& parameters, const CodedBrick& brick) {
+template <class T>
+void copy_to_layer(const CodingParameters& parameters, const Box& owned, const std::vector<T>& samples,
+                   Layer& layer) {
+  const auto row = static_cast<std::size_t>(owned.size().x);
+  const T* from = samples.data();
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y, from += row) {
+      const std::int64_t at =
+          ((z - layer.first_slice) * parameters.dims.y + y) * parameters.dims.x + owned.low.x;
+      std::memcpy(layer.samples.data() + static_cast<std::size_t>(at) * sizeof(T), from, row * sizeof(T));
+    }
+}
+
+template <class T>
+std::vector<std::byte> bytes_of(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+BrickInLayer decode_into_layer(const CodingParameters& parameters, const CodedBrick& brick, bool keep) {
   const Index3 position = parameters.bricks().position(brick.bytes->id);
-  LatticeBits active;
-  Status status = decode_brick_activity(brick.bytes->activity, parameters, position, active);
+  auto decoded = std::make_shared<DecodedBrick>();
+  decoded->id = brick.bytes->id;
+  Status status = decode_brick_activity(brick.bytes->activity, parameters, position, decoded->active);
   if (status.ok())
     with_sample_type(parameters.type, [&](auto type) {
       using T = decltype(type);
-      std::vector<T> samples;
-      status = decode_brick_samples<T>(brick.bytes->values, active, parameters, position, samples);
+      std::vector<T> samples, points;
+      status =
+          decode_brick_values<T>(brick.bytes->values, decoded->active, parameters, position, samples, points);
       if (!status.ok()) return;
-      const Box owned = parameters.bricks().owned_box(position);
-      const auto row = static_cast<std::size_t>(owned.size().x);
-      const T* from = samples.data();
-      for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
-        for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y, from += row) {
-          const std::int64_t at =
-              ((z - brick.layer->first_slice) * parameters.dims.y + y) * parameters.dims.x + owned.low.x;
-          std::memcpy(brick.layer->samples.data() + static_cast<std::size_t>(at) * sizeof(T), from,
-                      row * sizeof(T));
-        }
+      copy_to_layer(parameters, parameters.bricks().owned_box(position), samples, *brick.layer);
+      if (!keep) return;
+      decoded->samples = bytes_of(samples);
+      decoded->points = bytes_of(points);
     });
   if (!status.ok()) throw BrokenInput("brick " + std::to_string(brick.bytes->id) + ": " + status.what());
-  return {brick.bytes->id, brick.layer};
+  if (!keep) decoded.reset();
+  return {brick.bytes->id, brick.layer, std::move(decoded)};
 }
 
 void build_and_run(const CodingParameters& parameters, int threads, const DecodeStreams& streams) {
   const std::int64_t layer_bricks = parameters.bricks().layer_count();
+  const bool keep = static_cast<bool>(streams.inspect_brick);
   std::shared_ptr<Layer> layer;
 
-  using Write = flow::multifunction_node<DecodedBrick, std::tuple<int>>;
+  using Write = flow::multifunction_node<BrickInLayer, std::tuple<int>>;
 
   flow::graph graph;
   flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
@@ -85,12 +103,13 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
     return {std::move(bytes), layer};
   });
   flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
-  flow::function_node<CodedBrick, DecodedBrick> decode(
+  flow::function_node<CodedBrick, BrickInLayer> decode(
       graph, static_cast<std::size_t>(threads),
-      [&](const CodedBrick& brick) { return decode_into_layer(parameters, brick); });
-  flow::sequencer_node<DecodedBrick> in_order(
-      graph, [](const DecodedBrick& brick) { return static_cast<std::size_t>(brick.id); });
-  Write write(graph, flow::serial, [&](const DecodedBrick& brick, Write::output_ports_type& out) {
+      [&](const CodedBrick& brick) { return decode_into_layer(parameters, brick, keep); });
+  flow::sequencer_node<BrickInLayer> in_order(
+      graph, [](const BrickInLayer& brick) { return static_cast<std::size_t>(brick.id); });
+  Write write(graph, flow::serial, [&](const BrickInLayer& brick, Write::output_ports_type& out) {
+    if (keep) streams.inspect_brick(*brick.decoded);
     if ((brick.id + 1) % layer_bricks != 0) return;
     streams.write_slices(brick.layer->samples);
     std::get<0>(out).try_put(static_cast<int>(layer_bricks));

@@ -2,13 +2,24 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "grid/coding_parameters.h"
+#include "grid/lattice_bits.h"
 #include "io/tag_file.h"
 
 namespace tagrid {
+
+/// What was decoded of a brick besides its samples.
+struct DecodedBrick {
+  std::int64_t id = 0;
+  LatticeBits active;              ///< of its closed box
+  std::vector<std::byte> samples;  ///< that it owns, x fastest
+  std::vector<std::byte> points;   ///< of a file without voxels: see decode_brick_values()
+};
 
 struct DecodeStreams {
   /// Reads the next brick, or returns false after the last one; never called at the same time.
@@ -16,6 +27,8 @@ struct DecodeStreams {
   /// Takes whole slices in z order, one layer of bricks at a time; never called at the same time. Every brick
   /// of the layer has been decoded without an error before.
   std::function<void(std::span<const std::byte> samples)> write_slices;
+  /// Takes every brick, in the order of their numbers, before write_slices takes its layer. May be empty.
+  std::function<void(const DecodedBrick&)> inspect_brick;
 };
 
 /// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory. Throws

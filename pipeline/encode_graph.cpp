@@ -114,8 +114,8 @@ void build_and_run(const CodingParameters& parameters, int threads, const Encode
       for (BrickJob& job : schedule.add_marks(std::get<MarkedTile>(arrival)))
         std::get<1>(out).try_put(std::move(job));
   });
-  flow::function_node<MarkJob, Arrival> curvature(graph, workers,
-                                                  [&](const MarkJob& job) { return stages.mark(job); });
+  flow::function_node<MarkJob, Arrival> curvature(
+      graph, workers, [&](const MarkJob& job) -> Arrival { return stages.mark(job); });
   flow::function_node<BrickJob, SubdividedBrick> subdivide_node(
       graph, workers, [&](const BrickJob& job) { return stages.subdivide_brick(job); });
   flow::function_node<SubdividedBrick, EncodedBrick> encode(

@@ -112,25 +112,19 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingPa
 }
 
 template <class T>
-Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, Index3 brick, std::vector<T>& values) {
+Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
+                           std::vector<T>& points) {
   assert(active.box() == parameters.bricks().closed_box(brick));
-  (void)brick;
-  values.assign(static_cast<std::size_t>(active.box().count()), 0);
-  return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
-                          values);
-}
-
-template <class T>
-Status decode_brick_samples(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples) {
-  const Box owned = parameters.bricks().owned_box(brick);
   if (parameters.mode == FileMode::voxels) {
+    const Box owned = parameters.bricks().owned_box(brick);
+    points.clear();
     samples.resize(static_cast<std::size_t>(owned.count()));
     return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
   }
-  std::vector<T> points;
-  Status status = decode_brick_points<T>(bytes, active, parameters, brick, points);
+  points.assign(static_cast<std::size_t>(active.box().count()), 0);
+  const std::int64_t point_error = integer_bound<T>(parameters.point_error);
+  Status status = decode_points<T>(bytes, active, parameters.cube_size, point_error, points);
   if (status.ok()) samples = interpolate_owned<T>(points, active, parameters, brick);
   return status;
 }
@@ -167,10 +161,8 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
 #define TAGRID_INSTANTIATE(T)                                                                        \
   template void encode_brick(const Samples<T>&, const LatticeBits&, const CodingParameters&, Index3, \
                              BrickCode&);                                                            \
-  template Status decode_brick_points(std::span<const std::uint8_t>, const LatticeBits&,             \
-                                      const CodingParameters&, Index3, std::vector<T>&);             \
-  template Status decode_brick_samples(std::span<const std::uint8_t>, const LatticeBits&,            \
-                                       const CodingParameters&, Index3, std::vector<T>&);
+  template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
+                                      const CodingParameters&, Index3, std::vector<T>&, std::vector<T>&);
 TAGRID_INSTANTIATE(std::uint8_t)
 TAGRID_INSTANTIATE(std::int8_t)
 TAGRID_INSTANTIATE(std::uint16_t)

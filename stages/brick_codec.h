@@ -34,16 +34,12 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
 Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingParameters& parameters,
                              Index3 brick, LatticeBits& active);
 
-/// Decodes the samples that the brick owns, x fastest.
+/// Decodes the samples that the brick owns, x fastest. Of a file without voxels also the stored values of the
+/// points of its closed box, x fastest, in `points`: those of active points are set, the others are zero.
 template <class T>
-Status decode_brick_samples(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples);
-
-/// Decodes the stored values of a brick of a file without voxels: those of the active points of its closed
-/// box are set, x fastest; the others are zero.
-template <class T>
-Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, Index3 brick, std::vector<T>& values);
+Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
+                           std::vector<T>& points);
 
 /// Adds the active points that the brick owns, by level; see Statistics.
 void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,

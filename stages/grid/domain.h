@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cstdint>
+#include <vector>
 
 #include "grid/box.h"
 
@@ -23,6 +24,9 @@ struct Domain {
   /// All lattice points, padding included.
   constexpr Box padded() const { return {{0, 0, 0}, cube_size * Index3{cubes(0), cubes(1), cubes(2)}}; }
 };
+
+/// Number of lattice points of level 0 .. l of the padded domain, for every l up to 3K.
+std::vector<std::uint64_t> points_up_to_level(const Domain& domain);
 
 /// The domain cut into bricks of `edge` root cubes an axis; the last brick of an axis may have fewer. Bricks
 /// are numbered in raster order, x fastest.

@@ -1,0 +1,144 @@
+#include "pipeline/encode_options.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "grid/lattice.h"
+#include "io/errors.h"
+
+namespace tagrid {
+namespace {
+
+void require(bool condition, const std::string& message) {
+  if (!condition) throw UsageError(message);
+}
+
+void require_bound(const std::optional<double>& bound, const char* option) {
+  require(!bound || (std::isfinite(*bound) && *bound >= 0),
+          fmt::format("{} must be a number from 0", option));
+}
+
+// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale in
+// proportion to S the number of active points would depend on S.
+constexpr double voxels_per_range = 8;
+
+// Without a word from the caller files and pipes must give the same bytes, so the data is not asked.
+std::pair<double, double> usual_range(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return {0, 256};
+    case SampleType::int8:
+      return {-128, 128};
+    case SampleType::uint16:
+      return {0, 4096};
+    case SampleType::int16:
+      return {-1024, 3072};
+    default:
+      throw UsageError("volumes of this type need --range or --field-scale");
+  }
+}
+
+std::pair<double, double> range_of_data(VolumeReader& reader) {
+  require(reader.seekable(),
+          "--range auto reads the volume twice, which a pipe does not allow; give --range lo:hi");
+  double low = INFINITY, high = -INFINITY;
+  with_sample_type(reader.info().type, [&](auto type) {
+    using T = decltype(type);
+    std::vector<T> slice(static_cast<std::size_t>(reader.slice_samples()));
+    for (std::int64_t z = 0; z < reader.info().dims.z; ++z) {
+      reader.read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
+      const auto [least, most] = std::minmax_element(slice.begin(), slice.end());
+      low = std::min(low, static_cast<double>(*least));
+      high = std::max(high, static_cast<double>(*most));
+    }
+  });
+  reader.finish();
+  reader.rewind();
+  if (low == high) ++high;  // a constant volume: any scale will do
+  return {low, high};
+}
+
+void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingParameters& p) {
+  if (options.field_scale) {
+    p.field_scale = *options.field_scale;
+    return;
+  }
+  const auto [low, high] = options.range             ? *options.range
+                           : options.range_from_data ? range_of_data(reader)
+                                                     : usual_range(p.type);
+  p.range_low = low;
+  p.range_high = high;
+  p.field_scale = voxels_per_range / (high - low);
+}
+
+void set_bounds(const EncodeOptions& options, CodingParameters& p) {
+  // Samples are integers: so are errors.
+  const auto whole = [](const std::optional<double>& e) { return e ? std::floor(*e) : -1.0; };
+  p.mesh_error = whole(options.mesh_error);
+  if (p.mode == FileMode::voxels) {
+    p.max_error = std::max(whole(options.max_error), 0.0);
+    p.surface_error = whole(options.surface_error);
+    return;
+  }
+  p.max_error = whole(options.max_error);
+  if (p.max_error < 0) return;
+  // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
+  // that is within E of an integer keeps it within E.
+  p.point_error = std::floor(p.max_error / 4);
+  const double left = p.max_error - p.point_error;
+  p.mesh_error = p.mesh_error < 0 ? left : std::min(p.mesh_error, left);
+}
+
+}  // namespace
+
+void EncodeOptions::validate() const {
+  require_bound(max_error, "--max-error");
+  require_bound(surface_error, "--surface-error");
+  require_bound(mesh_error, "--mesh-error");
+  require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
+  require(!surface_error || (max_error && *surface_error < *max_error),
+          "--surface-error must be below --max-error");
+  require(accuracy >= 3 && accuracy <= 1'000'000, "--accuracy must be a whole number from 3");
+  require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
+              std::has_single_bit(static_cast<unsigned>(cube_size)),
+          "--cube must be a power of two, 4 .. 256");
+  require(
+      !max_level || (*max_level >= 0 && *max_level <= tagrid::max_level(cube_size)),
+      fmt::format("--max-level must be 0 .. {} for cubes of {}", tagrid::max_level(cube_size), cube_size));
+  const bool limited = max_level && *max_level < tagrid::max_level(cube_size);
+  require(!limited || !grid_only || !max_error,
+          "a grid with --max-level keeps no bound: leave out --max-error");
+  require(!limited || !mesh_error, "a grid with --max-level keeps no bound: leave out --mesh-error");
+  require(!brick_edge || (*brick_edge >= 1 && *brick_edge * cube_size <= 512),
+          "--brick must be at least 1 root cube and at most 512 samples an edge");
+  require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
+          "--field-scale must be positive");
+  require(!field_scale || (!range && !range_from_data),
+          "--field-scale and --range say the same thing: give one");
+  require(
+      !range || (std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second),
+      "--range must be lo:hi with lo < hi");
+}
+
+CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
+  options.validate();
+  CodingParameters p;
+  p.dims = reader.info().dims;
+  p.type = reader.info().type;
+  require(is_supported(p.type),
+          fmt::format("samples of type {} cannot be encoded yet: only uint8, int8, uint16 and int16",
+                      name_of(p.type)));
+  p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
+  p.cube_size = options.cube_size;
+  p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
+  p.max_level = options.max_level.value_or(max_level(options.cube_size));
+  p.accuracy = options.accuracy;
+  set_bounds(options, p);
+  set_field_scale(options, reader, p);
+  return p;
+}
+
+}  // namespace tagrid

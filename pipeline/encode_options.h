@@ -1,0 +1,33 @@
+// What a caller asks of an encoding, and the parameters that follow from it.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "grid/coding_parameters.h"
+#include "io/volume_reader.h"
+
+namespace tagrid {
+
+struct EncodeOptions {
+  bool grid_only = false;
+  std::optional<double> max_error;      ///< voxels: 0 where not given; grid: no bound where not given
+  std::optional<double> surface_error;  ///< bound of active voxels, below max_error
+  std::optional<double> mesh_error;     ///< bound of the piecewise linear field
+  int accuracy = 20;                    ///< m
+  int cube_size = 32;                   ///< S
+  std::optional<int> max_level;         ///< a limited run
+  std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) where not given
+  std::optional<std::pair<double, double>> range;
+  bool range_from_data = false;       ///< a pass of its own over the volume; files only
+  std::optional<double> field_scale;  ///< lambda itself, instead of a range
+
+  /// Throws UsageError where values are out of range or do not go together.
+  void validate() const;
+};
+
+/// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
+/// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
+CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
+
+}  // namespace tagrid

@@ -1,0 +1,81 @@
+#include "pipeline/run.h"
+
+#include <sched.h>
+
+#include <algorithm>
+
+#include "io/errors.h"
+#include "pipeline/decode_graph.h"
+#include "pipeline/encode_graph.h"
+
+namespace tagrid {
+
+int available_threads() {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
+  return std::max(1, CPU_COUNT(&set));
+}
+
+EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
+                           const std::string& output, bool overwrite, const EncodeOptions& options,
+                           int threads, const Progress& progress) {
+  options.validate();
+  check_output(output, overwrite);
+  VolumeReader reader = open_volume(input, raw);
+  EncodeResult result;
+  result.header = {resolve(options, reader), reader.info().nrrd_fields};
+  const CodingParameters& parameters = result.header.parameters;
+  OutputFile file(output, overwrite);
+  TagWriter writer(file, result.header);
+
+  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::size_t slice_bytes = static_cast<std::size_t>(reader.slice_samples()) * size_of(parameters.type);
+  std::int64_t slices = 0;
+  std::uint64_t done = 0;
+  EncodeStreams streams;
+  streams.read_slice = [&] {
+    auto slice = std::make_shared<std::vector<std::byte>>(slice_bytes);
+    reader.read_slices(slice->data(), 1);
+    // What follows the last slice makes the whole input wrong, so it is looked at before anything is
+    // finished.
+    if (++slices == parameters.dims.z) reader.finish();
+    return SliceSamples(std::move(slice));
+  };
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    done += code.statistics.samples;
+    writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    if (progress) progress(done, total);
+  };
+  run_encode_graph(parameters, threads, streams);
+  writer.finish();
+  result.index = writer.index();
+  result.file_bytes = file.position();
+  file.commit();
+  return result;
+}
+
+void decode_volume(const std::string& input, const std::string& output, VolumeFormat format, bool overwrite,
+                   int threads, const Progress& progress) {
+  TagReader reader(input);
+  const CodingParameters& parameters = reader.parameters();
+  VolumeInfo info;
+  info.dims = parameters.dims;
+  info.type = parameters.type;
+  info.nrrd_fields = reader.header().nrrd_fields;
+  info.geometry = geometry_of(info.nrrd_fields);
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
+
+  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  std::uint64_t done = 0;
+  DecodeStreams streams;
+  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.write_slices = [&](std::span<const std::byte> samples) {
+    writer.write_slices(samples);
+    done += samples.size() / size_of(parameters.type);
+    if (progress) progress(done, total);
+  };
+  run_decode_graph(parameters, threads, streams);
+  writer.commit();
+}
+
+}  // namespace tagrid

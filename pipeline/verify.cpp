@@ -1,0 +1,151 @@
+#include "pipeline/verify.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "grid/conformity.h"
+#include "io/errors.h"
+#include "pipeline/decode_graph.h"
+#include "pipeline/shared_faces.h"
+#include "stages/brick_codec.h"
+
+namespace tagrid {
+namespace {
+
+std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); }
+
+// Compares decoded slices with the original as they come.
+class AgainstOriginal {
+ public:
+  AgainstOriginal(const std::string& name, const CodingParameters& parameters, const std::string& original,
+                  const std::optional<RawDescription>& raw)
+      : name_(name), parameters_(parameters), reader_(open_volume(original, raw)) {
+    const VolumeInfo& info = reader_.info();
+    if (info.dims != parameters.dims || info.type != parameters.type)
+      throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
+                                    text(info.dims), name_of(info.type), text(parameters.dims),
+                                    name_of(parameters.type)));
+  }
+
+  void compare(std::span<const std::byte> decoded) {
+    const std::size_t slice = static_cast<std::size_t>(reader_.slice_samples()) * size_of(parameters_.type);
+    slice_.resize(slice);
+    for (; !decoded.empty(); decoded = decoded.subspan(slice), ++z_) {
+      reader_.read_slices(slice_.data(), 1);
+      with_sample_type(parameters_.type, [&](auto type) {
+        using T = decltype(type);
+        compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded.data()));
+      });
+    }
+  }
+  double finish() {
+    reader_.finish();
+    return worst_;
+  }
+
+ private:
+  template <class T>
+  void compare_slice(const T* original, const T* decoded) {
+    const double bound = parameters_.max_error < 0 ? INFINITY : parameters_.max_error;
+    for (std::int64_t i = 0; i < reader_.slice_samples(); ++i) {
+      const double error = std::abs(static_cast<double>(original[i]) - static_cast<double>(decoded[i]));
+      if (error <= worst_) continue;
+      worst_ = error;
+      if (error > bound)
+        throw BrokenInput(fmt::format("{}: voxel {} is {}, the original {}: further apart than {}", name_,
+                                      text({i % parameters_.dims.x, i / parameters_.dims.x, z_}), +decoded[i],
+                                      +original[i], bound));
+    }
+  }
+
+  std::string name_;
+  const CodingParameters& parameters_;
+  VolumeReader reader_;
+  std::vector<std::byte> slice_;
+  std::int64_t z_ = 0;
+  double worst_ = 0;
+};
+
+// What the index says, against what the bricks hold.
+class StatisticsCheck {
+ public:
+  explicit StatisticsCheck(const CodingParameters& parameters) : parameters_(parameters) {}
+
+  void add(const DecodedBrick& brick) {
+    const Index3 position = parameters_.bricks().position(brick.id);
+    count_active(brick.active, parameters_, position, counted_);
+    with_sample_type(parameters_.type, [&](auto type) {
+      using T = decltype(type);
+      const auto* first = reinterpret_cast<const T*>(brick.samples.data());
+      const auto [low, high] = std::minmax_element(first, first + brick.samples.size() / sizeof(T));
+      ranges_.push_back({static_cast<double>(*low), static_cast<double>(*high)});
+    });
+    counted_.samples += brick.samples.size() / size_of(parameters_.type);
+  }
+  std::uint64_t active_points() const {
+    std::uint64_t sum = 0;
+    for (const auto n : counted_.active) sum += n;
+    return sum;
+  }
+  void compare(const TagReader& reader) const {
+    const TagIndex& index = reader.index();
+    const auto fail = [&](const std::string& what) {
+      throw BrokenInput(reader.name() + ": the index: " + what);
+    };
+    if (index.total.active != counted_.active) fail("active points are not as many as in the bricks");
+    if (index.total.samples != counted_.samples) fail("the number of samples does not fit");
+    const double bound = parameters_.max_error;
+    if (bound >= 0 && index.total.max_error > bound) fail("the recorded error is above the bound");
+    for (std::size_t i = 0; i < ranges_.size(); ++i)
+      if (std::abs(ranges_[i].first - index.bricks[i].low) > index.total.max_error ||
+          std::abs(ranges_[i].second - index.bricks[i].high) > index.total.max_error)
+        fail(fmt::format("the value range of brick {} is not that of its voxels", i));
+  }
+
+ private:
+  const CodingParameters& parameters_;
+  Statistics counted_;
+  std::vector<std::pair<double, double>> ranges_;
+};
+
+}  // namespace
+
+VerifyResult verify_file(const std::string& input, const std::string& original,
+                         const std::optional<RawDescription>& raw, int threads, const Progress& progress) {
+  TagReader reader(input);
+  const CodingParameters& parameters = reader.parameters();
+  std::optional<AgainstOriginal> against;
+  if (!original.empty()) against.emplace(reader.name(), parameters, original, raw);
+  SharedFaces faces(parameters);
+  StatisticsCheck statistics(parameters);
+  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  std::uint64_t done = 0;
+
+  DecodeStreams streams;
+  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.inspect_brick = [&](const DecodedBrick& brick) {
+    const auto fail = [&](const std::string& what, Index3 p) {
+      throw BrokenInput(fmt::format("{}: brick {}: {} at {}", reader.name(), brick.id, what, text(p)));
+    };
+    if (const auto p =
+            first_nonconforming_point(brick.active, parameters.domain().padded(), parameters.cube_size))
+      fail("the grid is not conforming", *p);
+    if (const auto p = faces.first_difference(brick)) fail("it disagrees with its neighbour", *p);
+    statistics.add(brick);
+  };
+  streams.write_slices = [&](std::span<const std::byte> samples) {
+    if (against) against->compare(samples);
+    done += samples.size() / size_of(parameters.type);
+    if (progress) progress(done, total);
+  };
+  run_decode_graph(parameters, threads, streams);
+  statistics.compare(reader);
+
+  VerifyResult result{reader.header(), parameters.bricks().count(), statistics.active_points(), std::nullopt};
+  if (against) result.max_error = against->finish();
+  return result;
+}
+
+}  // namespace tagrid

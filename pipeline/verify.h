@@ -1,0 +1,30 @@
+// A file put to the test: every checksum, every brick decoded, the grid, the statistics, and the original.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "io/tag_file.h"
+#include "io/volume_info.h"
+#include "pipeline/run.h"
+
+namespace tagrid {
+
+struct VerifyResult {
+  TagHeader header;
+  std::int64_t bricks = 0;
+  std::uint64_t active_points = 0;
+  /// With an original: what was measured against it.
+  std::optional<double> max_error;
+};
+
+/// Decodes all of `input` and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
+/// does not decode, an activity that is not conforming, a face on which two bricks disagree, statistics that
+/// do not fit. With `original` ("" for none) also a voxel that is further from it than the file's bound, with
+/// its coordinates and both values.
+VerifyResult verify_file(const std::string& input, const std::string& original,
+                         const std::optional<RawDescription>& raw, int threads,
+                         const Progress& progress = {});
+
+}  // namespace tagrid

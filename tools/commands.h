@@ -1,0 +1,21 @@
+// The subcommands. Each adds itself to the command line and does its work when it was given.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+
+namespace tagrid {
+
+/// What a subcommand does once the command line was parsed.
+using Action = std::function<void()>;
+
+/// Adds one subcommand to `app`. The returned action is run if the subcommand was given.
+Action add_encode_command(CLI::App& app);
+Action add_decode_command(CLI::App& app);
+Action add_info_command(CLI::App& app);
+Action add_verify_command(CLI::App& app);
+Action add_mesh_command(CLI::App& app);
+Action add_phantom_command(CLI::App& app);
+
+}  // namespace tagrid

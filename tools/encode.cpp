@@ -1,0 +1,115 @@
+// tagrid encode: a volume to a .tag file.
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "io/errors.h"
+#include "pipeline/run.h"
+#include "tools/commands.h"
+#include "tools/report.h"
+#include "tools/shared_options.h"
+
+namespace tagrid {
+namespace {
+
+struct EncodeCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  RawOptions raw;
+  EncodeOptions options;
+  std::string range;
+  bool keep = false;
+
+  // "auto" or lo:hi.
+  void parse_range() {
+    if (range.empty()) return;
+    if (range == "auto") {
+      options.range_from_data = true;
+      return;
+    }
+    const auto number = [&](std::string_view text) {
+      double value = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+      if (error != std::errc{} || end != text.data() + text.size())
+        throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
+      return value;
+    };
+    const auto colon = range.find(':');
+    if (colon == std::string::npos) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
+    options.range = {number(std::string_view(range).substr(0, colon)),
+                     number(std::string_view(range).substr(colon + 1))};
+  }
+
+  void execute() {
+    parse_range();
+    const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
+    refuse_terminal(path, "compressed bytes");
+    const auto description = raw.description();
+    ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
+    const EncodeResult result =
+        encode_volume(input, description, path, output.overwrite, options, run.thread_count(),
+                      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    if (!run.quiet && run.verbosity > 0) fmt::print(stderr, "{}\n", summary(result));
+  }
+};
+
+void add_bounds(CLI::App& command, EncodeOptions& o) {
+  const char* group = "What is kept";
+  command.add_option("--max-error", o.max_error, "Largest error of any voxel; 0, the default: lossless")
+      ->option_text("E")
+      ->group(group);
+  command.add_option("--surface-error", o.surface_error, "Tighter bound where the grid is refined")
+      ->option_text("F")
+      ->group(group);
+  command.add_flag("--grid-only", o.grid_only, "Store the adaptive grid alone; voxels are interpolated")
+      ->group(group);
+  command.add_option("--mesh-error", o.mesh_error, "Refine until the mesh is within E of every sample")
+      ->option_text("E")
+      ->group(group);
+}
+
+void add_grid_options(CLI::App& command, EncodeCommand& c) {
+  const char* group = "The grid";
+  EncodeOptions& o = c.options;
+  command.add_option("--accuracy", o.accuracy, "m: as good as a circle's m-gon (20)")
+      ->option_text("m")
+      ->group(group);
+  command.add_option("--cube", o.cube_size, "Edge of a root cube, a power of two, 4 .. 256 (32)")
+      ->option_text("S")
+      ->group(group);
+  command.add_option("--max-level", o.max_level, "Refine no further than this level")
+      ->option_text("n")
+      ->group(group);
+  command
+      .add_option("--range", c.range,
+                  "Value range that counts as 8 voxels of height, or auto: that of the data")
+      ->option_text("lo:hi|auto")
+      ->group(group);
+  command
+      .add_option("--field-scale", o.field_scale, "Voxels of height per unit of value, instead of --range")
+      ->option_text("lambda")
+      ->group(group);
+  command.add_option("--brick", o.brick_edge, "Root cubes an edge of a brick; default max(2, 64/S)")
+      ->option_text("N")
+      ->group(group);
+}
+
+}  // namespace
+
+Action add_encode_command(CLI::App& app) {
+  auto state = std::make_shared<EncodeCommand>();
+  CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
+  command->add_option("INPUT", state->input, "NRRD file, headerless file, or - for the standard input")
+      ->required();
+  add_output_options(*command, state->output);
+  add_bounds(*command, state->options);
+  add_grid_options(*command, *state);
+  add_raw_options(*command, state->raw);
+  add_run_options(*command, state->run);
+  command->add_flag("-k,--keep", state->keep, "Keep the input (always so)");
+  return [state] { state->execute(); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,30 @@
+// tagrid info: what is in a .tag file.
+
+#include <fmt/format.h>
+
+#include "tools/commands.h"
+#include "tools/report.h"
+
+namespace tagrid {
+
+Action add_info_command(CLI::App& app) {
+  struct State {
+    std::string input;
+    bool json = false;
+  };
+  auto state = std::make_shared<State>();
+  CLI::App* command =
+      app.add_subcommand("info", "Geometry, parameters, where the bytes are, active points a level");
+  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  command->add_flag("--json", state->json, "Print one JSON object");
+  return [state] {
+    TagReader reader(state->input);
+    reader.read_index();
+    if (state->json)
+      fmt::print("{}\n", info_json(reader.header(), reader.index(), reader.sizes()).dump(2));
+    else
+      fmt::print("{}", info_text(reader.header(), reader.index(), reader.sizes()));
+  };
+}
+
+}  // namespace tagrid

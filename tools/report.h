@@ -1,0 +1,21 @@
+// What is said of a .tag file, to people and to scripts.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/tag_file.h"
+#include "pipeline/run.h"
+
+namespace tagrid {
+
+/// One line on an encoding: size, ratio, bits a voxel, largest error.
+std::string summary(const EncodeResult& result);
+
+/// The object of `info --json`.
+nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
+
+/// The same for people, with the table of levels.
+std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
+
+}  // namespace tagrid

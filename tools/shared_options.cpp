@@ -1,0 +1,116 @@
+#include "tools/shared_options.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <map>
+
+#include "io/errors.h"
+#include "pipeline/run.h"
+
+namespace tagrid {
+
+int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
+
+void add_run_options(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("-T,--threads", options.threads,
+                  "Threads to use; 0, the default: all that the process may run on")
+      ->check(CLI::Range(0, 1024));
+  command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  command.add_flag("-v,--verbose", options.verbosity, "Say more");
+  static const std::map<std::string, ProgressStyle> styles = {{"auto", ProgressStyle::automatic},
+                                                              {"bar", ProgressStyle::bar},
+                                                              {"plain", ProgressStyle::plain},
+                                                              {"none", ProgressStyle::none}};
+  command
+      .add_option("--progress", options.progress,
+                  "auto (a bar on a terminal, else nothing), bar, plain or none")
+      ->transform(CLI::CheckedTransformer(styles))
+      ->option_text("auto|bar|plain|none");
+}
+
+void add_output_options(CLI::App& command, OutputOptions& options) {
+  command.add_option("-o,--output", options.path, "Output; - is the standard output")->option_text("FILE");
+  command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
+}
+
+void add_raw_options(CLI::App& command, RawOptions& options) {
+  const char* group = "Headerless input";
+  command.add_option("--dims", options.dims, "Samples along x (fastest), y and z")
+      ->delimiter(',')
+      ->expected(3)
+      ->option_text("X,Y,Z")
+      ->group(group);
+  command.add_option("--type", options.type, "uint8, int8, uint16, int16, uint32, int32, float32 or float64")
+      ->option_text("TYPE")
+      ->group(group);
+  command.add_option("--endian", options.endian, "little (default) or big")
+      ->check(CLI::IsMember({"little", "big"}))
+      ->option_text("little|big")
+      ->group(group);
+  command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
+      ->delimiter(',')
+      ->expected(3)
+      ->option_text("X,Y,Z")
+      ->group(group);
+  command.add_option("--offset", options.offset, "Bytes before the first sample")
+      ->option_text("BYTES")
+      ->group(group);
+}
+
+Index3 checked_dims(const std::vector<std::int64_t>& dims) {
+  constexpr std::int64_t most = std::int64_t{1} << 31;
+  if (dims.size() != 3) throw UsageError("--dims must be three sizes: X,Y,Z");
+  for (const std::int64_t n : dims)
+    if (n < 1 || n > most) throw UsageError("--dims must be three sizes from 1 to 2^31: X,Y,Z");
+  return {dims[0], dims[1], dims[2]};
+}
+
+std::optional<RawDescription> RawOptions::description() const {
+  if (dims.empty() && type.empty()) return std::nullopt;
+  if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
+  RawDescription raw;
+  raw.dims = checked_dims(dims);
+  const auto named = sample_type_named(type);
+  if (!named)
+    throw UsageError(fmt::format(
+        "--type {} is not known: uint8, int8, uint16, int16, uint32, int32, float32, float64", type));
+  raw.type = *named;
+  raw.big_endian = endian == "big";
+  raw.offset = offset;
+  if (!spacing.empty()) {
+    raw.spacing = std::array<double, 3>{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!(spacing[axis] > 0) || spacing[axis] > 1e300)
+        throw UsageError("--spacing must be three positive numbers: X,Y,Z");
+      (*raw.spacing)[axis] = spacing[axis];
+    }
+  }
+  return raw;
+}
+
+void refuse_terminal(const std::string& output, const char* what) {
+  if (output == "-" && isatty(STDOUT_FILENO))
+    throw UsageError(fmt::format("{} are not written to a terminal; give -o FILE, or a pipe", what));
+}
+
+std::string output_beside(const std::string& input, const std::string& ending) {
+  if (input == "-") return "-";
+  return std::filesystem::path(input).replace_extension(ending).string();
+}
+
+std::string human_bytes(std::uint64_t bytes) {
+  if (bytes < 1000) return fmt::format("{} B", bytes);
+  double size = static_cast<double>(bytes);
+  const char* unit = "";
+  for (const char* next : {"kB", "MB", "GB", "TB", "PB"}) {
+    size /= 1000;
+    unit = next;
+    if (size < 1000) break;
+  }
+  return fmt::format("{:.{}f} {}", size, size < 10 ? 2 : size < 100 ? 1 : 0, unit);
+}
+
+}  // namespace tagrid

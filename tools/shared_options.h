@@ -1,0 +1,61 @@
+// Options that mean the same in every subcommand.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <optional>
+#include <string>
+
+#include "io/volume_info.h"
+#include "tools/progress.h"
+
+namespace tagrid {
+
+struct RunOptions {
+  int threads = 0;  ///< 0: what affinity allows
+  bool quiet = false;
+  int verbosity = 0;
+  ProgressStyle progress = ProgressStyle::automatic;
+
+  int thread_count() const;
+};
+
+/// -T, -q, -v, --progress
+void add_run_options(CLI::App& command, RunOptions& options);
+
+struct OutputOptions {
+  std::string path;
+  bool overwrite = false;
+};
+
+/// -o, -f
+void add_output_options(CLI::App& command, OutputOptions& options);
+
+/// --dims, --type, --endian, --spacing, --offset: how the samples of headerless input lie.
+struct RawOptions {
+  std::vector<std::int64_t> dims;
+  std::string type;
+  std::string endian = "little";
+  std::vector<double> spacing;
+  std::uint64_t offset = 0;
+
+  /// Nothing where --dims was not given. Throws UsageError where --type is missing, or values are out of
+  /// range.
+  std::optional<RawDescription> description() const;
+};
+
+void add_raw_options(CLI::App& command, RawOptions& options);
+
+/// Dims from "X,Y,Z"; throws UsageError unless all are positive and their product is reasonable.
+Index3 checked_dims(const std::vector<std::int64_t>& dims);
+
+/// "-": written to the standard output, which must not be a terminal where `binary`.
+void refuse_terminal(const std::string& output, const char* what);
+
+/// `input` without its ending, with `ending`; "-" for "-".
+std::string output_beside(const std::string& input, const std::string& ending);
+
+/// "1.2 MB" and the like: powers of 1000, as file managers count.
+std::string human_bytes(std::uint64_t bytes);
+
+}  // namespace tagrid
