@@ -164,7 +164,7 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + shape + "encoding: gzip\nendian: little\nbyte skip: -1\n", "byte skip"},
       {magic + type + shape + storage + "what is this\n", "what is this"}};
   for (const auto& [text, says] : broken) {
-    const std::string message = message_of<BrokenInput>([&] { parse_nrrd_header(text); });
+    const std::string message = message_of<BrokenInput>([&text = text] { parse_nrrd_header(text); });
     EXPECT_NE(message.find(says), message.npos) << message << "\n" << text;
   }
 }

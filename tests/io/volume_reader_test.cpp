@@ -1,5 +1,7 @@
 #include "io/volume_reader.h"
 
+#include <fcntl.h>
+#include <rapidcheck.h>
 #include <zlib.h>
 
 #include <cstring>
@@ -234,6 +236,46 @@ TEST_F(VolumeReaderTest, SpacingOfTheCommandLineBecomesAField) {
   const VolumeReader reader = open_volume(file("a.raw", bytes_of(false)), raw);
   EXPECT_EQ(reader.info().nrrd_fields, "spacings: 0.5 0.5 1.25\n");
   EXPECT_EQ(reader.info().geometry.spacing, *raw.spacing);
+}
+
+TEST_F(VolumeReaderTest, StandardInputIsReadFromWhereItStands) {
+  file("a", "before" + little + "encoding: raw\n\n" + bytes_of(false));
+  const int kept = dup(STDIN_FILENO), descriptor = open(path("a").c_str(), O_RDONLY);
+  ASSERT_EQ(lseek(descriptor, 6, SEEK_SET), 6);
+  dup2(descriptor, STDIN_FILENO);
+  close(descriptor);
+  {
+    VolumeReader reader = open_volume("-");
+    EXPECT_TRUE(reader.seekable());
+    EXPECT_EQ(read_rest(reader), samples());
+    reader.rewind();
+    EXPECT_EQ(read_rest(reader), samples());
+  }
+  dup2(kept, STDIN_FILENO);
+  close(kept);
+}
+
+TEST_F(VolumeReaderTest, AnyDamageIsReadOrRefused) {
+  const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 4 5\nbyte skip: 0\nencoding: ";
+  const std::vector<std::string> good = {header + "raw\n\n" + bytes_of(false),
+                                         header + "gzip\n\n" + gzipped(bytes_of(false))};
+  EXPECT_TRUE(rc::check([&] {
+    std::string bytes = *rc::gen::elementOf(good);
+    for (int i = *rc::gen::inRange(1, 4); i > 0; --i)
+      bytes[*rc::gen::inRange<std::size_t>(0, bytes.size())] = *rc::gen::arbitrary<char>();
+    if (*rc::gen::inRange(0, 3) == 0) bytes.resize(*rc::gen::inRange<std::size_t>(0, bytes.size()));
+    try {
+      VolumeReader reader = open_volume(file("a.nrrd", bytes));
+      RC_ASSERT(*sample_bytes(reader.info().dims, reader.info().type) < 10000000);
+      std::vector<std::byte> slice(static_cast<std::size_t>(reader.slice_samples()) *
+                                   size_of(reader.info().type));
+      for (std::int64_t z = 0; z < reader.info().dims.z; ++z) reader.read_slices(slice.data(), 1);
+      reader.finish();
+    } catch (const BrokenInput&) {
+    } catch (const WorldError&) {
+      // The damage may name another file.
+    }
+  }));
 }
 
 TEST_F(VolumeReaderTest, RealVolumesOpen) {

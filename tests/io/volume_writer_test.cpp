@@ -1,5 +1,6 @@
 #include "io/volume_writer.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -102,6 +103,26 @@ TEST_F(VolumeWriterTest, SamplesDoNotStayWhenTheHeaderCannotAppear) {
   EXPECT_THROW(writer.commit(), UsageError);
   EXPECT_FALSE(std::filesystem::exists(path("a.raw")));
   EXPECT_EQ(content("a.nhdr"), "somebody else's");
+}
+
+TEST_F(VolumeWriterTest, StandardOutputGetsSamplesAloneOrAfterAHeader) {
+  const VolumeInfo info = info_of(SampleType::int16);
+  write_volume(path("a.nrrd"), info);
+  write_volume(path("a.raw"), info);
+  for (const VolumeFormat format : {VolumeFormat::nrrd, VolumeFormat::raw}) {
+    fflush(stdout);
+    const int kept = dup(STDOUT_FILENO);
+    const int descriptor = open(path("out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(descriptor, STDOUT_FILENO);
+    close(descriptor);
+    VolumeWriter writer = open_volume_writer("-", format, info, false);
+    writer.write_slices(samples_of(info));
+    writer.commit();
+    dup2(kept, STDOUT_FILENO);
+    close(kept);
+    EXPECT_EQ(content("out"), content(format == VolumeFormat::nrrd ? "a.nrrd" : "a.raw"));
+  }
+  EXPECT_THROW(open_volume_writer("-", VolumeFormat::nhdr, info, false), UsageError);
 }
 
 TEST(VolumeFormatTest, ComesFromTheName) {
