@@ -60,7 +60,7 @@ RC_GTEST_PROP(LeafTetrahedra, VolumesArePositiveAndSumToTheBox, ()) {
   std::int64_t sum = 0;
   for (const Tetrahedron& t : leaves(g.active, g.box, g.cube_size)) {
     RC_ASSERT(six_volumes(t.vertices) > 0);
-    RC_ASSERT(six_volumes(t.vertices) << t.level == root);
+    RC_ASSERT((six_volumes(t.vertices) << t.level) == root);
     sum += six_volumes(t.vertices);
   }
   const Index3 d = g.box.high - g.box.low;

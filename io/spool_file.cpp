@@ -1,0 +1,85 @@
+#include "io/spool_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+
+#include "io/errors.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::size_t buffer_size = std::size_t{1} << 20;
+
+std::string folder_for_temporaries() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
+// Beside the output, where the space for the result has to be anyway.
+std::string folder_beside(const std::string& path) {
+  struct stat status;
+  const bool is_special = stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+  if (path == "-" || is_special) return folder_for_temporaries();
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+}  // namespace
+
+SpoolFile::SpoolFile(const std::string& path) : folder_(folder_beside(path)) {
+  buffer_.reserve(buffer_size);
+  descriptor_ = open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (descriptor_ >= 0) return;
+  // Some network file systems have no nameless files: make one with a name and take the name away.
+  std::string name = (std::filesystem::path(folder_) / ".tagrid.partXXXXXX").string();
+  descriptor_ = mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor_ < 0) throw world_error("cannot create a temporary file in", folder_, errno);
+  unlink(name.c_str());
+}
+
+SpoolFile::~SpoolFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void SpoolFile::write(std::span<const std::byte> bytes) {
+  assert(!reading_);
+  size_ += bytes.size();
+  while (!bytes.empty()) {
+    const std::size_t count = std::min(bytes.size(), buffer_size - buffer_.size());
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+    bytes = bytes.subspan(count);
+    if (buffer_.size() == buffer_size) flush();
+  }
+}
+
+void SpoolFile::flush() {
+  std::span<const std::byte> rest = buffer_;
+  while (!rest.empty()) {
+    const ssize_t count = ::write(descriptor_, rest.data(), rest.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) throw world_error("cannot write a temporary file in", folder_, errno);
+    rest = rest.subspan(static_cast<std::size_t>(count));
+  }
+  buffer_.clear();
+}
+
+std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
+  if (!reading_) flush();
+  reading_ = true;
+  buffer_.resize(buffer_size);
+  ssize_t count;
+  do {
+    count = pread(descriptor_, buffer_.data(), buffer_.size(), static_cast<off_t>(position));
+  } while (count < 0 && errno == EINTR);
+  if (count <= 0) throw world_error("cannot read a temporary file in", folder_, count < 0 ? errno : EIO);
+  return std::span(buffer_).first(static_cast<std::size_t>(count));
+}
+
+}  // namespace tagrid

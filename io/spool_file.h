@@ -1,0 +1,47 @@
+// A nameless temporary file: what has to wait until something else is written, without memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tagrid {
+
+/// Bytes that are written once, in order, and then read back. The file has no name from the start, so
+/// nothing is left however the program ends. Every failure is a WorldError.
+class SpoolFile {
+ public:
+  /// Makes the file in the folder of `path`, or in the folder for temporary files for "-" and for devices.
+  explicit SpoolFile(const std::string& path);
+  ~SpoolFile();
+  SpoolFile(const SpoolFile&) = delete;
+  SpoolFile& operator=(const SpoolFile&) = delete;
+
+  void write(std::span<const std::byte> bytes);
+  /// Bytes written so far.
+  std::uint64_t size() const { return size_; }
+  /// Calls use(std::span<std::byte>) for all bytes, in order, part by part; `use` may change what it is
+  /// given. REQUIRES: no write() after the first call.
+  template <class Use>
+  void read_back(Use use) {
+    for (std::uint64_t position = 0; position < size_;) {
+      const std::span<std::byte> part = read_part(position);
+      use(part);
+      position += part.size();
+    }
+  }
+
+ private:
+  void flush();
+  std::span<std::byte> read_part(std::uint64_t position);
+
+  std::string folder_;
+  int descriptor_ = -1;
+  std::vector<std::byte> buffer_;  ///< What is not in the file yet; later, what was read.
+  bool reading_ = false;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace tagrid
