@@ -9,6 +9,7 @@
 #include "pipeline/encode_schedule.h"
 #include "stages/curvature.h"
 #include "stages/marking.h"
+#include "stages/mesh_criterion.h"
 #include "stages/subdivide.h"
 
 namespace tagrid {
@@ -27,6 +28,13 @@ struct EncodedBrick {
   std::shared_ptr<BrickCode> code;
 };
 
+// The halos of the stages that make marks.
+int mark_halo(const CodingParameters& parameters) {
+  return parameters.mesh_error < 0
+             ? CurvatureField::halo
+             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
+}
+
 // From a job's slices and marks to the stage functions: what each worker does.
 class Stages {
  public:
@@ -38,11 +46,14 @@ class Stages {
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
       const Box cubes = schedule_.tile_box(job.tile);
-      const auto samples = gathered<T>(job.slices, cubes.grown(CurvatureField::halo));
+      const auto samples = gathered<T>(job.slices, cubes.grown(mark_halo(parameters_)));
       CurvatureField field;
       evaluate_curvature(samples.view, cubes, parameters_.field_scale, field);
       mark_curvature(field, parameters_.domain(),
                      {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
+      if (parameters_.mesh_error >= 0)
+        mark_mesh_error(samples.view, parameters_.domain(), static_cast<std::int64_t>(parameters_.mesh_error),
+                        *marks);
     });
     return {job.tile, std::move(marks)};
   }
@@ -84,7 +95,7 @@ class Stages {
 };
 
 void build_and_run(const CodingParameters& parameters, int threads, const EncodeStreams& streams) {
-  EncodeSchedule schedule(parameters, CurvatureField::halo);
+  EncodeSchedule schedule(parameters, mark_halo(parameters));
   const Stages stages(parameters, schedule);
   const auto workers = static_cast<std::size_t>(threads);
   const std::int64_t layer_bricks = parameters.bricks().layer_count(),
