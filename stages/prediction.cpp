@@ -5,10 +5,6 @@
 #include <cstdlib>
 #include <vector>
 
-#ifndef KNOB
-#define KNOB(i, v) (v)
-#endif
-
 namespace tagrid {
 namespace {
 
@@ -157,7 +153,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   const std::int64_t first_z = first_slice ? 0 : std::min<std::int64_t>(2, size.z - 1);
   const std::int64_t last_z = first_slice ? 1 : size.z;
   // Large bricks say the same many times over: a sixteenth of the rows is enough.
-  const std::int64_t z_step = size.z >= 16 ? KNOB(0, 4) : 1, y_step = size.y >= 16 ? 4 : 1;
+  const std::int64_t z_step = size.z >= 16 ? 4 : 1, y_step = size.y >= 16 ? 4 : 1;
   const std::int64_t first_x = std::min<std::int64_t>(2, size.x - 1);
   const std::int64_t last_x = std::max(first_x + 1, size.x - 2);
   std::int64_t turn = 0;
@@ -178,7 +174,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   const Weights fallback = default_weights();
   // Values decoded within a wide bound are nearer to the originals than rounding to the step alone would
   // leave them: a smooth brick predicts itself. What the originals leave unpredicted limits the noise.
-  const double left = 0.01 * KNOB(7, 100) * unpredicted(sums, n);
+  const double left = unpredicted(sums, n);
   const double penalty_each = 0.05 + (noise > 0 ? noise * left / (noise + left) : 0);
   double penalty = sums.count * penalty_each;
   for (int attempt = 0; attempt < 8; ++attempt, penalty *= 16) {

@@ -12,10 +12,6 @@
 
 #include "stages/range_coder.h"
 
-#ifndef KNOB
-#define KNOB(i, v) (v)
-#endif
-
 namespace tagrid {
 
 /// ln(p / (1 - p)) in units of 1/256, within +-2047, for p = (index + 1/2) / 4096.
@@ -97,7 +93,7 @@ struct ResidualContext {
 /// opposes what made it, so none does.
 struct Mixer {
   std::array<std::uint32_t, contexts_mixed> weights;
-  Mixer() { weights.fill(KNOB(2, 24) << 10); }
+  Mixer() { weights.fill(24 << 10); }
 };
 
 template <class Coder>
@@ -114,13 +110,13 @@ bool code_mixed(Coder& coder, bool bit, const std::array<AdaptiveBit*, contexts_
   bit = coder.code(bit, p);
   const std::int32_t error = (bit ? 65535 : 0) - static_cast<std::int32_t>(p);
   for (std::size_t i = 0; i < contexts_mixed; ++i) {
-    mixer.weights[i] += static_cast<std::uint32_t>((inputs[i] * error + (1 << 15)) >> KNOB(3, 16));
+    mixer.weights[i] += static_cast<std::uint32_t>((inputs[i] * error + (1 << 15)) >> 16);
     models[i]->learn(bit, limit);
   }
   return bit;
 }
 
-/// All adaptive state of one brick. About 60 KB.
+/// All adaptive state of one brick. About 40 KB.
 class ResidualModel {
  public:
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
@@ -148,7 +144,7 @@ class ResidualModel {
 
  private:
   static constexpr std::uint64_t unary_limit = 24;
-  static constexpr std::size_t depths = 4;
+  static constexpr std::size_t depths = 4, mixed_depths = 2;
   static constexpr std::uint32_t limit = 255;
 
   template <class Coder>
@@ -159,13 +155,14 @@ class ResidualModel {
       std::array<AdaptiveBit*, contexts_mixed> models;
       for (std::size_t i = 0; i < contexts_mixed; ++i)
         models[i] = &magnitude_[i][context.magnitude[i] * depths + depth];
-      if (depth >= static_cast<std::size_t>(KNOB(12, 2))) {
-        if (!code_adaptive(coder, given > high, *models[0], 255)) return high;
+      // Further decisions are rare, or nearly the same in every context.
+      if (depth >= mixed_depths) {
+        if (!code_adaptive(coder, given > high, *models[0], limit)) return high;
         ++high;
         continue;
       }
       if (!code_mixed(coder, given > high, models, magnitude_mixers_[depth * mixer_contexts + context.mixer],
-                      KNOB(4, limit)))
+                      limit))
         return high;
       ++high;
     }
@@ -197,11 +194,9 @@ class ResidualModel {
   template <class Coder>
   bool code_sign(Coder& coder, bool negative, const ResidualContext& context) {
     if (context.low_bits >= 3) return coder.code_raw(negative, 1) != 0;
-    if (KNOB(11, 0))
-      return code_adaptive(coder, negative, sign_[KNOB(11, 0) - 1][context.sign[KNOB(11, 0) - 1]], 255);
     std::array<AdaptiveBit*, contexts_mixed> models;
     for (std::size_t i = 0; i < contexts_mixed; ++i) models[i] = &sign_[i][context.sign[i]];
-    return code_mixed(coder, negative, models, sign_mixer_, KNOB(5, limit));
+    return code_mixed(coder, negative, models, sign_mixer_, limit);
   }
 
   std::array<std::array<AdaptiveBit, 512 * depths>, contexts_mixed> magnitude_{};
