@@ -115,6 +115,38 @@ TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
   }
 }
 
+// A file put together from two others, whose grids differ on the face between two layers: the mesh has cracks
+// there, but every point has the value of its sample, which the layer below owns.
+TEST_F(MeshFile, BricksThatDisagreeStillGetTheValuesOfTheirOwnSamples) {
+  const TestVolume spiky = spiky_volume({9, 9, 17}, 5);
+  const TestVolume flat{spiky.dims, std::vector<std::int16_t>(spiky.samples.size(), 123)};
+  std::vector<BrickBytes> bricks;
+  EncodeResult encoded;
+  const TestVolume volumes[] = {flat, spiky};
+  for (const TestVolume& volume : volumes) {
+    encoded = encode(volume, options_);
+    TagReader reader(path("v.tag"));
+    for (BrickBytes brick; reader.read_brick(brick);)
+      if (brick.id == (&volume == &volumes[0] ? 0 : 1)) bricks.push_back(brick);
+  }
+  ASSERT_EQ(bricks.size(), 2u);
+  {
+    OutputFile out(path("v.tag"), true);
+    TagWriter writer(out, encoded.header);
+    for (const BrickBytes& brick : bricks) writer.write_brick(brick, encoded.index.total);
+    writer.finish();
+    out.commit();
+  }
+  const TestVolume decoded = decode(spiky.dims);
+  const ValuedMesh m = mesh({}, true);
+  int on_face = 0;
+  for (std::size_t i = 0; i < m.points.size(); ++i) {
+    ASSERT_EQ(m.values[i], decoded.nearest(m.points[i]));
+    on_face += m.points[i].z == 8;
+  }
+  EXPECT_GT(on_face, 4);
+}
+
 // Of volumes in ../shared/data, with all the points and tetrahedra that real grids have.
 class RealVolumes : public MeshedVolume {
  protected:
