@@ -79,7 +79,7 @@ class IntegerModel {
 inline constexpr int contexts_mixed = 4;
 inline constexpr std::array<int, contexts_mixed> magnitude_contexts = {64, 512, 512, 512};
 inline constexpr std::array<int, contexts_mixed> sign_contexts = {32, 32, 128, 32};
-inline constexpr int mixer_contexts = 16;
+inline constexpr int mixer_contexts = 8;
 
 /// What is known of a residual before it is coded. Numbers of contexts are limited by the tables above.
 struct ResidualContext {

@@ -192,7 +192,7 @@ inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
   const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(energy), 15);
   const int k = std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
   c.low_bits = static_cast<std::uint8_t>(k);
-  c.mixer = static_cast<std::uint8_t>(coarse);
+  c.mixer = static_cast<std::uint8_t>(coarse / 2);
 
   const std::int32_t here = here_[x - 1];
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
