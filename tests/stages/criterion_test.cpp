@@ -77,7 +77,7 @@ TEST(Criterion, ThresholdIsThatOfTheRegularPolygon) {
 // Where R/C is further than 1e-4 of itself from the threshold, or 1 % of what the threshold is above one, the
 // verdict is the oracle's.
 TEST(Criterion, AgreesWithTheOracle) {
-  for (const int m : {3, 4, 7, 20, 60}) {
+  for (const int m : {3, 4, 7, 20, 60, 1000}) {
     RandomEdges edges(static_cast<std::uint64_t>(m));
     const double threshold = oracle::threshold(m);
     const double tolerance = std::min(1e-4 * threshold, 0.01 * (threshold - 1));
