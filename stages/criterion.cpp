@@ -73,11 +73,12 @@ TAGRID_INLINE ControlPolygon control_polygon(float rise, float slope_left, float
   const EndSteps l = osculating_steps(slope_left, bend_left, third, step_angle);
   const EndSteps r = osculating_steps(slope_right, bend_right, third, step_angle);
   ControlPolygon polygon;
+  // By coordinates: copies of whole vectors keep the compiler from vectorizing the loop over the edges.
   polygon.legs[0] = {-l.behind.x, -l.behind.y};
-  polygon.legs[1] = l.ahead;
+  polygon.legs[1] = {l.ahead.x, l.ahead.y};
   polygon.legs[2] = right + (r.behind - l.ahead);
   polygon.legs[3] = {-r.behind.x, -r.behind.y};
-  polygon.legs[4] = r.ahead;
+  polygon.legs[4] = {r.ahead.x, r.ahead.y};
   // A spline starts and ends at (1,4,1)/6 of its first and last three control points.
   polygon.chord = right + (1.0F / 6) * ((r.behind + r.ahead) - (l.behind + l.ahead));
   return polygon;
@@ -110,21 +111,28 @@ constexpr PieceWeights piece_weights() {
 
 constexpr PieceWeights pieces = piece_weights();
 
-// R - C. The pieces add up to the chord, so this is the sum of what each is longer than its projection on the
-// chord; as |v| - v.c = (v x c)^2 / (|v| + v.c), no digits are lost where the curve is almost straight.
+// How much longer piece `k` of a segment is than its projection on the chord. As |v| - v.c is also
+// (v x c)^2 / (|v| + v.c), no digits are lost where the curve is almost straight.
+TAGRID_INLINE float piece_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 direction, int k) {
+  const Vector2 piece = (pieces.w[k][0] * a + pieces.w[k][1] * b) + pieces.w[k][2] * c;
+  const float length = std::sqrt(dot(piece, piece));
+  const float along = dot(piece, direction), across = cross(piece, direction);
+  const float sum = length + std::fabs(along);
+  const float forwards = across * across / sum;
+  return along > 0 ? forwards : sum;
+}
+
+TAGRID_INLINE float segment_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 direction) {
+  return (piece_excess(a, b, c, direction, 0) + piece_excess(a, b, c, direction, 1)) +
+         (piece_excess(a, b, c, direction, 2) + piece_excess(a, b, c, direction, 3));
+}
+
+// R - C, as the pieces add up to the chord. Written out: inner loops would not vectorize.
 TAGRID_INLINE float spline_excess(const ControlPolygon& polygon, Vector2 direction) {
-  float sum = 0;
-  for (int segment = 0; segment < 3; ++segment)
-    for (int k = 0; k < 4; ++k) {
-      const Vector2 piece =
-          (pieces.w[k][0] * polygon.legs[segment] + pieces.w[k][1] * polygon.legs[segment + 1]) +
-          pieces.w[k][2] * polygon.legs[segment + 2];
-      const float length = std::sqrt(dot(piece, piece));
-      const float along = dot(piece, direction), across = cross(piece, direction);
-      const float forwards = across * across / (length + along), backwards = length - along;
-      sum += along > 0 ? forwards : backwards;
-    }
-  return sum;
+  const auto& legs = polygon.legs;
+  return (segment_excess(legs[0], legs[1], legs[2], direction) +
+          segment_excess(legs[1], legs[2], legs[3], direction)) +
+         segment_excess(legs[2], legs[3], legs[4], direction);
 }
 
 }  // namespace
