@@ -59,6 +59,10 @@ void VolumeWriter::write_slices(std::span<const std::byte> samples) {
   }
 }
 
+std::uint64_t VolumeWriter::bytes_written() const {
+  return samples_->position() + (header_ ? header_->position() : 0);
+}
+
 void VolumeWriter::commit() {
   assert(bytes_left_ == 0);
   if (!header_) return samples_->commit();

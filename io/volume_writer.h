@@ -32,6 +32,8 @@ class VolumeWriter {
   void write_slices(std::span<const std::byte> samples);
   /// Makes the files durable and gives them their names. REQUIRES: all samples were written.
   void commit();
+  /// Bytes of all files so far, headers included.
+  std::uint64_t bytes_written() const;
 
  private:
   friend VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,

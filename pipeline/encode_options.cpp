@@ -87,7 +87,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   if (p.max_error < 0) return;
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
   // that is within E of an integer keeps it within E.
-  p.point_error = std::floor(p.max_error / 4);
+  p.point_error = std::floor(p.max_error / 2);
   const double left = p.max_error - p.point_error;
   p.mesh_error = p.mesh_error < 0 ? left : std::min(p.mesh_error, left);
 }

@@ -16,17 +16,25 @@ namespace {
 
 std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); }
 
-// Compares decoded slices with the original as they come.
+// Compares decoded slices with the original as they come, a layer of bricks at a time.
 class AgainstOriginal {
  public:
   AgainstOriginal(const std::string& name, const CodingParameters& parameters, const std::string& original,
                   const std::optional<RawDescription>& raw)
-      : name_(name), parameters_(parameters), reader_(open_volume(original, raw)) {
+      : name_(name),
+        parameters_(parameters),
+        bricks_(parameters.bricks()),
+        reader_(open_volume(original, raw)) {
     const VolumeInfo& info = reader_.info();
     if (info.dims != parameters.dims || info.type != parameters.type)
       throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
                                     text(info.dims), name_of(info.type), text(parameters.dims),
                                     name_of(parameters.type)));
+  }
+
+  /// The activity of the next brick of the layer.
+  void add_activity(const LatticeBits& active) {
+    if (parameters_.surface_error >= 0) active_.push_back(active);
   }
 
   void compare(std::span<const std::byte> decoded) {
@@ -39,6 +47,7 @@ class AgainstOriginal {
         compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded.data()));
       });
     }
+    active_.clear();
   }
   double finish() {
     reader_.finish();
@@ -49,20 +58,33 @@ class AgainstOriginal {
   template <class T>
   void compare_slice(const T* original, const T* decoded) {
     const double bound = parameters_.max_error < 0 ? INFINITY : parameters_.max_error;
+    const double tightest = parameters_.surface_error < 0 ? bound : parameters_.surface_error;
     for (std::int64_t i = 0; i < reader_.slice_samples(); ++i) {
       const double error = std::abs(static_cast<double>(original[i]) - static_cast<double>(decoded[i]));
-      if (error <= worst_) continue;
-      worst_ = error;
-      if (error > bound)
+      worst_ = std::max(worst_, error);
+      if (error <= tightest) continue;
+      const Index3 p{i % parameters_.dims.x, i / parameters_.dims.x, z_};
+      if (error > bound || is_active(p))
         throw BrokenInput(fmt::format("{}: voxel {} is {}, the original {}: further apart than {}", name_,
-                                      text({i % parameters_.dims.x, i / parameters_.dims.x, z_}), +decoded[i],
-                                      +original[i], bound));
+                                      text(p), +decoded[i], +original[i], error > bound ? bound : tightest));
     }
+  }
+
+  bool is_active(Index3 p) const {
+    if (active_.empty()) return false;
+    const auto brick = [&](int axis) {
+      return p[axis] == 0 ? 0
+                          : (p[axis] - 1) / (std::int64_t{parameters_.brick_edge} * parameters_.cube_size);
+    };
+    return active_[static_cast<std::size_t>(brick(1) * bricks_.bricks(0) + brick(0))].test(p);
   }
 
   std::string name_;
   const CodingParameters& parameters_;
+  BrickGrid bricks_;
   VolumeReader reader_;
+  std::vector<LatticeBits>
+      active_;  ///< of the bricks of the layer; only where they have a bound of their own
   std::vector<std::byte> slice_;
   std::int64_t z_ = 0;
   double worst_ = 0;
@@ -134,6 +156,7 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
       fail("the grid is not conforming", *p);
     if (const auto p = faces.first_difference(brick)) fail("it disagrees with its neighbour", *p);
     statistics.add(brick);
+    if (against) against->add_activity(brick.active);
   };
   streams.write_slices = [&](std::span<const std::byte> samples) {
     if (against) against->compare(samples);

@@ -17,13 +17,7 @@ struct DecodeCommand {
   void execute() const {
     const std::string path = output.path.empty() ? output_beside(input, ".nrrd") : output.path;
     refuse_terminal(path, "samples");
-    VolumeFormat chosen = VolumeFormat::raw;
-    if (format.empty())
-      chosen = format_from_name(path);
-    else
-      chosen = format == "nrrd"   ? VolumeFormat::nrrd
-               : format == "nhdr" ? VolumeFormat::nhdr
-                                  : VolumeFormat::raw;
+    const VolumeFormat chosen = volume_format_option(format, path);
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     decode_volume(input, path, chosen, output.overwrite, run.thread_count(),
                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
@@ -37,11 +31,7 @@ Action add_decode_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("decode", "Decode a .tag file into a volume");
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
   add_output_options(*command, state->output);
-  command
-      ->add_option("--format", state->format,
-                   "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
-      ->check(CLI::IsMember({"nrrd", "nhdr", "raw"}))
-      ->option_text("nrrd|nhdr|raw");
+  add_format_option(*command, state->format);
   add_run_options(*command, state->run);
   return [state] { state->execute(); };
 }

@@ -36,6 +36,27 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
   command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
 }
 
+void add_format_option(CLI::App& command, std::string& format) {
+  command
+      .add_option("--format", format,
+                  "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
+      ->check(CLI::IsMember({"nrrd", "nhdr", "raw"}))
+      ->option_text("nrrd|nhdr|raw");
+}
+
+VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
+  if (format.empty()) return format_from_name(output);
+  if (format == "nrrd") return VolumeFormat::nrrd;
+  return format == "nhdr" ? VolumeFormat::nhdr : VolumeFormat::raw;
+}
+
+SampleType sample_type_option(const std::string& name) {
+  if (const auto type = sample_type_named(name)) return *type;
+  throw UsageError(fmt::format(
+      "--type {}: not a sample type; uint8, int8, uint16, int16, uint32, int32, float32 and float64 are",
+      name));
+}
+
 void add_raw_options(CLI::App& command, RawOptions& options) {
   const char* group = "Headerless input";
   command.add_option("--dims", options.dims, "Samples along x (fastest), y and z")
@@ -73,11 +94,7 @@ std::optional<RawDescription> RawOptions::description() const {
   if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
   RawDescription raw;
   raw.dims = checked_dims(dims);
-  const auto named = sample_type_named(type);
-  if (!named)
-    throw UsageError(fmt::format(
-        "--type {} is not known: uint8, int8, uint16, int16, uint32, int32, float32, float64", type));
-  raw.type = *named;
+  raw.type = sample_type_option(type);
   raw.big_endian = endian == "big";
   raw.offset = offset;
   if (!spacing.empty()) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "io/volume_info.h"
+#include "io/volume_writer.h"
 #include "tools/progress.h"
 
 namespace tagrid {
@@ -43,6 +44,15 @@ struct RawOptions {
   /// range.
   std::optional<RawDescription> description() const;
 };
+
+/// --format
+void add_format_option(CLI::App& command, std::string& format);
+
+/// The format that --format asks for, or where it was not given (""), the name of the output.
+VolumeFormat volume_format_option(const std::string& format, const std::string& output);
+
+/// The type that --type names; throws UsageError with those that exist.
+SampleType sample_type_option(const std::string& name);
 
 void add_raw_options(CLI::App& command, RawOptions& options);
 
