@@ -6,6 +6,8 @@
 
 #include <memory>
 
+#include "stages/range_coder.h"
+
 namespace tagrid {
 namespace {
 
