@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
 // A segment is a piece of a row; one decision says that all its residuals are zero.
-constexpr std::int64_t segment_length = 32;
+constexpr std::int64_t segment_length = 64;
 
 /// The quantizers of other and of active points; errors beyond the range of the type mean no more than it.
 std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
