@@ -65,7 +65,11 @@ BrickInLayer decode_into_layer(const CodingParameters& parameters, const CodedBr
   const Index3 position = parameters.bricks().position(brick.bytes->id);
   auto decoded = std::make_shared<DecodedBrick>();
   decoded->id = brick.bytes->id;
-  Status status = decode_brick_activity(brick.bytes->activity, parameters, position, decoded->active);
+  // Voxels are coded without a look at the grid, unless it selects their bound.
+  const bool needs_activity = keep || parameters.mode == FileMode::grid || parameters.surface_error >= 0;
+  Status status;
+  if (needs_activity)
+    status = decode_brick_activity(brick.bytes->activity, parameters, position, decoded->active);
   if (status.ok())
     with_sample_type(parameters.type, [&](auto type) {
       using T = decltype(type);

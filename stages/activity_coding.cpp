@@ -4,8 +4,8 @@
 #include <bit>
 
 #include "grid/lattice.h"
+#include "stages/mixer.h"
 #include "stages/range_coder.h"
-#include "stages/residual_coding.h"
 
 namespace tagrid {
 namespace {

@@ -115,13 +115,13 @@ template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
                            std::vector<T>& points) {
-  assert(active.box() == parameters.bricks().closed_box(brick));
   if (parameters.mode == FileMode::voxels) {
     const Box owned = parameters.bricks().owned_box(brick);
     points.clear();
     samples.resize(static_cast<std::size_t>(owned.count()));
     return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
   }
+  assert(active.box() == parameters.bricks().closed_box(brick));
   points.assign(static_cast<std::size_t>(active.box().count()), 0);
   const std::int64_t point_error = integer_bound<T>(parameters.point_error);
   Status status = decode_points<T>(bytes, active, parameters.cube_size, point_error, points);

@@ -36,6 +36,7 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingPa
 
 /// Decodes the samples that the brick owns, x fastest. Of a file without voxels also the stored values of the
 /// points of its closed box, x fastest, in `points`: those of active points are set, the others are zero.
+/// `active` may be empty where the file has voxels and no surface_error.
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "grid/lattice.h"
+#include "stages/integer_model.h"
 #include "stages/range_coder.h"
-#include "stages/residual_coding.h"
 
 namespace tagrid {
 namespace {

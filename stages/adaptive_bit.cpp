@@ -1,4 +1,4 @@
-#include "stages/residual_coding.h"
+#include "stages/adaptive_bit.h"
 
 namespace tagrid {
 namespace {

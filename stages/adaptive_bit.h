@@ -1,0 +1,39 @@
+// The probability of a binary event, learned while coding. All arithmetic is in integers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace tagrid {
+
+/// ln(p / (1 - p)) in units of 1/256, within +-2047, for p = (index + 1/2) / 4096.
+extern const std::array<std::int16_t, 4096> stretch_table;
+/// The inverse: probability in units of 2^-16 for (index - 2048) / 256.
+extern const std::array<std::uint16_t, 4096> squash_table;
+/// 65536 / (n + 1.5): how far the n-th observation moves an adaptive bit.
+extern const std::array<std::uint16_t, 1024> adaptation_table;
+
+/// Probability of a one in 22 bits, and how often it was observed in 10 bits.
+struct AdaptiveBit {
+  std::uint32_t state = std::uint32_t{1} << 31;
+
+  std::uint32_t probability() const { return std::clamp<std::uint32_t>(state >> 16, 1, 65535); }
+  int stretched() const { return stretch_table[state >> 20]; }
+  /// `limit` is the number of observations after which the bit forgets as fast as it learns.
+  void learn(bool bit, std::uint32_t limit) {
+    const std::uint32_t seen = state & 1023;
+    const std::int64_t target = bit ? std::int64_t{0xfffffc00} : 0;
+    const std::int64_t moved = ((target - (state - seen)) * adaptation_table[seen]) >> 16;
+    state = ((state + static_cast<std::uint32_t>(moved)) & ~std::uint32_t{1023}) + seen + (seen < limit);
+  }
+};
+
+template <class Coder>
+bool code_adaptive(Coder& coder, bool bit, AdaptiveBit& model, std::uint32_t limit) {
+  bit = coder.code(bit, model.probability());
+  model.learn(bit, limit);
+  return bit;
+}
+
+}  // namespace tagrid
