@@ -11,16 +11,9 @@ namespace {
 
 #define TAGRID_INLINE inline __attribute__((always_inline))
 
-// sin(x)/x by its series; for |x| <= 2.1 the error is below float precision.
-template <class Real>
-TAGRID_INLINE Real sine_over_angle(Real x2) {
-  return Real(1) -
-         x2 / Real(6) *
-             (Real(1) -
-              x2 / Real(20) *
-                  (Real(1) -
-                   x2 / Real(42) *
-                       (Real(1) - x2 / Real(72) * (Real(1) - x2 / Real(110) * (Real(1) - x2 / Real(156))))));
+// 1 - sin(x)/x by its series; for |x| <= 1.05 the error is below float precision.
+constexpr double sine_deficit(double x2) {
+  return x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110 * (1 - x2 / 156)))));
 }
 
 // (1 - cos(x)) / x^2 by its series.
@@ -29,7 +22,8 @@ TAGRID_INLINE float versine_over_square(float x2) {
   return 0.5F * (1.0F - x2 * c1 * (1.0F - x2 * c2 * (1.0F - x2 * c3 * (1.0F - x2 * c4 * (1.0F - x2 * c5)))));
 }
 
-TAGRID_INLINE float sine_over_angle_float(float x2) {
+// sin(x)/x by its series; for |x| <= 2.1 the error is below float precision.
+TAGRID_INLINE float sine_over_angle(float x2) {
   constexpr float c1 = 1.0F / 6, c2 = 1.0F / 20, c3 = 1.0F / 42, c4 = 1.0F / 72, c5 = 1.0F / 110,
                   c6 = 1.0F / 156;
   return 1.0F -
@@ -45,6 +39,7 @@ TAGRID_INLINE Vector2 operator+(Vector2 a, Vector2 b) { return {a.x + b.x, a.y +
 TAGRID_INLINE Vector2 operator-(Vector2 a, Vector2 b) { return {a.x - b.x, a.y - b.y}; }
 TAGRID_INLINE Vector2 operator*(float s, Vector2 a) { return {s * a.x, s * a.y}; }
 TAGRID_INLINE float dot(Vector2 a, Vector2 b) { return a.x * b.x + a.y * b.y; }
+TAGRID_INLINE float cross(Vector2 a, Vector2 b) { return a.x * b.y - a.y * b.x; }
 
 // The control points one step behind and ahead of an end, relative to it.
 struct EndSteps {
@@ -57,7 +52,7 @@ TAGRID_INLINE EndSteps osculating_steps(float slope, float bend, float longest_s
   const float arc = step_angle / curvature;  // infinite where the curve is straight
   const float step = arc < longest_step ? arc : longest_step;
   const float angle = step * curvature;
-  const float along = step * sine_over_angle_float(angle * angle);
+  const float along = step * sine_over_angle(angle * angle);
   const float inwards = step * angle * versine_over_square(angle * angle);
   const float across = bend < 0 ? -inwards : inwards;
   const Vector2 tangent{to_unit, slope * to_unit};
@@ -78,11 +73,12 @@ TAGRID_INLINE ControlPolygon control_polygon(float rise, float slope_left, float
   const EndSteps l = osculating_steps(slope_left, bend_left, third, step_angle);
   const EndSteps r = osculating_steps(slope_right, bend_right, third, step_angle);
   ControlPolygon polygon;
+  // By coordinates: copies of whole vectors keep the compiler from vectorizing the loop over the edges.
   polygon.legs[0] = {-l.behind.x, -l.behind.y};
-  polygon.legs[1] = l.ahead;
+  polygon.legs[1] = {l.ahead.x, l.ahead.y};
   polygon.legs[2] = right + (r.behind - l.ahead);
   polygon.legs[3] = {-r.behind.x, -r.behind.y};
-  polygon.legs[4] = r.ahead;
+  polygon.legs[4] = {r.ahead.x, r.ahead.y};
   // A spline starts and ends at (1,4,1)/6 of its first and last three control points.
   polygon.chord = right + (1.0F / 6) * ((r.behind + r.ahead) - (l.behind + l.ahead));
   return polygon;
@@ -115,42 +111,53 @@ constexpr PieceWeights piece_weights() {
 
 constexpr PieceWeights pieces = piece_weights();
 
-TAGRID_INLINE float spline_length(const ControlPolygon& polygon) {
-  float sum = 0;
-  for (int segment = 0; segment < 3; ++segment)
-    for (int k = 0; k < 4; ++k) {
-      const Vector2 piece =
-          (pieces.w[k][0] * polygon.legs[segment] + pieces.w[k][1] * polygon.legs[segment + 1]) +
-          pieces.w[k][2] * polygon.legs[segment + 2];
-      sum += std::sqrt(dot(piece, piece));
-    }
-  return sum;
+// How much longer piece `k` of a segment is than its projection on the chord. As |v| - v.c is also
+// (v x c)^2 / (|v| + v.c), no digits are lost where the curve is almost straight.
+TAGRID_INLINE float piece_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 direction, int k) {
+  const Vector2 piece = (pieces.w[k][0] * a + pieces.w[k][1] * b) + pieces.w[k][2] * c;
+  const float length = std::sqrt(dot(piece, piece));
+  const float along = dot(piece, direction), across = cross(piece, direction);
+  const float sum = length + std::fabs(along);
+  const float forwards = across * across / sum;
+  return along > 0 ? forwards : sum;
+}
+
+TAGRID_INLINE float segment_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 direction) {
+  return (piece_excess(a, b, c, direction, 0) + piece_excess(a, b, c, direction, 1)) +
+         (piece_excess(a, b, c, direction, 2) + piece_excess(a, b, c, direction, 3));
+}
+
+// R - C, as the pieces add up to the chord. Written out: inner loops would not vectorize.
+TAGRID_INLINE float spline_excess(const ControlPolygon& polygon, Vector2 direction) {
+  const auto& legs = polygon.legs;
+  return (segment_excess(legs[0], legs[1], legs[2], direction) +
+          segment_excess(legs[1], legs[2], legs[3], direction)) +
+         segment_excess(legs[2], legs[3], legs[4], direction);
 }
 
 }  // namespace
 
 CriterionParameters::CriterionParameters(int m) {
-  const double angle = std::numbers::pi / m;
+  const double angle = std::numbers::pi / m, deficit = sine_deficit(angle * angle);
+  const double over = deficit / (1 - deficit);  // 1 / (1 - d) - 1
   step_angle = static_cast<float>(2 * angle);
-  threshold = static_cast<float>(1.0 / sine_over_angle(angle * angle));
+  threshold = static_cast<float>(1 + over);
+  excess = static_cast<float>(over);
+  tangent = static_cast<float>(std::sqrt(over * (2 + over)));  // of acos(1 / (1 + over))
 }
 
 TAGRID_VECTOR_CODE
 void rule_out(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
               std::array<std::uint8_t, EdgeBatch::capacity>& clear) {
-  const float square = parameters.threshold * parameters.threshold;
-  const float step_angle = parameters.step_angle;
+  const float tangent = parameters.tangent, step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
                         edges.bend_right[i], length, step_angle);
-    const float chord2 = dot(polygon.chord, polygon.chord);
     // Each leg as a margin that is negative where the leg turns too far: a minimum vectorizes, a branch does
     // not.
     const auto margin = [&](Vector2 leg) __attribute__((always_inline)) {
-      const float along = dot(leg, polygon.chord);
-      const float inside = along * along * square - dot(leg, leg) * chord2;
-      return along < inside ? along : inside;
+      return tangent * dot(leg, polygon.chord) - std::fabs(cross(leg, polygon.chord));
     };
     const auto lower = [](float a, float b) __attribute__((always_inline)) { return a < b ? a : b; };
     const float worst = lower(lower(lower(margin(polygon.legs[0]), margin(polygon.legs[1])),
@@ -163,15 +170,15 @@ void rule_out(const EdgeBatch& edges, std::size_t count, float length, const Cri
 TAGRID_VECTOR_CODE
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
              const CriterionParameters& parameters, std::array<std::uint8_t, EdgeBatch::capacity>& violated) {
-  const float threshold = parameters.threshold, step_angle = parameters.step_angle;
+  const float excess = parameters.excess, step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
                         edges.bend_right[i], lengths[i], step_angle);
     const float chord = std::sqrt(dot(polygon.chord, polygon.chord));
-    const float length = spline_length(polygon);
-    const float limit = threshold * chord;
-    violated[i] = static_cast<std::uint8_t>(length > limit && length <= std::numeric_limits<float>::max());
+    const float over = spline_excess(polygon, (1.0F / chord) * polygon.chord);
+    violated[i] =
+        static_cast<std::uint8_t>(over > excess * chord && over <= std::numeric_limits<float>::max());
   }
 }
 

@@ -22,6 +22,8 @@ namespace tagrid {
 struct CriterionParameters {
   float step_angle;  ///< 2 pi / m, radians
   float threshold;   ///< (pi/m) / sin(pi/m)
+  float excess;      ///< threshold - 1, to float precision whatever m: what the criterion compares
+  float tangent;     ///< of acos(1 / threshold)
 
   /// REQUIRES: m >= 3.
   explicit CriterionParameters(int m);

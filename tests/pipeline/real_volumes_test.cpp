@@ -118,7 +118,7 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RealVolumes, testing::ValuesIn(volumes),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 class RealRates : public RealVolumes {};
 

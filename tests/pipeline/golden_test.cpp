@@ -1,0 +1,91 @@
+// Golden files: what this version writes is what it has always written, and what it reads. A change of the
+// bytes is a change of the format: docs/format.md and its version change with them. To write them anew:
+//   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "pipeline/run.h"
+#include "pipeline/verify.h"
+#include "stages/phantom.h"
+#include "tests/io/temporary_folder.h"
+#include "tests/pipeline/volumes.h"
+
+namespace tagrid {
+namespace {
+
+struct Golden {
+  const char* name;
+  SampleType type;
+  EncodeOptions options;
+};
+
+EncodeOptions with_cube(int cube_size) {
+  EncodeOptions options;
+  options.cube_size = cube_size;
+  options.brick_edge = 2;
+  return options;
+}
+
+std::vector<Golden> all_golden() {
+  std::vector<Golden> all = {{"voxels_lossless_int16", SampleType::int16, with_cube(16)},
+                             {"voxels_bounded_int16", SampleType::int16, with_cube(16)},
+                             {"voxels_two_bounds_uint8", SampleType::uint8, with_cube(8)},
+                             {"grid_exact_uint8", SampleType::uint8, with_cube(16)},
+                             {"grid_bounded_uint16", SampleType::uint16, with_cube(8)},
+                             {"grid_limited_int8", SampleType::int8, with_cube(32)}};
+  all[1].options.max_error = 8;
+  all[2].options.max_error = 6;
+  all[2].options.surface_error = 1;
+  for (std::size_t i = 3; i < 6; ++i) all[i].options.grid_only = true;
+  all[4].options.max_error = 40;
+  all[5].options.max_level = 9;
+  return all;
+}
+
+constexpr Index3 dims{41, 35, 38};
+
+class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<std::size_t> {
+ protected:
+  Golden golden_ = all_golden()[GetParam()];
+  std::string golden_path() const {
+    return std::string(TAGRID_SOURCE_DIR "/tests/golden/") + golden_.name + ".tag";
+  }
+
+  void make_volume() const {
+    with_sample_type(golden_.type, [&](auto type) {
+      using T = decltype(type);
+      std::vector<T> samples(static_cast<std::size_t>(Box::of_size(dims).count()));
+      const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y);
+      for (std::int64_t z = 0; z < dims.z; ++z)
+        phantom_slice<T>(dims, 1, z,
+                         std::span<T>(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
+      write_nrrd(path("in.nrrd"), dims, samples, "content: golden\n");
+    });
+  }
+};
+
+TEST_P(GoldenFiles, AreWrittenByteForByte) {
+  make_volume();
+  encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, golden_.options, 2);
+  if (std::getenv("TAGRID_UPDATE_GOLDEN")) write_content(golden_path(), file_content(path("a.tag")));
+  EXPECT_TRUE(file_content(path("a.tag")) == file_content(golden_path()))
+      << golden_path() << " is no longer what is written";
+}
+
+TEST_P(GoldenFiles, AreReadWithinTheirBound) {
+  make_volume();
+  const VerifyResult result = verify_file(golden_path(), path("in.nrrd"), std::nullopt, 2);
+  if (result.header.parameters.max_error >= 0) {
+    EXPECT_LE(*result.max_error, result.header.parameters.max_error);
+  }
+  decode_volume(golden_path(), path("out.nrrd"), VolumeFormat::nrrd, true, 2);
+  EXPECT_EQ(open_volume(path("out.nrrd")).info().nrrd_fields, "content: golden\n");
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GoldenFiles, testing::Range(std::size_t{0}, all_golden().size()),
+                         [](const auto& test) { return std::string(all_golden()[test.param].name); });
+
+}  // namespace
+}  // namespace tagrid
