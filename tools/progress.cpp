@@ -31,7 +31,7 @@ void ProgressMeter::update(std::uint64_t done, std::uint64_t total) {
   if (style_ == ProgressStyle::none || total == 0) return;
   const auto now = Clock::now();
   const auto pause = style_ == ProgressStyle::bar ? std::chrono::milliseconds(200) : std::chrono::minutes(1);
-  if (now - last_ < pause) return;
+  if (now - last_ < pause && (drawn_ || style_ != ProgressStyle::bar)) return;
   last_ = now;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const double part = static_cast<double>(done) / static_cast<double>(total);
