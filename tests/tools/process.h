@@ -29,7 +29,8 @@ class Process {
  public:
   enum class Output { pipe, terminal };
 
-  Process(const std::vector<std::string>& arguments, const std::string& folder, Output output = Output::pipe) {
+  Process(const std::vector<std::string>& arguments, const std::string& folder,
+          Output output = Output::pipe) {
     const auto [in_read, in_write] = make_pipe();
     const auto [err_read, err_write] = make_pipe();
     const auto [out_read, out_write] = output == Output::pipe ? make_pipe() : make_terminal();
