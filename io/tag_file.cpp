@@ -23,6 +23,14 @@ std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
   return std::min<std::uint64_t>(65536 + points * (1 + 2 * size_of(p.type)), 0xFFFFFFFFU);
 }
 
+// What the index says of all bricks: XXH3 of each checksum, bound to the one before. It finds a brick of
+// another file with the same header.
+std::uint64_t chained(std::uint64_t chain, std::uint64_t brick_checksum) {
+  FieldWriter field;
+  field.put(brick_checksum);
+  return checksum_of({field.bytes()}, chain);
+}
+
 std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
   return std::as_bytes(std::span(v));
 }
@@ -41,8 +49,11 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   frame.put(static_cast<std::uint32_t>(8 + 4 + brick.activity.size() + brick.values.size()));
   frame.put(static_cast<std::uint64_t>(brick.id));
   frame.put(static_cast<std::uint32_t>(brick.activity.size()));
+  const std::uint64_t checksum =
+      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, header_checksum_);
+  chain_ = chained(chain_, checksum);
   FieldWriter tail;
-  tail.put(checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, header_checksum_));
+  tail.put(checksum);
   out_.write(frame.bytes());
   out_.write(bytes_of(brick.activity));
   out_.write(bytes_of(brick.values));
@@ -58,6 +69,7 @@ void TagWriter::finish() {
   section.put(std::uint32_t{0});
   section.put(static_cast<std::uint64_t>(fields.size()));
   section.put(static_cast<std::uint64_t>(packed.size()));
+  section.put(chain_);
   section.put_bytes(packed);
   section.put(checksum_of({section.bytes()}, header_checksum_));
   section.put(start);
@@ -109,6 +121,7 @@ void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, co
 bool TagReader::read_brick(BrickBytes& brick) {
   std::array<std::byte, 4> length_bytes;
   if (next_brick_ == parameters().bricks().count()) {
+    bricks_read_ = true;
     read_index_section();
     return false;
   }
@@ -120,8 +133,8 @@ bool TagReader::read_brick(BrickBytes& brick) {
   FieldReader reader(body);
   const auto id = reader.get<std::uint64_t>();
   const auto activity_size = reader.get<std::uint32_t>();
-  if (checksum_of({length_bytes, body}, header_checksum_) !=
-      load_little_endian<std::uint64_t>(body_.data() + length))
+  const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
+  if (checksum_of({length_bytes, body}, header_checksum_) != checksum)
     fail("the checksum does not fit: the brick is damaged, or of another file");
   if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
   const auto activity = reader.get_bytes(activity_size);
@@ -131,6 +144,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
     const auto* first = reinterpret_cast<const std::uint8_t*>(from.data());
     to.assign(first, first + from.size());
   };
+  chain_ = chained(chain_, checksum);
   brick.id = next_brick_++;
   copy(activity, brick.activity);
   copy(values, brick.values);
@@ -139,11 +153,12 @@ bool TagReader::read_brick(BrickBytes& brick) {
 
 void TagReader::read_index_section() {
   const std::uint64_t start = bytes_.position();
-  std::vector<std::byte> head(4 + 8 + 8);
+  std::vector<std::byte> head(4 + 8 + 8 + 8);
   read_exactly(head.data(), head.size(), "the index");
   FieldReader reader(head);
   const auto marker = reader.get<std::uint32_t>();
-  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
+  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>(),
+             chain = reader.get<std::uint64_t>();
   const auto count = static_cast<std::uint64_t>(parameters().bricks().count());
   const int levels = max_level(parameters().cube_size);
   if (marker != 0) fail("there are more bricks than the volume has");
@@ -158,6 +173,7 @@ void TagReader::read_index_section() {
       load_little_endian<std::uint64_t>(tail.data() + 16) != header_checksum_ ||
       !std::equal(tail.begin() + 24, tail.end(), std::as_bytes(std::span(end_magic)).begin()))
     fail("the footer is damaged");
+  if (bricks_read_ && chain != chain_) fail("not all bricks are of this file: one was exchanged");
   std::byte extra;
   if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());

@@ -43,6 +43,7 @@ class TagWriter {
   OutputFile& out_;
   CodingParameters parameters_;
   std::uint64_t header_checksum_ = 0;
+  std::uint64_t chain_ = 0;  ///< of the checksums of all bricks
   TagIndex index_;
 };
 
@@ -77,6 +78,8 @@ class TagReader {
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::int64_t next_brick_ = 0;
+  std::uint64_t chain_ = 0;
+  bool bricks_read_ = false;  ///< all of them, so that the chain is known
   std::vector<std::byte> body_;
   TagIndex index_;
   std::uint64_t file_size_ = 0;

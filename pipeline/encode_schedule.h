@@ -3,6 +3,8 @@
 //   slices of a root layer (and the halo above it)   -> mark its tiles
 //   marks of a brick layer and one root layer around -> subdivide and encode its bricks
 //
+// (of the layer above, all but its top face, which decides nothing: see grid/region_of_reference.h)
+//
 // A tile is the part of a column of bricks in one root layer: every mark is computed once, by the tile that
 // owns its point, and kept until the bricks around it are subdivided.
 #pragma once

@@ -5,10 +5,6 @@
 #include <cstdlib>
 #include <vector>
 
-#ifndef KNOB
-#define KNOB(i, v) (v)
-#endif
-
 namespace tagrid {
 namespace {
 
@@ -47,29 +43,30 @@ class PaddedRows {
   std::vector<double> values_;
 };
 
-void accumulate(const PaddedRows& rows, std::int64_t first, std::int64_t last, std::size_t tap_count,
+/// Four partial sums, in the order that vector registers want and every machine can follow.
+double dot(const double* a, const double* b, std::size_t length) {
+  std::array<double, 4> sum{};
+  std::size_t x = 0;
+  for (; x + 4 <= length; x += 4)
+    for (std::size_t k = 0; k < 4; ++k) sum[k] += a[x + k] * b[x + k];
+  for (; x < length; ++x) sum[0] += a[x] * b[x];
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/// Adds the samples `first` to `last` - 1 of a row.
+void accumulate(const PaddedRows& rows, std::size_t first, std::size_t last, std::size_t tap_count,
                 NormalEquations& sums) {
-  std::array<const double*, unknowns + 1> at{};
+  const std::size_t length = last - first;
+  std::array<const double*, unknowns> at{};
   for (std::size_t i = 0; i < tap_count; ++i)
-    at[i] = rows.at(PaddedRows::slot(taps[i].dy, taps[i].dz)) + taps[i].dx;
-  const double* target = rows.at(0);
+    at[i] = rows.at(PaddedRows::slot(taps[i].dy, taps[i].dz)) + taps[i].dx + first;
+  const double* target = rows.at(0) + first;
   for (std::size_t i = 0; i < tap_count; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double even = 0, odd = 0;
-      std::int64_t x = first;
-      for (; x + 1 < last; x += 2) {
-        even += at[i][x] * at[j][x];
-        odd += at[i][x + 1] * at[j][x + 1];
-      }
-      if (x < last) even += at[i][x] * at[j][x];
-      sums.matrix[i][j] += even + odd;
-    }
-    double right = 0;
-    for (std::int64_t x = first; x < last; ++x) right += at[i][x] * target[x];
-    sums.right[i] += right;
+    for (std::size_t j = 0; j <= i; ++j) sums.matrix[i][j] += dot(at[i], at[j], length);
+    sums.right[i] += dot(at[i], target, length);
   }
-  for (std::int64_t x = first; x < last; ++x) sums.target += target[x] * target[x];
-  sums.count += static_cast<double>(last - first);
+  sums.target += dot(target, target, length);
+  sums.count += static_cast<double>(length);
 }
 
 /// Cholesky. The matrix is positive definite by its penalty.
@@ -92,6 +89,15 @@ std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
     b[i] = sum / a[i][i];
   }
   return b;
+}
+
+/// Variance of what the best weights leave.
+double unpredicted(NormalEquations e, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) e.matrix[i][i] += 1e-2 * e.count;
+  const auto w = solve(e, n);
+  double explained = 0;
+  for (std::size_t i = 0; i < n; ++i) explained += w[i] * e.right[i];
+  return std::max(0.0, e.target - explained) / e.count + 0.05;
 }
 
 Weights quantized(const std::array<double, unknowns>& w, std::size_t n) {
@@ -147,7 +153,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   const std::int64_t first_z = first_slice ? 0 : std::min<std::int64_t>(2, size.z - 1);
   const std::int64_t last_z = first_slice ? 1 : size.z;
   // Large bricks say the same many times over: a sixteenth of the rows is enough.
-  const std::int64_t z_step = size.z >= 16 ? KNOB(0, 4) : 1, y_step = size.y >= 16 ? 4 : 1;
+  const std::int64_t z_step = size.z >= 16 ? 4 : 1, y_step = size.y >= 16 ? 4 : 1;
   const std::int64_t first_x = std::min<std::int64_t>(2, size.x - 1);
   const std::int64_t last_x = std::max(first_x + 1, size.x - 2);
   std::int64_t turn = 0;
@@ -161,12 +167,16 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
           rows.load(PaddedRows::slot(dy, -1), row_at(y + dy, z - 1), double(reference));
         rows.load(PaddedRows::slot(0, -2), row_at(y, z - 2), double(reference));
       }
-      accumulate(rows, first_x, last_x, n, sums);
+      accumulate(rows, static_cast<std::size_t>(first_x), static_cast<std::size_t>(last_x), n, sums);
     }
   if (sums.count == 0) return default_weights();
 
   const Weights fallback = default_weights();
-  double penalty = sums.count * (0.05 + noise * KNOB(1, 100) / 100.0);
+  // Values decoded within a wide bound are nearer to the originals than rounding to the step alone would
+  // leave them: a smooth brick predicts itself. What the originals leave unpredicted limits the noise.
+  const double left = unpredicted(sums, n);
+  const double penalty_each = 0.05 + (noise > 0 ? noise * left / (noise + left) : 0);
+  double penalty = sums.count * penalty_each;
   for (int attempt = 0; attempt < 8; ++attempt, penalty *= 16) {
     NormalEquations e = sums;
     for (std::size_t i = 0; i < n; ++i) {

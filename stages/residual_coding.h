@@ -12,10 +12,6 @@
 
 #include "stages/range_coder.h"
 
-#ifndef KNOB
-#define KNOB(i, v) (v)
-#endif
-
 namespace tagrid {
 
 /// ln(p / (1 - p)) in units of 1/256, within +-2047, for p = (index + 1/2) / 4096.
@@ -34,10 +30,9 @@ struct AdaptiveBit {
   /// `limit` is the number of observations after which the bit forgets as fast as it learns.
   void learn(bool bit, std::uint32_t limit) {
     const std::uint32_t seen = state & 1023;
-    const auto p = static_cast<std::int64_t>(state >> 10);
-    const std::int64_t target = bit ? (1 << 22) - 1 : 0;
-    const std::int64_t moved = p + (((target - p) * adaptation_table[seen]) >> 16);
-    state = static_cast<std::uint32_t>(moved) << 10 | (seen < limit ? seen + 1 : seen);
+    const std::int64_t target = bit ? std::int64_t{0xfffffc00} : 0;
+    const std::int64_t moved = ((target - (state - seen)) * adaptation_table[seen]) >> 16;
+    state = ((state + static_cast<std::uint32_t>(moved)) & ~std::uint32_t{1023}) + seen + (seen < limit);
   }
 };
 
@@ -94,10 +89,11 @@ struct ResidualContext {
   bool flat = false;          ///< all neighbours are equal
 };
 
-/// Four adaptive bits and their mixing weights, in 2^-16.
+/// Weights of the four adaptive bits, in 2^-16. Unsigned, so that a sum that wraps is defined; the error
+/// opposes what made it, so none does.
 struct Mixer {
-  std::array<std::int32_t, contexts_mixed> weights;
-  Mixer() { weights.fill(KNOB(2, 32) << 10); }
+  std::array<std::uint32_t, contexts_mixed> weights;
+  Mixer() { weights.fill(24 << 10); }
 };
 
 template <class Coder>
@@ -107,23 +103,20 @@ bool code_mixed(Coder& coder, bool bit, const std::array<AdaptiveBit*, contexts_
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < contexts_mixed; ++i) {
     inputs[i] = models[i]->stretched();
-    sum += static_cast<std::int64_t>(inputs[i]) * mixer.weights[i];
+    sum += static_cast<std::int64_t>(inputs[i]) * static_cast<std::int32_t>(mixer.weights[i]);
   }
   const auto mixed = std::clamp<std::int64_t>(sum >> 16, -2047, 2047);
   const std::uint32_t p = squash_table[static_cast<std::size_t>(mixed + 2048)];
   bit = coder.code(bit, p);
   const std::int32_t error = (bit ? 65535 : 0) - static_cast<std::int32_t>(p);
   for (std::size_t i = 0; i < contexts_mixed; ++i) {
-    // 2^11 * 2^16 fits; weights stay far below 2^30 because the inputs are bounded and the error opposes.
-    mixer.weights[i] =
-        std::clamp(mixer.weights[i] + ((inputs[i] * error + (1 << (KNOB(3, 17) - 1))) >> KNOB(3, 17)),
-                   -(1 << 22), 1 << 22);
+    mixer.weights[i] += static_cast<std::uint32_t>((inputs[i] * error + (1 << 15)) >> 16);
     models[i]->learn(bit, limit);
   }
   return bit;
 }
 
-/// All adaptive state of one brick. About 60 KB.
+/// All adaptive state of one brick. About 40 KB.
 class ResidualModel {
  public:
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
@@ -151,7 +144,7 @@ class ResidualModel {
 
  private:
   static constexpr std::uint64_t unary_limit = 24;
-  static constexpr std::size_t depths = 4;
+  static constexpr std::size_t depths = 4, mixed_depths = 2;
   static constexpr std::uint32_t limit = 255;
 
   template <class Coder>
@@ -162,8 +155,14 @@ class ResidualModel {
       std::array<AdaptiveBit*, contexts_mixed> models;
       for (std::size_t i = 0; i < contexts_mixed; ++i)
         models[i] = &magnitude_[i][context.magnitude[i] * depths + depth];
+      // Further decisions are rare, or nearly the same in every context.
+      if (depth >= mixed_depths) {
+        if (!code_adaptive(coder, given > high, *models[0], limit)) return high;
+        ++high;
+        continue;
+      }
       if (!code_mixed(coder, given > high, models, magnitude_mixers_[depth * mixer_contexts + context.mixer],
-                      KNOB(4, limit)))
+                      limit))
         return high;
       ++high;
     }
@@ -197,7 +196,7 @@ class ResidualModel {
     if (context.low_bits >= 3) return coder.code_raw(negative, 1) != 0;
     std::array<AdaptiveBit*, contexts_mixed> models;
     for (std::size_t i = 0; i < contexts_mixed; ++i) models[i] = &sign_[i][context.sign[i]];
-    return code_mixed(coder, negative, models, sign_mixer_, KNOB(5, limit));
+    return code_mixed(coder, negative, models, sign_mixer_, limit);
   }
 
   std::array<std::array<AdaptiveBit, 512 * depths>, contexts_mixed> magnitude_{};

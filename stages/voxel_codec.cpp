@@ -94,7 +94,8 @@ class VoxelPass {
       predictions_[i] = window_.predict(x);
       residuals_[i] = quantizer(Held<T>::from(original[x]) - predictions_[i].value);
       quiet = quiet && residuals_[i] == 0;
-      window_.commit(x, predictions_[i], decoded(predictions_[i], residuals_[i], quantizer), residuals_[i]);
+      window_.commit(x, predictions_[i], decoded(predictions_[i], residuals_[i], quantizer), residuals_[i],
+                     quantizer.step);
     }
     code_adaptive(coder_, quiet, quiet_model, 250);
     if (quiet) return true;
@@ -113,7 +114,8 @@ class VoxelPass {
       const Prediction p = window_.predict(x);
       const std::int64_t residual =
           quiet ? 0 : model_->code(coder_, 0, largest_, window_.context(x, p, quantizers_[a], a));
-      window_.commit(x, p, decoded(p, residual, quantizers_[a]), static_cast<std::int32_t>(residual));
+      window_.commit(x, p, decoded(p, residual, quantizers_[a]), static_cast<std::int32_t>(residual),
+                     quantizers_[a].step);
     }
     return quiet;
   }

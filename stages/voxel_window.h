@@ -58,7 +58,8 @@ struct VoxelParameters {
 struct Prediction {
   std::int32_t value = 0;     ///< within the range
   std::int32_t fraction = 0;  ///< what rounding took away, 2^-weight_bits
-  std::uint16_t bias = 0;     ///< which bias was added
+  std::uint8_t texture = 0;   ///< which neighbours exceed the prediction
+  std::uint16_t signs = 0;    ///< class and signs of the residuals around
   bool flat = false;
 };
 
@@ -83,7 +84,8 @@ class VoxelWindow {
 
   Prediction predict(std::int64_t x) const;
   /// Takes the decoded value and the quantized residual of voxel x of the row.
-  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual);
+  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
+              std::int64_t step);
   /// REQUIRES: all voxels before x are committed.
   ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer, bool active) const;
 
@@ -93,9 +95,19 @@ class VoxelWindow {
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
 
+  /// What predictions in one context have missed on average: the window keeps them by the texture and by the
+  /// signs of the residuals around, both within a class of how large these residuals are. Without the class
+  /// the bias of rough regions would spoil smooth ones.
   struct Bias {
     std::int32_t value = 0;  ///< 2^-weight_bits
     std::uint32_t seen = 0;
+
+    void learn(std::int64_t error) {
+      const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
+      // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
+      value = std::clamp(value + step, -(1 << 27), 1 << 27);
+      if (seen < 128) ++seen;
+    }
   };
 
   Value* value_row(std::int64_t y, std::int64_t slice) {
@@ -104,9 +116,11 @@ class VoxelWindow {
   Value* residual_row(std::int64_t y, std::int64_t slice) {
     return residuals_.data() + ((slice + 2) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
   }
+  static std::size_t texture_bias(const Prediction& p) { return p.signs / 81 * 24u + p.texture; }
   void sum_row();
   void spread_row();
   void energy_row();
+  void sign_row();
 
   Index3 size_;
   VoxelParameters parameters_;
@@ -123,7 +137,9 @@ class VoxelWindow {
   std::vector<std::int32_t> sum_;  ///< weighted sum of all taps but those in the row
   std::vector<Value> largest_, smallest_;
   std::vector<std::uint16_t> energy_;
-  std::array<Bias, 64> biases_{};
+  std::array<Bias, 8 * 24> texture_biases_{};
+  std::array<Bias, 8 * 81> sign_biases_{};
+  std::vector<std::uint16_t> signs_;  ///< of the residuals in the rows before
 };
 
 inline Prediction VoxelWindow::predict(std::int64_t x) const {
@@ -138,9 +154,10 @@ inline Prediction VoxelWindow::predict(std::int64_t x) const {
       sum_[static_cast<std::size_t>(x)] + weights_->of_tap[0] * left + weights_->of_tap[1] * here_[x - 2];
   const std::int32_t plain = exact >> weight_bits;
   const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
-  p.bias = static_cast<std::uint16_t>((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 |
-                                      (sign + 1) << 3);
-  const std::int32_t corrected = exact + biases_[p.bias].value;
+  p.texture = static_cast<std::uint8_t>((above_[x] > plain) | (left > plain) << 1 |
+                                        (behind_[x] > plain) << 2 | (sign + 1) << 3);
+  p.signs = static_cast<std::uint16_t>(signs_[static_cast<std::size_t>(x)] + sign + 1);
+  const std::int32_t corrected = exact + texture_biases_[texture_bias(p)].value + sign_biases_[p.signs].value;
   const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
   p.fraction = corrected - (rounded << weight_bits);
   p.value = std::clamp(rounded, parameters_.low, parameters_.high);
@@ -148,15 +165,17 @@ inline Prediction VoxelWindow::predict(std::int64_t x) const {
 }
 
 inline void VoxelWindow::commit(std::int64_t x, const Prediction& p, std::int32_t value,
-                                std::int32_t residual) {
+                                std::int32_t residual, std::int64_t step) {
   here_[x] = static_cast<Value>(value);
   residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
   if (p.flat) return;
-  Bias& bias = biases_[p.bias];
-  const std::int32_t error = std::clamp(value - p.value, -8191, 8191) * (1 << weight_bits) - p.fraction;
-  bias.value +=
-      static_cast<std::int32_t>((static_cast<std::int64_t>(error) * adaptation_table[bias.seen]) >> 16);
-  if (bias.seen < static_cast<unsigned>(KNOB(6, 128))) ++bias.seen;
+  // An edge says nothing of the bias elsewhere: an error counts no more than is usual around it.
+  const std::int64_t usual =
+      (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
+  const std::int64_t error =
+      std::clamp((std::int64_t{value} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual);
+  texture_biases_[texture_bias(p)].learn(error);
+  sign_biases_[p.signs].learn(error);
 }
 
 inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p, const Quantizer& quantizer,
@@ -199,7 +218,7 @@ inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
   c.sign[0] = static_cast<std::uint16_t>((trit(residual_, x - 1) * 3 + trit(residual_above_, x)) * 3 +
                                          trit(residual_behind_, x));
   c.sign[1] = static_cast<std::uint16_t>((p.fraction + (1 << (weight_bits - 1))) >> (weight_bits - 4));
-  c.sign[2] = p.bias;
+  c.sign[2] = p.texture;
   c.sign[3] = static_cast<std::uint16_t>(
       (trit(residual_above_, x - 1) * 3 + trit(residual_above_, x + 1)) * 3 + trit(residual_behind_, x + 1));
   return c;

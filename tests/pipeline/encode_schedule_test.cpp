@@ -1,0 +1,156 @@
+#include "pipeline/encode_schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+
+#include "stages/subdivide.h"
+
+namespace tagrid {
+namespace {
+
+struct Case {
+  Index3 dims;
+  int cube_size, brick_edge, halo;
+};
+
+const Case cases[] = {{{1, 1, 1}, 4, 1, 1},    {{9, 9, 9}, 4, 1, 1},       {{10, 5, 30}, 4, 2, 1},
+                      {{10, 5, 33}, 4, 3, 2},  {{17, 17, 17}, 8, 2, 4},    {{40, 3, 65}, 8, 2, 1},
+                      {{40, 30, 66}, 8, 3, 4}, {{33, 65, 129}, 32, 2, 16}, {{64, 64, 1}, 32, 2, 1},
+                      {{5, 5, 100}, 32, 1, 16}};
+
+CodingParameters parameters_of(const Case& c) {
+  CodingParameters p;
+  p.dims = c.dims;
+  p.cube_size = c.cube_size;
+  p.brick_edge = c.brick_edge;
+  return p;
+}
+
+class Playthrough {
+ public:
+  Playthrough(const Case& c, unsigned seed)
+      : parameters_(parameters_of(c)), schedule_(parameters_, c.halo), random_(seed) {}
+
+  // Feeds the schedule as the graph does, finished tiles in random order, until nothing is left to do.
+  void play() {
+    for (std::int64_t z = 0; z < parameters_.dims.z; ++z) {
+      auto slice = std::make_shared<std::vector<std::byte>>(1);
+      alive_.emplace_back(slice);
+      for (MarkJob& job : schedule_.add_slice(slice)) {
+        EXPECT_TRUE(tiles_.insert({job.tile.z, job.tile.y, job.tile.x}).second) << "a tile is marked twice";
+        waiting_.push_back(job);
+      }
+      slice.reset();
+      if (random_() % 2 == 0) finish_tiles();
+      most_alive_ = std::max(most_alive_, count_alive());
+    }
+    while (!waiting_.empty()) finish_tiles();
+  }
+
+  void finish_tiles() {
+    std::shuffle(waiting_.begin(), waiting_.end(), random_);
+    while (!waiting_.empty()) {
+      const MarkJob job = waiting_.back();
+      waiting_.pop_back();
+      const auto marks = std::make_shared<LatticeBits>(schedule_.mark_box(job.tile));
+      for (const BrickJob& brick : schedule_.add_marks({job.tile, marks})) check(brick);
+    }
+  }
+
+  void check(const BrickJob& job) {
+    const BrickGrid bricks = parameters_.bricks();
+    EXPECT_EQ(bricks.id(job.brick), next_brick_++) << "bricks are not in order";
+    // The marks are those of all points that the activity can depend on: it reaches S - 2 far.
+    const Box closed = bricks.closed_box(job.brick), region = region_of_marks(closed, parameters_.domain());
+    const Box needed = intersection(closed.grown(parameters_.cube_size - 2), region);
+    LatticeBits covered(region);
+    for (const auto& tile : job.marks) {
+      LatticeBits all(tile->box());
+      for (auto& word : all.words()) word = ~std::uint64_t{0};
+      copy_bits(all, covered);
+    }
+    for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z)
+      for (std::int64_t y = needed.low.y; y <= needed.high.y; ++y)
+        for (std::int64_t x = needed.low.x; x <= needed.high.x; ++x) ASSERT_TRUE(covered.test({x, y, z}));
+    const Box samples = intersection(bricks.closed_box(job.brick), parameters_.domain().volume());
+    EXPECT_EQ(job.slices.first, samples.low.z);
+    EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices.size()), samples.size().z);
+  }
+
+  std::int64_t count_alive() const {
+    return std::count_if(alive_.begin(), alive_.end(), [](const auto& slice) { return !slice.expired(); });
+  }
+
+  CodingParameters parameters_;
+  EncodeSchedule schedule_;
+  std::mt19937 random_;
+  std::vector<MarkJob> waiting_;
+  std::set<std::array<std::int64_t, 3>> tiles_;
+  std::vector<std::weak_ptr<std::vector<std::byte>>> alive_;
+  std::int64_t next_brick_ = 0, most_alive_ = 0;
+};
+
+TEST(EncodeSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
+  for (const Case& c : cases)
+    for (unsigned seed = 0; seed < 5; ++seed) {
+      Playthrough run(c, seed);
+      run.play();
+      EXPECT_EQ(run.next_brick_, run.parameters_.bricks().count());
+      EXPECT_EQ(static_cast<std::int64_t>(run.tiles_.size()),
+                run.parameters_.bricks().layer_count() * run.parameters_.domain().cubes(2));
+    }
+}
+
+TEST(EncodeSchedule, EveryMarkHasOneOwner) {
+  for (const Case& c : cases) {
+    const CodingParameters p = parameters_of(c);
+    const EncodeSchedule schedule(p, c.halo);
+    std::int64_t points = 0;
+    for (std::int64_t z = 0; z < p.domain().cubes(2); ++z)
+      for (std::int64_t y = 0; y < p.bricks().bricks(1); ++y)
+        for (std::int64_t x = 0; x < p.bricks().bricks(0); ++x) {
+          EXPECT_TRUE(schedule.tile_box({x, y, z}).contains(schedule.mark_box({x, y, z})));
+          points += schedule.mark_box({x, y, z}).count();
+        }
+    EXPECT_EQ(points, p.domain().padded().count());
+  }
+}
+
+// The law behind the limit on slices in flight: with slices_needed() slices of a layer there is always
+// something to do, and what a finished layer gives back is enough for the next one.
+TEST(EncodeSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
+  for (const Case& c : cases) {
+    const CodingParameters p = parameters_of(c);
+    EncodeSchedule schedule(p, c.halo);
+    std::int64_t budget = schedule.slices_needed(), read = 0, bricks = 0;
+    while (bricks < p.bricks().count()) {
+      ASSERT_TRUE(budget > 0 && read < p.dims.z) << "stuck after " << bricks << " bricks";
+      --budget;
+      ++read;
+      for (const MarkJob& job : schedule.add_slice(std::make_shared<std::vector<std::byte>>(1)))
+        for (const BrickJob& brick :
+             schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})) {
+          (void)brick;
+          if (++bricks % p.bricks().layer_count() == 0) budget += schedule.slices_in_layer();
+        }
+    }
+  }
+}
+
+TEST(EncodeSchedule, SlicesAreFreedAsLayersAreDone) {
+  const Case tall{{5, 5, 400}, 8, 2, 4};
+  Playthrough run(tall, 1);
+  for (std::int64_t z = 0; z < run.parameters_.dims.z; ++z) {
+    auto slice = std::make_shared<std::vector<std::byte>>(1);
+    run.alive_.emplace_back(slice);
+    for (MarkJob& job : run.schedule_.add_slice(slice)) run.waiting_.push_back(job);
+    run.finish_tiles();
+    slice.reset();
+    EXPECT_LE(run.count_alive(), run.schedule_.slices_needed());
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,86 @@
+#include "stages/range_coder.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+namespace tagrid {
+namespace {
+
+struct Decision {
+  std::uint32_t value = 0;
+  std::uint32_t p = 0;  ///< 0: raw
+  int bits = 0;
+};
+
+std::vector<Decision> any_decisions() {
+  const auto count = *rc::gen::inRange<std::size_t>(0, 400);
+  std::vector<Decision> decisions(count);
+  for (Decision& d : decisions) {
+    if (*rc::gen::inRange(0, 4) == 0) {
+      d.bits = *rc::gen::inRange(0, 17);
+      d.value = *rc::gen::inRange<std::uint32_t>(0, std::uint32_t{1} << d.bits);
+    } else {
+      d.p = *rc::gen::element<std::uint32_t>(1, 2, 100, 32768, 65000, 65534, 65535);
+      d.value = *rc::gen::inRange<std::uint32_t>(0, 2);
+    }
+  }
+  return decisions;
+}
+
+template <class Coder>
+std::uint32_t pass(Coder& coder, const Decision& d) {
+  return d.p == 0 ? coder.code_raw(d.value, d.bits) : coder.code(d.value != 0, d.p);
+}
+
+std::vector<std::uint8_t> encoded(const std::vector<Decision>& decisions) {
+  std::vector<std::uint8_t> bytes = {255, 255};  // a carry must not reach what was there before
+  RangeEncoder encoder(bytes);
+  for (const Decision& d : decisions) pass(encoder, d);
+  encoder.finish();
+  EXPECT_EQ(bytes[0], 255);
+  EXPECT_EQ(bytes[1], 255);
+  return {bytes.begin() + 2, bytes.end()};
+}
+
+RC_GTEST_PROP(RangeCoder, DecodesWhatWasEncodedAndUsesEveryByte, ()) {
+  const auto decisions = any_decisions();
+  const auto bytes = encoded(decisions);
+  RangeDecoder decoder(bytes);
+  for (const Decision& d : decisions) RC_ASSERT(pass(decoder, d) == d.value);
+  RC_ASSERT(decoder.finished());
+}
+
+TEST(RangeCoder, CarriesThroughLongRunsOfImprobableZeros) {
+  std::vector<Decision> decisions;
+  for (int i = 0; i < 5000; ++i) decisions.push_back({0, 65535, 0});
+  for (int i = 0; i < 5000; ++i) decisions.push_back({i % 3 == 0, 1u + 65533u * (i % 2), 0});
+  const auto bytes = encoded(decisions);
+  RangeDecoder decoder(bytes);
+  for (const Decision& d : decisions) ASSERT_EQ(pass(decoder, d), d.value);
+  EXPECT_TRUE(decoder.finished());
+}
+
+TEST(RangeCoder, CostsWhatTheProbabilitySays) {
+  std::vector<Decision> decisions(100000, Decision{1, 65535, 0});
+  EXPECT_LE(encoded(decisions).size(), 8u);
+  decisions.assign(8000, Decision{1, 32768, 0});
+  EXPECT_NEAR(static_cast<double>(encoded(decisions).size()), 1000, 8);
+}
+
+TEST(RangeCoder, TellsMissingAndTrailingBytes) {
+  std::vector<Decision> decisions;
+  for (std::uint32_t i = 0; i < 300; ++i) decisions.push_back({i % 2, 32768, 0});
+  const auto bytes = encoded(decisions);
+  for (const std::ptrdiff_t change : {-8, -4, -1, 1, 4}) {
+    auto other = bytes;
+    other.resize(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(bytes.size()) + change));
+    RangeDecoder decoder(other);
+    for (const Decision& d : decisions) pass(decoder, d);
+    EXPECT_FALSE(decoder.finished()) << change;
+    EXPECT_EQ(decoder.exhausted(), change < 0) << change;
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Installs the Debian packages that are named, where they are missing: ours, for building and testing.
+#   tools/install_packages.sh build|test
+set -euo pipefail
+
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev)
+test=("${build[@]}" libgtest-dev librapidcheck-dev clang-format)
+
+case "${1:-}" in
+  build) wanted=("${build[@]}") ;;
+  test) wanted=("${test[@]}") ;;
+  *) echo "usage: $0 build|test" >&2; exit 64 ;;
+esac
+
+missing=()
+for package in "${wanted[@]}"; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+sudo=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "Not root, and no sudo: ask for the packages ${missing[*]}" >&2; exit 74; }
+  sudo=(sudo)
+fi
+echo "Installing ${missing[*]}"
+"${sudo[@]}" apt-get update -qq
+DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

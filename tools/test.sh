@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs every test.
+#   tools/test.sh          everything that fits in a few minutes
+#   tools/test.sh --long   also what takes hours
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tools/install_packages.sh test
+cmake --preset release -DTAGRID_TESTS=ON >/dev/null
+cmake --build --preset release
+ctest --preset release -j "$(nproc)"
+if [ "${1:-}" = --long ]; then
+  tools/stream_test.sh
+fi
