@@ -4,8 +4,8 @@
 #include <bit>
 
 #include "grid/lattice.h"
-#include "stages/adaptive_bit.h"
 #include "stages/range_coder.h"
+#include "stages/residual_coding.h"
 
 namespace tagrid {
 namespace {
@@ -118,7 +118,10 @@ template <class Coder>
 class ActivityModel {
  public:
   ActivityModel(Coder& coder, LatticeBits& active, int cube_size)
-      : coder_(coder), active_(active), box_(active.box()), candidates_(active, cube_size) {}
+      : coder_(coder), active_(active), box_(active.box()), candidates_(active, cube_size) {
+    const std::int64_t row = static_cast<std::int64_t>(active.words_per_row()) * 64;
+    bit_stride_ = {1, row, row * box_.size().y};
+  }
 
   void code_pass(const Pass& pass, const LatticeBits* known) {
     pass_ = pass;
@@ -131,8 +134,6 @@ class ActivityModel {
   }
 
  private:
-  static constexpr std::size_t surroundings_steps = 5, neighbour_contexts = 40;
-
   void code_row(std::int64_t y, std::int64_t z, const LatticeBits* known) {
     const Word* row = candidates_.bits().row(y, z);
     const std::int64_t first = pass_.odd[0] ? pass_.unit : 0, period = 2 * pass_.unit;
@@ -141,72 +142,112 @@ class ActivityModel {
         const auto x = static_cast<std::int64_t>(64 * i) + std::countr_zero(rest);
         if ((x - first) % period != 0) continue;  // of an earlier pass
         const Index3 p{box_.low.x + x, y, z};
-        AdaptiveBit& model = models_[context(p)];
-        if (model.code(coder_, known != nullptr && known->test(p)))
-          if (known == nullptr) active_.set(p);
-        if (known != nullptr && known->test(p)) active_.set(p);
+        const bool bit = code_point(p, known != nullptr && known->test(p));
+        if (bit) active_.set(p);
       }
   }
 
-  // What is known around a point: the six neighbours of its class (three of them coded already), and points
-  // of the pass before, which are all known.
-  std::size_t context(Index3 p) const {
+  static constexpr std::size_t per_kind = 1024;  // contexts of one kind in one class and cycle
+
+  // Four views of what is known around a point.
+  bool code_point(Index3 p, bool bit) {
     const std::int64_t d = 2 * pass_.unit;
-    int on = 0, off = 0, ahead = 0;
+    std::size_t on = 0, off = 0, ahead = 0, directed = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const Index3 before = p - d * unit_vector(axis), after = p + d * unit_vector(axis);
-      if (before[axis] >= box_.low[axis]) {
-        if (active_.test(before))
-          ++on;
-        else
-          off += candidates_.bits().test(before);
-      }
-      if (after[axis] <= box_.high[axis]) ahead += candidates_.bits().test(after);
+      std::size_t state = 0;
+      if (before[axis] >= box_.low[axis]) state = active_.test(before) ? 2 : candidates_.bits().test(before);
+      on += state == 2;
+      off += state == 1;
+      const bool candidate_after = after[axis] <= box_.high[axis] && candidates_.bits().test(after);
+      ahead += candidate_after;
+      directed = directed * 6 + state * 2 + candidate_after;
     }
-    std::size_t around = 0;
-    if (surroundings_count_ > 0) {
-      int count = 0, inside = 0;
-      for (int i = 0; i < surroundings_count_; ++i) {
-        const Index3 q = p + surroundings_[static_cast<std::size_t>(i)];
-        if (!box_.contains(q)) continue;
-        ++inside;
-        count += active_.test(q);
-      }
-      around = count == 0 ? 0 : static_cast<std::size_t>(1 + (count * 4 - 1) / std::max(inside, 1));
-    }
-    // (on, off) with on + off <= 3: 10 pairs.
-    static constexpr std::array<std::array<std::size_t, 4>, 4> pair = {
-        {{0, 1, 2, 3}, {4, 5, 6, 0}, {7, 8, 0, 0}, {9, 0, 0, 0}}};
-    const std::size_t neighbours = pair[static_cast<std::size_t>(on)][static_cast<std::size_t>(off)] * 4 +
-                                   static_cast<std::size_t>(ahead);
-    const auto cls = static_cast<std::size_t>(pass_.odd_count - 1),
-               cycle = static_cast<std::size_t>(pass_.cycle);
-    return ((cycle * 3 + cls) * surroundings_steps + around) * neighbour_contexts + neighbours;
+    const std::size_t around = count_known(p, around_), beside = count_known(p, siblings_);
+    const std::size_t neighbours = (on * 4 + off) * 4 + ahead;  // < 64
+    const auto cls = static_cast<std::size_t>(pass_.cycle * 3 + pass_.odd_count - 1);
+    const std::array<std::size_t, contexts_mixed> contexts = {
+        neighbours + 64 * std::min<std::size_t>((around + 1) / 2, 12), directed, around * 32 + beside,
+        (beside / 2) * 64 + neighbours};
+    std::array<AdaptiveBit*, contexts_mixed> models;
+    for (std::size_t i = 0; i < contexts_mixed; ++i)
+      models[i] = &models_[(cls * contexts_mixed + i) * per_kind + std::min(contexts[i], per_kind - 1)];
+    return code_mixed(coder_, bit, models, mixers_[cls], 255);
   }
 
-  // Points of the pass before, around a point of this one, that are no parents of it. Face centres look at
-  // the cube centres beside the two that are their parents, edge midpoints at the face centres of the four
-  // cells around them.
+  struct Offsets {
+    std::array<Index3, 32> steps{};
+    std::array<std::int64_t, 32> bits{};
+    std::size_t size = 0;
+    std::int64_t reach = 0;
+  };
+
+  std::size_t count_known(Index3 p, const Offsets& offsets) const {
+    std::size_t count = 0;
+    if (box_.contains(Box{p, p}.grown(offsets.reach))) {
+      const Index3 d = p - box_.low;
+      const std::int64_t at = d.x + d.y * bit_stride_[1] + d.z * bit_stride_[2];
+      const Word* words = active_.words().data();
+      for (std::size_t i = 0; i < offsets.size; ++i) {
+        const auto bit = static_cast<std::size_t>(at + offsets.bits[i]);
+        count += (words[bit / 64] >> (bit % 64)) & 1;
+      }
+      return count;
+    }
+    for (std::size_t i = 0; i < offsets.size; ++i) {
+      const Index3 q = p + offsets.steps[i];
+      count += box_.contains(q) && active_.test(q);
+    }
+    return count;
+  }
+
+  void add(Offsets& offsets, Index3 d) {
+    offsets.steps[offsets.size] = d;
+    offsets.bits[offsets.size] = d.x + d.y * bit_stride_[1] + d.z * bit_stride_[2];
+    ++offsets.size;
+    for (int axis = 0; axis < 3; ++axis) offsets.reach = std::max(offsets.reach, std::abs(d[axis]));
+  }
+
+  // Around: points of passes before that are no parents. A cube centre looks at the points of the coarser
+  // lattice next to its cell, a face centre at the cube centres beside the two that are its parents, an edge
+  // midpoint at the face centres of the four cells around it. Siblings: points of the same class, of other
+  // orientation, that share a parent.
   void find_surroundings() {
-    surroundings_count_ = 0;
+    around_ = {};
+    siblings_ = {};
     const std::int64_t u = pass_.unit;
-    const auto add = [&](Index3 d) { surroundings_[static_cast<std::size_t>(surroundings_count_++)] = d; };
+    if (pass_.odd_count == 3) {
+      for (int axis = 0; axis < 3; ++axis)
+        for (const std::int64_t far : {-3 * u, 3 * u})
+          for (const std::int64_t da : {-u, u})
+            for (const std::int64_t db : {-u, u})
+              add(around_, far * unit_vector(axis) + da * unit_vector((axis + 1) % 3) +
+                               db * unit_vector((axis + 2) % 3));
+      for (int axis = 0; axis < 3; ++axis)  // cells before, across an edge
+        for (const std::int64_t da : {-2 * u, 2 * u})
+          for (const std::int64_t db : {-2 * u, 2 * u})
+            add(siblings_, da * unit_vector((axis + 1) % 3) + db * unit_vector((axis + 2) % 3));
+    }
     if (pass_.odd_count == 2) {
       const int normal = !pass_.odd[0] ? 0 : !pass_.odd[1] ? 1 : 2;
       for (int axis = 0; axis < 3; ++axis)
         if (axis != normal)
           for (const std::int64_t side : {-u, u})
-            for (const std::int64_t step : {-2 * u, 2 * u})
-              add(side * unit_vector(normal) + step * unit_vector(axis));
+            for (const std::int64_t step : {-u, u}) {
+              add(around_, side * unit_vector(normal) + 2 * step * unit_vector(axis));
+              add(siblings_, side * unit_vector(normal) + step * unit_vector(axis));
+            }
     }
     if (pass_.odd_count == 1) {
       const int along = pass_.odd[0] ? 0 : pass_.odd[1] ? 1 : 2, a = (along + 1) % 3, b = (along + 2) % 3;
       for (const std::int64_t da : {-u, u})
         for (const std::int64_t db : {-u, u}) {
           for (const std::int64_t dl : {-u, u})
-            add(dl * unit_vector(along) + da * unit_vector(a) + db * unit_vector(b));
-          add(2 * da * unit_vector(a) + db * unit_vector(b));
-          add(da * unit_vector(a) + 2 * db * unit_vector(b));
+            add(around_, dl * unit_vector(along) + da * unit_vector(a) + db * unit_vector(b));
+          add(around_, 2 * da * unit_vector(a) + db * unit_vector(b));
+          add(around_, da * unit_vector(a) + 2 * db * unit_vector(b));
+          add(siblings_, da * unit_vector(along) + db * unit_vector(a));
+          add(siblings_, da * unit_vector(along) + db * unit_vector(b));
         }
     }
   }
@@ -214,11 +255,12 @@ class ActivityModel {
   Coder& coder_;
   LatticeBits& active_;
   Box box_;
+  std::array<std::int64_t, 3> bit_stride_{};
   Candidates candidates_;
   Pass pass_{};
-  std::array<Index3, 16> surroundings_{};
-  int surroundings_count_ = 0;
-  std::vector<AdaptiveBit> models_{8 * 3 * surroundings_steps * neighbour_contexts};
+  Offsets around_, siblings_;
+  std::vector<AdaptiveBit> models_{8 * 3 * contexts_mixed * per_kind};
+  std::array<Mixer, 8 * 3> mixers_{};
 };
 
 void set_root_corners(LatticeBits& active, int cube_size) {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "grid/lattice.h"
-#include "stages/adaptive_integer.h"
 #include "stages/range_coder.h"
+#include "stages/residual_coding.h"
 
 namespace tagrid {
 namespace {
@@ -129,7 +129,7 @@ class PointModel {
 
   void code(T& value, std::int64_t guess, std::size_t kind, std::size_t context) {
     const std::int64_t guessed_steps = to_steps(guess, step_);
-    const std::int64_t residual = models_[kind * contexts + context].code(
+    const std::int64_t residual = models_[kind * contexts + context].code_signed(
         coder_, Coder::encoding ? to_steps(value, step_) - guessed_steps : 0);
     if constexpr (!Coder::encoding)
       value = from_steps<T>(guessed_steps + residual % (std::int64_t{1} << 40), step_);
@@ -142,7 +142,7 @@ class PointModel {
   std::int64_t step_;
   T* values_;
   std::int64_t dy_, dz_;
-  std::vector<AdaptiveInteger> models_;
+  std::vector<IntegerModel> models_;
 };
 
 }  // namespace

@@ -77,7 +77,7 @@ class IntegerModel {
 };
 
 inline constexpr int contexts_mixed = 4;
-inline constexpr std::array<int, contexts_mixed> magnitude_contexts = {128, 512, 512, 512};
+inline constexpr std::array<int, contexts_mixed> magnitude_contexts = {64, 512, 512, 512};
 inline constexpr std::array<int, contexts_mixed> sign_contexts = {32, 32, 128, 32};
 inline constexpr int mixer_contexts = 16;
 

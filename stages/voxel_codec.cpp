@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
 // A segment is a piece of a row; one decision says that all its residuals are zero.
-constexpr std::int64_t segment_length = 32;
+constexpr std::int64_t segment_length = 64;
 
 /// The quantizers of other and of active points; errors beyond the range of the type mean no more than it.
 std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
@@ -33,6 +33,7 @@ class VoxelPass {
       : coder_(coder),
         owned_(owned),
         activity_(activity),
+        two_bounds_(bounds.surface_error >= 0),
         quantizers_(quantizers(bounds)),
         parameters_(parameters),
         window_(owned.size(), parameters),
@@ -50,7 +51,7 @@ class VoxelPass {
       window_.begin_slice(z);
       for (std::int64_t y = 0; y < size.y; ++y, result += size.x, original += Coder::encoding ? size.x : 0) {
         window_.begin_row(y);
-        bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
+        if (two_bounds_) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t s = 0; s < segments_; ++s) {
           const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
           std::uint8_t& quiet = quiet_above_[static_cast<std::size_t>((y + 1) * segments_ + s)];
@@ -74,6 +75,7 @@ class VoxelPass {
   }
 
  private:
+  const Quantizer& quantizer_at(std::int64_t x) const { return quantizers_[two_bounds_ && active(x)]; }
   bool active(std::int64_t x) const {
     const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_.box().low.x);
     return (bits_[bit / 64] >> (bit % 64)) & 1;
@@ -90,7 +92,7 @@ class VoxelPass {
     bool quiet = true;
     for (std::int64_t x = first; x < last; ++x) {
       const auto i = static_cast<std::size_t>(x - first);
-      const Quantizer& quantizer = quantizers_[active(x)];
+      const Quantizer& quantizer = quantizer_at(x);
       predictions_[i] = window_.predict(x);
       residuals_[i] = quantizer(Held<T>::from(original[x]) - predictions_[i].value);
       quiet = quiet && residuals_[i] == 0;
@@ -101,8 +103,7 @@ class VoxelPass {
     if (quiet) return true;
     for (std::int64_t x = first; x < last; ++x) {
       const auto i = static_cast<std::size_t>(x - first);
-      const bool a = active(x);
-      model_->code(coder_, residuals_[i], largest_, window_.context(x, predictions_[i], quantizers_[a], a));
+      model_->code(coder_, residuals_[i], largest_, window_.context(x, predictions_[i], quantizer_at(x)));
     }
     return false;
   }
@@ -110,12 +111,12 @@ class VoxelPass {
   bool decode_segment(std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
     const bool quiet = code_adaptive(coder_, false, quiet_model, 250);
     for (std::int64_t x = first; x < last; ++x) {
-      const bool a = active(x);
+      const Quantizer& quantizer = quantizer_at(x);
       const Prediction p = window_.predict(x);
       const std::int64_t residual =
-          quiet ? 0 : model_->code(coder_, 0, largest_, window_.context(x, p, quantizers_[a], a));
-      window_.commit(x, p, decoded(p, residual, quantizers_[a]), static_cast<std::int32_t>(residual),
-                     quantizers_[a].step);
+          quiet ? 0 : model_->code(coder_, 0, largest_, window_.context(x, p, quantizer));
+      window_.commit(x, p, decoded(p, residual, quantizer), static_cast<std::int32_t>(residual),
+                     quantizer.step);
     }
     return quiet;
   }
@@ -123,6 +124,7 @@ class VoxelPass {
   Coder& coder_;
   const Box& owned_;
   const LatticeBits& activity_;
+  bool two_bounds_;
   std::array<Quantizer, 2> quantizers_;
   const VoxelParameters& parameters_;
   VoxelWindow window_;
@@ -188,7 +190,8 @@ template <class T>
 void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
                    const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
-  assert(reconstruction.size() == samples.size() && activity.box().contains(owned));
+  assert(reconstruction.size() == samples.size());
+  assert(bounds.surface_error < 0 || activity.box().contains(owned));
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
   const auto steps = quantizers(bounds);
   const std::int64_t error = std::min(steps[0].error, steps[1].error);
@@ -213,7 +216,7 @@ template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                      const VoxelBounds& bounds, std::span<T> samples) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
-  assert(activity.box().contains(owned));
+  assert(bounds.surface_error < 0 || activity.box().contains(owned));
   if (bytes.empty()) return Status::broken("values are missing");
   if (bytes[0] == constant_brick) {
     if (bytes.size() != 1 + sizeof(T))

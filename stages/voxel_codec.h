@@ -20,7 +20,7 @@ struct VoxelBounds {
 
 /// Appends the coded values of a brick to `out`.
 ///   samples         of the box `owned`, x fastest; nothing outside it is read
-///   activity        bits of a box that contains `owned`; they select the bound and help to predict
+///   activity        where there is a surface_error: bits of a box that contains `owned`; else not looked at
 ///   reconstruction  as many values as `samples`: what decode_voxels will return
 /// The same arguments give the same bytes on every machine.
 /// REQUIRES: owned is not empty, samples.size() == owned.count().

@@ -87,7 +87,7 @@ class VoxelWindow {
   void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
               std::int64_t step);
   /// REQUIRES: all voxels before x are committed.
-  ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer, bool active) const;
+  ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
 
   const Value* row() const { return here_; }
 
@@ -178,8 +178,8 @@ inline void VoxelWindow::commit(std::int64_t x, const Prediction& p, std::int32_
   sign_biases_[p.signs].learn(error);
 }
 
-inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p, const Quantizer& quantizer,
-                                            bool active) const {
+inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
+                                            const Quantizer& quantizer) const {
   ResidualContext c;
   c.flat = p.flat;
   if (p.flat) return c;
@@ -192,7 +192,7 @@ inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
   const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(energy), 15);
   const int k = std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
   c.low_bits = static_cast<std::uint8_t>(k);
-  c.mixer = static_cast<std::uint8_t>(coarse / 2 * 2 + active);
+  c.mixer = static_cast<std::uint8_t>(coarse);
 
   const std::int32_t here = here_[x - 1];
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
@@ -202,7 +202,7 @@ inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
   const std::uint32_t off_centre = std::min(3, std::abs(p.fraction) >> (weight_bits - 3));
   const auto capped = [k](std::uint32_t size, std::uint32_t cap) { return std::min(size >> k, cap); };
 
-  c.magnitude[0] = static_cast<std::uint16_t>(log_scale<2>(energy) * 2 + active);
+  c.magnitude[0] = static_cast<std::uint16_t>(log_scale<2>(energy));
   c.magnitude[1] = static_cast<std::uint16_t>(std::min<std::uint32_t>(log_scale<1>(steps), 31) * 16 + coarse);
   c.magnitude[2] = static_cast<std::uint16_t>(
       (((capped(left, 3) * 3 + capped(size_at(residual_above_, x), 2)) * 3 +

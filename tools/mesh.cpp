@@ -1,7 +1,49 @@
+// tagrid mesh: the tetrahedra of a .tag file.
+
+#include "pipeline/mesh.h"
+
+#include <fmt/format.h>
+
 #include "tools/commands.h"
+#include "tools/shared_options.h"
+
 namespace tagrid {
+namespace {
+
+struct MeshCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  MeshOptions options;
+
+  void execute() {
+    const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
+    refuse_terminal(path, "meshes");
+    options.overwrite = output.overwrite;
+    ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
+    const MeshResult result =
+        write_mesh(input, path, options, run.thread_count(),
+                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    if (!run.quiet && run.verbosity > 0)
+      fmt::print(stderr, "{} points, {} tetrahedra\n", result.points, result.tetrahedra);
+  }
+};
+
+}  // namespace
+
 Action add_mesh_command(CLI::App& app) {
-  app.add_subcommand("mesh", "");
-  return [] {};
+  auto state = std::make_shared<MeshCommand>();
+  CLI::App* command = app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a VTU mesh");
+  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  add_output_options(*command, state->output);
+  command
+      ->add_option("--level", state->options.level,
+                   "The prefix of the grid at this level: no point of a higher one; default: all of it")
+      ->option_text("N");
+  command->add_flag("--padded", state->options.padded,
+                    "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");
+  add_run_options(*command, state->run);
+  return [state] { state->execute(); };
 }
+
 }  // namespace tagrid
