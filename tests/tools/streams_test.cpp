@@ -97,12 +97,11 @@ TEST_F(Streams, AClosedPipeLeavesNoTemporaries) {
 
 TEST_F(Streams, AStandardOutputThatWasClosedIsNoFileOfOurs) {
   make_tag();
-  phantom("volume.raw");
   expect_error(script("\"$TAGRID\" decode volume.tag -o - >&-"), world, "standard output");
   expect_error(script("\"$TAGRID\" info volume.tag >&-"), world, "standard output");
   expect_error(script("\"$TAGRID\" encode - -o x.tag <&-"), world, "standard input");
-  // The message of a verification must not end up in the file that it reads, or in one that is written.
-  expect_ok(script("\"$TAGRID\" decode volume.tag -o x.raw <&- >&- 2>&-; cmp x.raw volume.raw"));
+  // What is said of progress must not end up in the file that is written.
+  expect_ok(script("\"$TAGRID\" encode volume.nrrd -o x.tag --progress=bar <&- 2>&-; cmp x.tag volume.tag"));
 }
 
 TEST_F(Streams, TextThatCannotBeWrittenIsAnError) {
