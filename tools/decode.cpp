@@ -5,6 +5,7 @@
 #include "pipeline/run.h"
 #include "tools/commands.h"
 #include "tools/input_removal.h"
+#include "tools/process.h"
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
@@ -32,7 +33,7 @@ struct DecodeCommand {
     const CodingParameters& parameters = result.header.parameters;
     report.write({parameters.dims, parameters.type, settings_json(parameters), result.bytes_in,
                   result.bytes_out, achieved_json(result.index)});
-    if (run.verbosity > 0 && !run.quiet) fmt::print(stderr, "{}\n", summary(result));
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
     remove_files(removed_after);
   }
 

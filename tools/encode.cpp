@@ -9,6 +9,7 @@
 #include "pipeline/run.h"
 #include "tools/commands.h"
 #include "tools/input_removal.h"
+#include "tools/process.h"
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
@@ -61,7 +62,7 @@ struct EncodeCommand {
     report.write({result.header.parameters.dims, result.header.parameters.type,
                   settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
                   achieved_json(result.index)});
-    if (run.verbosity > 0 && !run.quiet) fmt::print(stderr, "{}\n", summary(result));
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
     if (!remove) return;
     verify_encoding(input, description, path, run.thread_count());
     remove_files(removed_after);

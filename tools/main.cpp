@@ -22,7 +22,7 @@ using namespace tagrid;
 constexpr const char* out_of_memory = "out of memory; a smaller --brick, or fewer threads, need less";
 
 int fail(int code, const std::string& message) {
-  fmt::print(stderr, "tagrid: {}\n", message);
+  say(fmt::format("tagrid: {}\n", message));
   return code;
 }
 

@@ -42,6 +42,10 @@ void catch_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
+void say(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
+}
+
 void flush_standard_output() {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
   if (errno == EPIPE) throw ClosedPipe("standard output: nobody reads it any more");

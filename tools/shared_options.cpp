@@ -1,4 +1,5 @@
 #include "tools/shared_options.h"
+#include "tools/process.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -134,7 +135,7 @@ void refuse_terminal_input(const std::string& input) {
 }
 
 void warn(const RunOptions& options, const std::string& message) {
-  if (!options.quiet) fmt::print(stderr, "tagrid: warning: {}\n", message);
+  if (!options.quiet) say(fmt::format("tagrid: warning: {}\n", message));
 }
 
 std::string output_beside(const std::string& input, const std::string& ending) {
