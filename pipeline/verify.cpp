@@ -142,10 +142,11 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
   if (!original.empty()) against.emplace(reader.name(), parameters, original, raw);
   SharedFaces faces(parameters);
   StatisticsCheck statistics(parameters);
-  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
 
   DecodeStreams streams;
+  streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     const auto fail = [&](const std::string& what, Index3 p) {
@@ -160,13 +161,18 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
   };
   streams.write_slices = [&](std::span<const std::byte> samples) {
     if (against) against->compare(samples);
-    done += samples.size() / size_of(parameters.type);
+    done += samples.size();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);
   statistics.compare(reader);
 
-  VerifyResult result{reader.header(), parameters.bricks().count(), statistics.active_points(), std::nullopt};
+  VerifyResult result{reader.header(),
+                      reader.index(),
+                      reader.sizes().file,
+                      parameters.bricks().count(),
+                      statistics.active_points(),
+                      std::nullopt};
   if (against) result.max_error = against->finish();
   return result;
 }
