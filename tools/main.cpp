@@ -1,6 +1,7 @@
 // tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <cstdio>
 #include <iostream>
@@ -59,6 +60,9 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Slices and layers come and go in the order of the volume, not of a stack: each in pages of its own, so
+  // that a freed one goes back at once and tall volumes take no more memory than short ones.
+  mallopt(M_MMAP_THRESHOLD, 1 << 18);
   occupy_standard_streams();
   catch_signals();
   try {
