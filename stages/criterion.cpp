@@ -1,5 +1,6 @@
 #include "stages/criterion.h"
 
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -144,6 +145,17 @@ CriterionParameters::CriterionParameters(int m) {
   threshold = static_cast<float>(1 + over);
   excess = static_cast<float>(over);
   tangent = static_cast<float>(std::sqrt(over * (2 + over)));  // of acos(1 / (1 + over))
+}
+
+TAGRID_VECTOR_CODE
+bool all_flat(const EdgeBatch& edges, std::size_t count) {
+  std::uint32_t any = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    any |= std::bit_cast<std::uint32_t>(edges.rise[i]) | std::bit_cast<std::uint32_t>(edges.slope_left[i]) |
+           std::bit_cast<std::uint32_t>(edges.slope_right[i]) |
+           std::bit_cast<std::uint32_t>(edges.bend_left[i]) |
+           std::bit_cast<std::uint32_t>(edges.bend_right[i]);
+  return (any & 0x7FFFFFFF) == 0;  // zeros of either sign
 }
 
 TAGRID_VECTOR_CODE

@@ -39,6 +39,9 @@ struct EdgeBatch {
   alignas(64) Lane bend_left, bend_right;    ///< second derivative along the edge
 };
 
+/// Whether all `count` edges are level and straight, as they are in a constant region: none violates.
+bool all_flat(const EdgeBatch& edges, std::size_t count);
+
 /// First, quick test of `count` edges of length `length`: clear[i] is 1 where every leg of the control
 /// polygon is within acos(1/threshold) of the direction of the chord, so that the edge cannot violate the
 /// criterion.
