@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 
 width=${1:-1024}
 slices=${2:-512}
-tagrid=build/release/tagrid
+tagrid=${TAGRID:-build/release/tagrid}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
