@@ -30,7 +30,10 @@ class Candidates {
         cube_size_(cube_size),
         bits_(active.box()) {}
 
+  /// The candidates of this pass, and of those before.
   const LatticeBits& bits() const { return bits_; }
+  /// The x of this pass, as a row of bits.
+  const std::vector<Word>& mask() const { return mask_; }
 
   void find(const Pass& pass) {
     pass_ = pass;
@@ -52,7 +55,7 @@ class Candidates {
     Word* row = bits_.row(y, z);
     const std::size_t n = mask_.size();
     const std::int64_t u = pass_.unit;
-    for (std::size_t i = 0; i < n; ++i) row[i] = (row[i] & ~mask_[i]) | mask_[i];
+    for (std::size_t i = 0; i < n; ++i) row[i] |= mask_[i];
     if (pass_.odd_count == 3) {
       if (2 * u < cube_size_) keep_below_edge_midpoints(row, y, z);
       return;
@@ -136,11 +139,9 @@ class ActivityModel {
  private:
   void code_row(std::int64_t y, std::int64_t z, const LatticeBits* known) {
     const Word* row = candidates_.bits().row(y, z);
-    const std::int64_t first = pass_.odd[0] ? pass_.unit : 0, period = 2 * pass_.unit;
     for (std::size_t i = 0; i < active_.words_per_row(); ++i)
-      for (Word rest = row[i]; rest != 0; rest &= rest - 1) {
+      for (Word rest = row[i] & candidates_.mask()[i]; rest != 0; rest &= rest - 1) {
         const auto x = static_cast<std::int64_t>(64 * i) + std::countr_zero(rest);
-        if ((x - first) % period != 0) continue;  // of an earlier pass
         const Index3 p{box_.low.x + x, y, z};
         const bool bit = code_point(p, known != nullptr && known->test(p));
         if (bit) active_.set(p);
