@@ -17,7 +17,7 @@ class FieldWriter {
   void put(T value) {
     std::array<std::byte, sizeof(T)> field;
     store_little_endian(field.data(), value);
-    put_bytes(field);
+    for (const std::byte byte : field) bytes_.push_back(byte);
   }
   void put_bytes(std::span<const std::byte> bytes) {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());

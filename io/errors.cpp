@@ -33,7 +33,7 @@ std::string_view advice(int error_number) {
 }  // namespace
 
 WorldError world_error(std::string_view what, std::string_view path, int error_number) {
-  return WorldError(fmt::format("{} {}: {}{}", what, path, std::generic_category().message(error_number),
+  return WorldError(fmt::format("{}: {}: {}{}", path, what, std::generic_category().message(error_number),
                                 advice(error_number)));
 }
 

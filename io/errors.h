@@ -20,13 +20,19 @@ class WorldError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Whoever read our output is gone. Nobody needs to be told; exit code 74.
+class ClosedPipe : public WorldError {
+ public:
+  using WorldError::WorldError;
+};
+
 /// The command is wrong, e.g. its output exists already. Exit code 64.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A WorldError that says what failed ("cannot open"), where (`path`), why (`error_number`, an errno) and,
+/// A WorldError that says where (`path`), what failed ("cannot open"), why (`error_number`, an errno) and,
 /// where that is known, what to do.
 WorldError world_error(std::string_view what, std::string_view path, int error_number);
 

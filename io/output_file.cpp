@@ -67,7 +67,7 @@ bool is_special(const std::string& path) {
 }
 
 UsageError exists_already(const std::string& path) {
-  return UsageError(path + " exists already; give -f to overwrite it");
+  return UsageError(path + ": exists already; give -f to overwrite it");
 }
 
 /// Makes a name in a folder survive a crash of the machine. Some file systems cannot, which is no failure.
@@ -97,12 +97,12 @@ void unlink_temporaries() noexcept {
 void check_output(const std::string& path, bool overwrite) {
   struct stat status;
   if (path == "-" || lstat(path.c_str(), &status) != 0 || is_special(path)) return;
-  if (S_ISDIR(status.st_mode)) throw UsageError(path + " is a folder; give the name of a file");
+  if (S_ISDIR(status.st_mode)) throw UsageError(path + ": is a folder; give the name of a file");
   if (!overwrite) throw exists_already(path);
 }
 
-OutputFile::OutputFile(const std::string& path, bool overwrite)
-    : path_(path), name_(path == "-" ? "standard output" : path), overwrite_(overwrite) {
+OutputFile::OutputFile(const std::string& path, bool overwrite, const std::optional<FileAttributes>& like)
+    : path_(path), name_(path == "-" ? "standard output" : path), overwrite_(overwrite), like_(like) {
   check_output(path, overwrite);
   if (path == "-") {
     descriptor_ = STDOUT_FILENO;
@@ -123,17 +123,19 @@ OutputFile::~OutputFile() {
 void OutputFile::create_temporary() {
   // The temporary's name is longer than the target's, which may be as long as names can be.
   const std::string file_name = std::filesystem::path(path_).filename().string();
-  if (file_name.empty()) throw UsageError(path_ + " is not the name of a file");
+  if (file_name.empty()) throw UsageError(path_ + ": is not the name of a file");
   std::string hidden_name = ".";
   hidden_name.append(file_name, 0, 240).append(".part");
   const std::string stem = (std::filesystem::path(path_).parent_path() / hidden_name).string();
   for (int attempt = 0; attempt < 100; ++attempt) {
     const std::string candidate = stem + random_suffix();
-    // Registered first: a signal in between must not leave it. The mode is that of any new file.
+    // Registered first: a signal in between must not leave it. The mode is that of any new file, or nobody
+    // else's until it is that of another one.
     slot_ = register_temporary(candidate);
-    descriptor_ = open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor_ = open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, like_ ? 0600 : 0666);
     if (descriptor_ >= 0) {
       temporary_ = candidate;
+      if (like_) set_permissions(descriptor_, *like_);
       return;
     }
     const int error = errno;
@@ -149,6 +151,7 @@ void OutputFile::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30));
     if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && errno == EPIPE) throw ClosedPipe(name_ + ": nobody reads it any more");
     if (count < 0) throw world_error("cannot write", name_, errno);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     position_ += static_cast<std::uint64_t>(count);
@@ -168,6 +171,11 @@ void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 }
 
 void OutputFile::sync() {
+  if (like_ && !temporary_.empty() && !synced_) {
+    const timespec times[2] = {like_->accessed, like_->modified};
+    // A time that cannot be kept is no reason to throw the file away.
+    if (futimens(descriptor_, times) != 0) errno = 0;
+  }
   if (!temporary_.empty() && !synced_ && fsync(descriptor_) != 0)
     throw world_error("cannot write", name_, errno);
   synced_ = true;

@@ -3,9 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "io/file_attributes.h"
 
 namespace tagrid {
 
@@ -14,8 +17,10 @@ namespace tagrid {
 class OutputFile {
  public:
   /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
-  /// pipes. Throws UsageError if `path` exists and `overwrite` is false, or is a folder.
-  OutputFile(const std::string& path, bool overwrite);
+  /// pipes. A file gets the permissions and times of `like`, or those of any new file. Throws UsageError if
+  /// `path` exists and `overwrite` is false, or is a folder.
+  OutputFile(const std::string& path, bool overwrite,
+             const std::optional<FileAttributes>& like = std::nullopt);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -48,6 +53,7 @@ class OutputFile {
   int descriptor_ = -1;
   bool overwrite_ = false;
   bool synced_ = false;
+  std::optional<FileAttributes> like_;
   std::uint64_t position_ = 0;
 };
 

@@ -40,7 +40,7 @@ SpoolFile::SpoolFile(const std::string& path) : folder_(folder_beside(path)) {
   // Some network file systems have no nameless files: make one with a name and take the name away.
   std::string name = (std::filesystem::path(folder_) / ".tagrid.partXXXXXX").string();
   descriptor_ = mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor_ < 0) throw world_error("cannot create a temporary file in", folder_, errno);
+  if (descriptor_ < 0) throw world_error("cannot create a temporary file", folder_, errno);
   unlink(name.c_str());
 }
 
@@ -64,7 +64,7 @@ void SpoolFile::flush() {
   while (!rest.empty()) {
     const ssize_t count = ::write(descriptor_, rest.data(), rest.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw world_error("cannot write a temporary file in", folder_, errno);
+    if (count < 0) throw world_error("cannot write a temporary file", folder_, errno);
     rest = rest.subspan(static_cast<std::size_t>(count));
   }
   buffer_.clear();
@@ -78,7 +78,7 @@ std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
   do {
     count = pread(descriptor_, buffer_.data(), buffer_.size(), static_cast<off_t>(position));
   } while (count < 0 && errno == EINTR);
-  if (count <= 0) throw world_error("cannot read a temporary file in", folder_, count < 0 ? errno : EIO);
+  if (count <= 0) throw world_error("cannot read a temporary file", folder_, count < 0 ? errno : EIO);
   return std::span(buffer_).first(static_cast<std::size_t>(count));
 }
 

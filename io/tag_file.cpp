@@ -179,6 +179,11 @@ void TagReader::read_index_section() {
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
   if (Status status = parse_index(fields, count, levels, index_); !status.ok()) fail(status.what());
   next_brick_ = parameters().bricks().count();
+  constexpr std::uint64_t frame_size = 4 + 8 + 4 + 8;
+  std::uint64_t bricks_size = count * frame_size;
+  for (const IndexEntry& brick : index_.bricks)
+    bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
+  if (header_size_ + bricks_size != start) fail("the sizes of the bricks do not sum to the file's");
   file_size_ = start + head.size() + packed_size + tail.size();
 }
 

@@ -41,6 +41,7 @@ std::string beside(const std::string& header_path, const std::string& data_file)
 VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw) {
   VolumeReader reader;
   reader.file_ = std::make_unique<FileBytes>(path);
+  reader.files_ = {path};
   const bool nrrd = !(raw && raw->offset > 0) && begins_nrrd(reader.file_->peek(9));
   if (nrrd)
     reader.open_nrrd(path, raw);
@@ -69,7 +70,12 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
   if (raw && (raw->dims != info_.dims || raw->type != info_.type))
     throw BrokenInput(fmt::format("{}: its NRRD header says {}, the command line {}", header_name,
                                   described(info_.dims, info_.type), described(raw->dims, raw->type)));
-  if (!header.data_file.empty()) file_ = std::make_unique<FileBytes>(beside(path, header.data_file));
+  if (!header.data_file.empty()) {
+    detached_header_bytes_ = file_->position();
+    files_.push_back(beside(path, header.data_file));
+    file_ = std::make_unique<FileBytes>(files_.back());
+  }
+  holds_other_bytes_ = header.line_skip != 0 || header.byte_skip != 0;
   go_to_samples(header);
 }
 
@@ -82,6 +88,7 @@ void VolumeReader::open_raw(const RawDescription& raw) {
   if (raw.spacing) info_.nrrd_fields = spacings_line(*raw.spacing);
   info_.geometry = geometry_of(info_.nrrd_fields);
   big_endian_ = raw.big_endian;
+  holds_other_bytes_ = raw.offset > 0;
   skip_to(raw.offset);
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/file_bytes.h"
 #include "io/gzip_bytes.h"
@@ -35,6 +36,14 @@ class VolumeReader {
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
 
+  /// The files that it is in: its own, and that of the samples where the header is detached. "-" for the
+  /// standard input.
+  const std::vector<std::string>& files() const { return files_; }
+  /// Whether the files hold more than a header and these samples: bytes that are skipped.
+  bool holds_other_bytes() const { return holds_other_bytes_; }
+  /// Bytes read so far, of all files, since the last rewind.
+  std::uint64_t bytes_read() const { return detached_header_bytes_ + file_->position(); }
+
  private:
   friend VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw);
 
@@ -55,6 +64,9 @@ class VolumeReader {
   /// Where the samples, or the gzip stream, begin in the file; and how much of the decompressed to skip.
   std::uint64_t start_ = 0, gzip_skip_ = 0;
   std::int64_t next_slice_ = 0;
+  std::vector<std::string> files_;
+  std::uint64_t detached_header_bytes_ = 0;
+  bool holds_other_bytes_ = false;
 };
 
 /// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one

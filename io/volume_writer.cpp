@@ -26,23 +26,27 @@ VolumeFormat format_from_name(const std::string& path) {
       ".raw beside it) or .raw (samples alone)");
 }
 
+std::string samples_path(const std::string& path, VolumeFormat format) {
+  return format == VolumeFormat::nhdr ? std::filesystem::path(path).replace_extension(".raw").string() : path;
+}
+
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                bool overwrite) {
+                                bool overwrite, const std::optional<FileAttributes>& like) {
   VolumeWriter writer;
   writer.info_ = info;
   writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
   if (format != VolumeFormat::nhdr) {
-    writer.samples_ = std::make_unique<OutputFile>(path, overwrite);
+    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
     return writer;
   }
   if (path == "-") throw UsageError("a detached header (nhdr) needs a file name; choose nrrd or raw");
-  const std::filesystem::path data = std::filesystem::path(path).replace_extension(".raw");
+  const std::filesystem::path data = samples_path(path, format);
   if (data == std::filesystem::path(path))
     throw UsageError(path + ": a detached header cannot be named .raw");
   writer.data_path_ = data.string();
-  writer.header_ = std::make_unique<OutputFile>(path, overwrite);
-  writer.samples_ = std::make_unique<OutputFile>(writer.data_path_, overwrite);
+  writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
+  writer.samples_ = std::make_unique<OutputFile>(writer.data_path_, overwrite, like);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));
   return writer;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -37,7 +38,7 @@ class VolumeWriter {
 
  private:
   friend VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                         bool overwrite);
+                                         bool overwrite, const std::optional<FileAttributes>& like);
   VolumeWriter() = default;
 
   VolumeInfo info_;
@@ -48,8 +49,12 @@ class VolumeWriter {
 };
 
 /// Begins a volume at `path`, or on the standard output for "-", where only formats raw and nrrd exist.
-/// Throws UsageError if a file exists and `overwrite` is false, WorldError if it cannot be created.
+/// Its files get the permissions and times of `like`, if given. Throws UsageError if a file exists and
+/// `overwrite` is false, WorldError if it cannot be created.
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                bool overwrite);
+                                bool overwrite, const std::optional<FileAttributes>& like = std::nullopt);
+
+/// The file that the samples of a volume at `path` are written to: beside a detached header, else `path`.
+std::string samples_path(const std::string& path, VolumeFormat format);
 
 }  // namespace tagrid

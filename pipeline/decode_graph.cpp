@@ -61,7 +61,8 @@ std::vector<std::byte> bytes_of(const std::vector<T>& values) {
   return {bytes.begin(), bytes.end()};
 }
 
-BrickInLayer decode_into_layer(const CodingParameters& parameters, const CodedBrick& brick, bool keep) {
+BrickInLayer decode_into_layer(const CodingParameters& parameters, const CodedBrick& brick,
+                               const std::string& name, bool keep) {
   const Index3 position = parameters.bricks().position(brick.bytes->id);
   auto decoded = std::make_shared<DecodedBrick>();
   decoded->id = brick.bytes->id;
@@ -82,7 +83,9 @@ BrickInLayer decode_into_layer(const CodingParameters& parameters, const CodedBr
       decoded->samples = bytes_of(samples);
       decoded->points = bytes_of(points);
     });
-  if (!status.ok()) throw BrokenInput("brick " + std::to_string(brick.bytes->id) + ": " + status.what());
+  if (!status.ok())
+    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(brick.bytes->id) + ": " +
+                      status.what());
   if (!keep) decoded.reset();
   return {brick.bytes->id, brick.layer, std::move(decoded)};
 }
@@ -109,7 +112,7 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
   flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
   flow::function_node<CodedBrick, BrickInLayer> decode(
       graph, static_cast<std::size_t>(threads),
-      [&](const CodedBrick& brick) { return decode_into_layer(parameters, brick, keep); });
+      [&](const CodedBrick& brick) { return decode_into_layer(parameters, brick, streams.name, keep); });
   flow::sequencer_node<BrickInLayer> in_order(
       graph, [](const BrickInLayer& brick) { return static_cast<std::size_t>(brick.id); });
   Write write(graph, flow::serial, [&](const BrickInLayer& brick, Write::output_ports_type& out) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "grid/coding_parameters.h"
@@ -22,6 +23,8 @@ struct DecodedBrick {
 };
 
 struct DecodeStreams {
+  /// Of the file, for messages.
+  std::string name;
   /// Reads the next brick, or returns false after the last one; never called at the same time.
   std::function<bool(BrickBytes&)> read_brick;
   /// Takes whole slices in z order, one layer of bricks at a time; never called at the same time. Every brick

@@ -7,6 +7,7 @@
 
 #include "grid/lattice.h"
 #include "io/errors.h"
+#include "io/file_attributes.h"
 #include "io/vtu_writer.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/point_ids.h"
@@ -141,7 +142,8 @@ int checked_level(const MeshOptions& options, int cube_size) {
 // Layer by layer, as the values of a file with voxels are in its slices.
 void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::uint64_t total =
+      static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
   std::uint64_t done = 0;
   std::vector<BrickPoints> layer;
   LayerSamples samples(parameters);
@@ -157,6 +159,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
     });
   };
   DecodeStreams streams;
+  streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
@@ -169,7 +172,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
     }
     layer.clear();
     samples.end_layer();
-    done += slices.size() / size_of(parameters.type);
+    done += slices.size();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);
@@ -181,6 +184,7 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
                       int threads, const Progress& progress) {
   if (output != "-" && !output.ends_with(".vtu"))
     throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
+  refuse_same_file(input, output);
   check_output(output, options.overwrite);
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
@@ -189,7 +193,8 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
   mesh_bricks(reader, mesh, threads, progress);
   writer.finish();
-  return {writer.point_count(), writer.tetrahedron_count()};
+  return {reader.header(), reader.index(), reader.sizes().file, writer.point_count(),
+          writer.tetrahedron_count()};
 }
 
 }  // namespace tagrid

@@ -3,10 +3,12 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/verify.h"
 
 namespace tagrid {
 
@@ -20,15 +22,17 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
                            const std::string& output, bool overwrite, const EncodeOptions& options,
                            int threads, const Progress& progress) {
   options.validate();
+  refuse_same_file(input, output);
   check_output(output, overwrite);
   VolumeReader reader = open_volume(input, raw);
+  for (const std::string& file : reader.files()) refuse_same_file(file, output);
   EncodeResult result;
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
-  OutputFile file(output, overwrite);
+  OutputFile file(output, overwrite, attributes_of(reader.files().back()));
   TagWriter writer(file, result.header);
 
-  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   const std::size_t slice_bytes = static_cast<std::size_t>(reader.slice_samples()) * size_of(parameters.type);
   std::int64_t slices = 0;
   std::uint64_t done = 0;
@@ -42,20 +46,23 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
     return SliceSamples(std::move(slice));
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    done += code.statistics.samples;
+    done += code.statistics.samples * size_of(parameters.type);
     writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
     if (progress) progress(done, total);
   };
   run_encode_graph(parameters, threads, streams);
   writer.finish();
   result.index = writer.index();
+  result.bytes_in = reader.bytes_read();
   result.file_bytes = file.position();
   file.commit();
   return result;
 }
 
-void decode_volume(const std::string& input, const std::string& output, VolumeFormat format, bool overwrite,
-                   int threads, const Progress& progress) {
+DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
+                           bool overwrite, int threads, const Progress& progress) {
+  refuse_same_file(input, output);
+  refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   VolumeInfo info;
@@ -63,19 +70,30 @@ void decode_volume(const std::string& input, const std::string& output, VolumeFo
   info.type = parameters.type;
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input));
 
-  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
   DecodeStreams streams;
+  streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
   streams.write_slices = [&](std::span<const std::byte> samples) {
     writer.write_slices(samples);
-    done += samples.size() / size_of(parameters.type);
+    done += samples.size();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);
   writer.commit();
+  return {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+}
+
+void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
+                     const std::string& output, int threads) {
+  try {
+    verify_file(output, input, raw, threads);
+  } catch (const BrokenInput& broken) {
+    throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
+  }
 }
 
 }  // namespace tagrid

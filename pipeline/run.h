@@ -12,7 +12,7 @@
 
 namespace tagrid {
 
-/// Told how many voxels of how many are done; called by one thread at a time.
+/// Told how many bytes of samples of how many are done; called by one thread at a time.
 using Progress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Threads that this process may run on (its affinity).
@@ -21,17 +21,32 @@ int available_threads();
 struct EncodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t file_bytes = 0;
+  std::uint64_t bytes_in = 0;    ///< read, headers included
+  std::uint64_t file_bytes = 0;  ///< written
 };
 
-/// Encodes the volume at `input` into `output` ("-": the standard streams). Throws BrokenInput, WorldError,
-/// UsageError; then nothing is left under the name of the output.
+/// Encodes the volume at `input` into `output` ("-": the standard streams). From file to file the permissions
+/// and the time of the samples are kept. Throws BrokenInput, WorldError, UsageError; then nothing is left
+/// under the name of the output.
 EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
                            int threads, const Progress& progress = {});
 
-/// Decodes the .tag file `input` into the volume `output`.
-void decode_volume(const std::string& input, const std::string& output, VolumeFormat format, bool overwrite,
-                   int threads, const Progress& progress = {});
+struct DecodeResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;   ///< of the .tag file
+  std::uint64_t bytes_out = 0;  ///< written, headers included
+};
+
+/// Decodes the .tag file `input` into the volume `output`. From file to file the permissions and the time are
+/// kept.
+DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
+                           bool overwrite, int threads, const Progress& progress = {});
+
+/// What an encoding made, put to the test before its input may go: decodes `output` and compares it with the
+/// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound.
+void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
+                     const std::string& output, int threads);
 
 }  // namespace tagrid

@@ -49,8 +49,13 @@ class AgainstOriginal {
     }
     active_.clear();
   }
-  double finish() {
+  /// Everything was compared. Returns the largest error. What the file says of its errors must be what they
+  /// are.
+  double finish(const TagIndex& index) {
     reader_.finish();
+    if (worst_ != index.total.max_error || squares_ != index.total.sum_squared_error)
+      throw BrokenInput(fmt::format(
+          "{}: the index: the errors that it records are not those against this original", name_));
     return worst_;
   }
 
@@ -62,6 +67,7 @@ class AgainstOriginal {
     for (std::int64_t i = 0; i < reader_.slice_samples(); ++i) {
       const double error = std::abs(static_cast<double>(original[i]) - static_cast<double>(decoded[i]));
       worst_ = std::max(worst_, error);
+      squares_ += static_cast<std::uint64_t>(error * error);
       if (error <= tightest) continue;
       const Index3 p{i % parameters_.dims.x, i / parameters_.dims.x, z_};
       if (error > bound || is_active(p))
@@ -88,6 +94,7 @@ class AgainstOriginal {
   std::vector<std::byte> slice_;
   std::int64_t z_ = 0;
   double worst_ = 0;
+  Uint128 squares_ = 0;
 };
 
 // What the index says, against what the bricks hold.
@@ -142,10 +149,11 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
   if (!original.empty()) against.emplace(reader.name(), parameters, original, raw);
   SharedFaces faces(parameters);
   StatisticsCheck statistics(parameters);
-  const auto total = static_cast<std::uint64_t>(parameters.domain().volume().count());
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
 
   DecodeStreams streams;
+  streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     const auto fail = [&](const std::string& what, Index3 p) {
@@ -160,14 +168,19 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
   };
   streams.write_slices = [&](std::span<const std::byte> samples) {
     if (against) against->compare(samples);
-    done += samples.size() / size_of(parameters.type);
+    done += samples.size();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);
   statistics.compare(reader);
 
-  VerifyResult result{reader.header(), parameters.bricks().count(), statistics.active_points(), std::nullopt};
-  if (against) result.max_error = against->finish();
+  VerifyResult result{reader.header(),
+                      reader.index(),
+                      reader.sizes().file,
+                      parameters.bricks().count(),
+                      statistics.active_points(),
+                      std::nullopt};
+  if (against) result.max_error = against->finish(reader.index());
   return result;
 }
 

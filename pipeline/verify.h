@@ -13,6 +13,8 @@ namespace tagrid {
 
 struct VerifyResult {
   TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;  ///< of the .tag file
   std::int64_t bricks = 0;
   std::uint64_t active_points = 0;
   /// With an original: what was measured against it.

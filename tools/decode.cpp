@@ -1,8 +1,13 @@
 // tagrid decode: a .tag file to a volume.
 
-#include "io/errors.h"
+#include <fmt/format.h>
+
 #include "pipeline/run.h"
 #include "tools/commands.h"
+#include "tools/input_removal.h"
+#include "tools/process.h"
+#include "tools/report.h"
+#include "tools/run_report.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {
@@ -13,14 +18,29 @@ struct DecodeCommand {
   OutputOptions output;
   RunOptions run;
   std::string format;
+  bool remove = false;
 
   void execute() const {
     const std::string path = output.path.empty() ? output_beside(input, ".nrrd") : output.path;
+    refuse_terminal_input(input);
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
+    std::vector<std::string> removed_after;
+    if (remove) removed_after = removable_tag(input, path);
+    RunReport report(run, output.overwrite, "decode", input, path);
+
+    const DecodeResult result = decode(path, chosen);
+    const CodingParameters& parameters = result.header.parameters;
+    report.write({parameters.dims, parameters.type, settings_json(parameters), result.bytes_in,
+                  result.bytes_out, achieved_json(result.index)});
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    remove_files(removed_after);
+  }
+
+  DecodeResult decode(const std::string& path, VolumeFormat chosen) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    decode_volume(input, path, chosen, output.overwrite, run.thread_count(),
-                  [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return decode_volume(input, path, chosen, output.overwrite, run.thread_count(),
+                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
 
@@ -33,6 +53,8 @@ Action add_decode_command(CLI::App& app) {
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_removal_options(*command, state->remove);
   return [state] { state->execute(); };
 }
 

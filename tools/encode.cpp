@@ -5,9 +5,13 @@
 #include <charconv>
 
 #include "io/errors.h"
+#include "pipeline/dims_order.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"
+#include "tools/input_removal.h"
+#include "tools/process.h"
 #include "tools/report.h"
+#include "tools/run_report.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {
@@ -20,7 +24,7 @@ struct EncodeCommand {
   RawOptions raw;
   EncodeOptions options;
   std::string range;
-  bool keep = false;
+  bool remove = false;
 
   // "auto" or lo:hi.
   void parse_range() {
@@ -45,13 +49,39 @@ struct EncodeCommand {
   void execute() {
     parse_range();
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
+    refuse_terminal_input(input);
     refuse_terminal(path, "compressed bytes");
     const auto description = raw.description();
+    options.validate();
+    std::vector<std::string> removed_after;
+    if (remove) removed_after = removable_volume(input, description, path);
+    RunReport report(run, output.overwrite, "encode", input, path);
+    if (description) warn_of_order(*description);
+
+    const EncodeResult result = encode(description, path);
+    report.write({result.header.parameters.dims, result.header.parameters.type,
+                  settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
+                  achieved_json(result.index)});
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    if (!remove) return;
+    verify_encoding(input, description, path, run.thread_count());
+    remove_files(removed_after);
+  }
+
+  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    const EncodeResult result =
-        encode_volume(input, description, path, output.overwrite, options, run.thread_count(),
-                      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
-    if (!run.quiet && run.verbosity > 0) fmt::print(stderr, "{}\n", summary(result));
+    return encode_volume(input, description, path, output.overwrite, options, run.thread_count(),
+                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+  }
+
+  void warn_of_order(const RawDescription& description) const {
+    const auto likelier = run.quiet ? std::nullopt : likelier_dims(input, description);
+    if (!likelier) return;
+    const Index3 &given = description.dims, &other = *likelier;
+    warn(run,
+         fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order, "
+                     "x is the fastest",
+                     input, other.x, other.y, other.z, given.x, given.y, given.z));
   }
 };
 
@@ -108,7 +138,8 @@ Action add_encode_command(CLI::App& app) {
   add_grid_options(*command, *state);
   add_raw_options(*command, state->raw);
   add_run_options(*command, state->run);
-  command->add_flag("-k,--keep", state->keep, "Keep the input (always so)");
+  add_json_option(*command, state->run);
+  add_removal_options(*command, state->remove);
   return [state] { state->execute(); };
 }
 

@@ -4,6 +4,7 @@
 
 #include "tools/commands.h"
 #include "tools/report.h"
+#include "tools/shared_options.h"
 
 namespace tagrid {
 
@@ -16,8 +17,9 @@ Action add_info_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("info", "Geometry, parameters, where the bytes are, active points a level");
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
-  command->add_flag("--json", state->json, "Print one JSON object");
+  command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
   return [state] {
+    refuse_terminal_input(state->input);
     TagReader reader(state->input);
     reader.read_index();
     if (state->json)

@@ -1,21 +1,29 @@
 // tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <cstdio>
+#include <iostream>
 #include <new>
+#include <stdexcept>
+#include <system_error>
 #include <vector>
 
 #include "io/errors.h"
+#include "tools/command_line_error.h"
 #include "tools/commands.h"
 #include "tools/exit_codes.h"
+#include "tools/process.h"
 
 namespace {
 
 using namespace tagrid;
 
+constexpr const char* out_of_memory = "out of memory; a smaller --brick, or fewer threads, need less";
+
 int fail(int code, const std::string& message) {
-  fmt::print(stderr, "tagrid: {}\n", message);
+  say(fmt::format("tagrid: {}\n", message));
   return code;
 }
 
@@ -23,9 +31,10 @@ int run(int argc, char** argv) {
   CLI::App app{
       "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
       "tagrid"};
-  app.set_version_flag("--version", "tagrid " TAGRID_VERSION);
+  app.set_version_flag("-V,--version", "tagrid " TAGRID_VERSION);
   app.require_subcommand(1);
   app.set_help_flag("-h,--help", "Print this help and exit");
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   std::vector<std::pair<CLI::App*, Action>> commands;
   for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
                     add_mesh_command, add_phantom_command}) {
@@ -35,30 +44,44 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
-    return app.exit(success);
+    app.exit(success);
+    std::cout.flush();
+    flush_standard_output();
+    return exit_ok;
   } catch (const CLI::ParseError& error) {
-    app.exit(error);
-    return exit_usage;
+    return fail(exit_usage, explain(app, error));
   }
   for (const auto& [command, action] : commands)
     if (command->parsed()) action();
+  flush_standard_output();
   return exit_ok;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Slices and layers come and go in the order of the volume, not of a stack: each in pages of its own, so
+  // that a freed one goes back at once and tall volumes take no more memory than short ones.
+  mallopt(M_MMAP_THRESHOLD, 1 << 18);
+  occupy_standard_streams();
+  catch_signals();
   try {
     return run(argc, argv);
   } catch (const UsageError& error) {
     return fail(exit_usage, error.what());
   } catch (const BrokenInput& error) {
     return fail(exit_broken_input, error.what());
+  } catch (const ClosedPipe&) {
+    return exit_world;
   } catch (const WorldError& error) {
     return fail(exit_world, error.what());
   } catch (const std::bad_alloc&) {
-    return fail(exit_world, "out of memory; a smaller --brick, or fewer threads, need less");
+    return fail(exit_world, out_of_memory);
+  } catch (const std::length_error&) {
+    return fail(exit_world, out_of_memory);
+  } catch (const std::system_error& error) {
+    return fail(exit_world, error.what());
   } catch (const std::exception& error) {
-    return fail(exit_bug, fmt::format("this is a bug: {}", error.what()));
+    return fail(exit_bug, fmt::format("this is a bug: {}; please report it", error.what()));
   }
 }

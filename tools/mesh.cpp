@@ -4,7 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "tools/commands.h"
+#include "tools/process.h"
+#include "tools/report.h"
+#include "tools/run_report.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {
@@ -18,14 +23,26 @@ struct MeshCommand {
 
   void execute() {
     const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
+    refuse_terminal_input(input);
     refuse_terminal(path, "meshes");
     options.overwrite = output.overwrite;
+    RunReport report(run, output.overwrite, "mesh", input, path);
+    const MeshResult result = mesh(path);
+    const CodingParameters& parameters = result.header.parameters;
+    const std::uint64_t bytes_out = path == "-" ? 0 : std::filesystem::file_size(path);
+    nlohmann::ordered_json settings = settings_json(parameters);
+    settings["points"] = result.points;
+    settings["tetrahedra"] = result.tetrahedra;
+    report.write({parameters.dims, parameters.type, settings, result.bytes_in, bytes_out,
+                  achieved_json(result.index)});
+    if (run.verbosity > 0 && !run.quiet)
+      say(fmt::format("{} points, {} tetrahedra\n", result.points, result.tetrahedra));
+  }
+
+  MeshResult mesh(const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    const MeshResult result =
-        write_mesh(input, path, options, run.thread_count(),
-                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
-    if (!run.quiet && run.verbosity > 0)
-      fmt::print(stderr, "{} points, {} tetrahedra\n", result.points, result.tetrahedra);
+    return write_mesh(input, path, options, run.thread_count(),
+                      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
 
@@ -43,6 +60,7 @@ Action add_mesh_command(CLI::App& app) {
   command->add_flag("--padded", state->options.padded,
                     "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");
   add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
   return [state] { state->execute(); };
 }
 

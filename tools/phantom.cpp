@@ -3,6 +3,7 @@
 #include "pipeline/phantom.h"
 
 #include "tools/commands.h"
+#include "tools/run_report.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {
@@ -20,9 +21,16 @@ struct PhantomCommand {
     const PhantomOptions options = {checked_dims(dims), sample_type_option(type), seed};
     const std::string path = output.path.empty() ? "-" : output.path;
     refuse_terminal(path, "samples");
+    const VolumeFormat chosen = volume_format_option(format, path);
+    RunReport report(run, output.overwrite, "phantom", "", path);
+    const std::uint64_t written = write(options, path, chosen);
+    report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+  }
+
+  std::uint64_t write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
-    write_phantom(options, path, volume_format_option(format, path), output.overwrite, run.thread_count(),
-                  [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return write_phantom(options, path, chosen, output.overwrite, run.thread_count(),
+                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
 
@@ -40,10 +48,13 @@ Action add_phantom_command(CLI::App& app) {
       ->add_option("--type", state->type,
                    "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
-  command->add_option("--seed", state->seed, "Another seed, another volume (1)")->option_text("N");
+  command->add_option("--seed", state->seed, "Another seed, another volume (1)")
+      ->check(CLI::NonNegativeNumber)
+      ->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
   return [state] { state->execute(); };
 }
 

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "tools/process.h"
+
 namespace tagrid {
 namespace {
 
@@ -24,14 +26,14 @@ ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, 
 }
 
 ProgressMeter::~ProgressMeter() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) say("\r\033[K");
 }
 
 void ProgressMeter::update(std::uint64_t done, std::uint64_t total) {
   if (style_ == ProgressStyle::none || total == 0) return;
   const auto now = Clock::now();
   const auto pause = style_ == ProgressStyle::bar ? std::chrono::milliseconds(200) : std::chrono::minutes(1);
-  if (now - last_ < pause) return;
+  if (now - last_ < pause && (drawn_ || style_ != ProgressStyle::bar)) return;
   last_ = now;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const double part = static_cast<double>(done) / static_cast<double>(total);
@@ -39,12 +41,12 @@ void ProgressMeter::update(std::uint64_t done, std::uint64_t total) {
   const std::string left = part > 0 ? duration(seconds / part - seconds) : "?";
   const std::string line = fmt::format("{} {:3.0f} %  {:.1f} MB/s  {} left", what_, 100 * part, rate, left);
   if (style_ == ProgressStyle::plain) {
-    fmt::print(stderr, "{}\n", line);
+    say(line + "\n");
     return;
   }
   constexpr int width = 30;
   const int filled = static_cast<int>(part * width);
-  fmt::print(stderr, "\r\033[K[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, line);
+  say(fmt::format("\r\033[K[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, line));
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -61,11 +61,15 @@ std::string summary(const EncodeResult& result) {
                      8 * file / static_cast<double>(n), result.index.total.max_error);
 }
 
-nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
-  const CodingParameters& p = header.parameters;
+std::string summary(const DecodeResult& result) {
+  const std::uint64_t raw = voxels(result.header) * size_of(result.header.parameters.type);
+  return fmt::format(
+      "{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in), human_bytes(result.bytes_out),
+      static_cast<double>(raw) / static_cast<double>(result.bytes_in), result.index.total.max_error);
+}
+
+nlohmann::ordered_json settings_json(const CodingParameters& p) {
   nlohmann::ordered_json json;
-  json["dims"] = {p.dims.x, p.dims.y, p.dims.z};
-  json["type"] = name_of(p.type);
   json["cube"] = p.cube_size;
   json["brick"] = p.brick_edge;
   json["accuracy"] = p.accuracy;
@@ -79,6 +83,22 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   json["surface_error"] = number_or_null(p.surface_error, p.surface_error >= 0);
   json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
   json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
+  return json;
+}
+
+nlohmann::ordered_json achieved_json(const TagIndex& index) {
+  const Achieved a = achieved(index);
+  return {{"max_error", number_or_null(a.max_error, true)},
+          {"rmse", a.rmse},
+          {"psnr", a.rmse == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
+}
+
+nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
+  nlohmann::ordered_json json;
+  const Index3& n = header.parameters.dims;
+  json["dims"] = {n.x, n.y, n.z};
+  json["type"] = name_of(header.parameters.type);
+  json.update(settings_json(header.parameters));
   json["levels"] = nlohmann::ordered_json::array();
   for (const LevelRow& row : level_rows(header, index))
     json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
@@ -87,11 +107,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
                    {"activity", sizes.activity},
                    {"values", sizes.values},
                    {"index", sizes.index}};
-  const Achieved a = achieved(index);
-  json["achieved"] = {
-      {"max_error", number_or_null(a.max_error, true)},
-      {"rmse", a.rmse},
-      {"psnr", a.rmse == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
+  json["achieved"] = achieved_json(index);
   return json;
 }
 

@@ -11,6 +11,12 @@ namespace tagrid {
 
 /// One line on an encoding: size, ratio, bits a voxel, largest error.
 std::string summary(const EncodeResult& result);
+/// One line on a decoding: sizes, ratio, largest error.
+std::string summary(const DecodeResult& result);
+
+/// What the encoder was asked for, and what came of it: parts of the objects of `info --json` and --json.
+nlohmann::ordered_json settings_json(const CodingParameters& parameters);
+nlohmann::ordered_json achieved_json(const TagIndex& index);
 
 /// The object of `info --json`.
 nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);

@@ -1,4 +1,5 @@
 #include "tools/shared_options.h"
+#include "tools/process.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -7,6 +8,7 @@
 #include <map>
 
 #include "io/errors.h"
+#include "io/file_attributes.h"
 #include "pipeline/run.h"
 
 namespace tagrid {
@@ -31,6 +33,16 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->option_text("auto|bar|plain|none");
 }
 
+void add_json_option(CLI::App& command, RunOptions& options) {
+  command.add_option("--json", options.json, "Write statistics of the run to FILE")->option_text("FILE");
+}
+
+void add_removal_options(CLI::App& command, bool& remove) {
+  CLI::Option* keep = command.add_flag("-k,--keep")->description("Keep the input (default)");
+  command.add_flag("--rm", remove, "Remove the input once its output is complete and verified")
+      ->excludes(keep);
+}
+
 void add_output_options(CLI::App& command, OutputOptions& options) {
   command.add_option("-o,--output", options.path, "Output; - is the standard output")->option_text("FILE");
   command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
@@ -45,7 +57,8 @@ void add_format_option(CLI::App& command, std::string& format) {
 }
 
 VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
-  if (format.empty()) return format_from_name(output);
+  // A device or a named pipe is like the standard output.
+  if (format.empty()) return is_regular_output(output) ? format_from_name(output) : VolumeFormat::raw;
   if (format == "nrrd") return VolumeFormat::nrrd;
   return format == "nhdr" ? VolumeFormat::nhdr : VolumeFormat::raw;
 }
@@ -77,6 +90,7 @@ void add_raw_options(CLI::App& command, RawOptions& options) {
       ->option_text("X,Y,Z")
       ->group(group);
   command.add_option("--offset", options.offset, "Bytes before the first sample")
+      ->check(CLI::NonNegativeNumber)
       ->option_text("BYTES")
       ->group(group);
 }
@@ -90,7 +104,8 @@ Index3 checked_dims(const std::vector<std::int64_t>& dims) {
 }
 
 std::optional<RawDescription> RawOptions::description() const {
-  if (dims.empty() && type.empty()) return std::nullopt;
+  const bool nothing = dims.empty() && type.empty() && endian.empty() && spacing.empty() && offset == 0;
+  if (nothing) return std::nullopt;
   if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
   RawDescription raw;
   raw.dims = checked_dims(dims);
@@ -110,7 +125,17 @@ std::optional<RawDescription> RawOptions::description() const {
 
 void refuse_terminal(const std::string& output, const char* what) {
   if (output == "-" && isatty(STDOUT_FILENO))
-    throw UsageError(fmt::format("{} are not written to a terminal; give -o FILE, or a pipe", what));
+    throw UsageError(
+        fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));
+}
+
+void refuse_terminal_input(const std::string& input) {
+  if (input == "-" && isatty(STDIN_FILENO))
+    throw UsageError("standard input: is a terminal; give a file, or a pipe");
+}
+
+void warn(const RunOptions& options, const std::string& message) {
+  if (!options.quiet) say(fmt::format("tagrid: warning: {}\n", message));
 }
 
 std::string output_beside(const std::string& input, const std::string& ending) {

@@ -17,12 +17,19 @@ struct RunOptions {
   bool quiet = false;
   int verbosity = 0;
   ProgressStyle progress = ProgressStyle::automatic;
+  std::string json;  ///< file for the statistics of the run; "": none
 
   int thread_count() const;
 };
 
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);
+
+/// --json FILE
+void add_json_option(CLI::App& command, RunOptions& options);
+
+/// -k, --rm
+void add_removal_options(CLI::App& command, bool& remove);
 
 struct OutputOptions {
   std::string path;
@@ -36,7 +43,7 @@ void add_output_options(CLI::App& command, OutputOptions& options);
 struct RawOptions {
   std::vector<std::int64_t> dims;
   std::string type;
-  std::string endian = "little";
+  std::string endian;
   std::vector<double> spacing;
   std::uint64_t offset = 0;
 
@@ -59,8 +66,14 @@ void add_raw_options(CLI::App& command, RawOptions& options);
 /// Dims from "X,Y,Z"; throws UsageError unless all are positive and their product is reasonable.
 Index3 checked_dims(const std::vector<std::int64_t>& dims);
 
-/// "-": written to the standard output, which must not be a terminal where `binary`.
+/// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
 void refuse_terminal(const std::string& output, const char* what);
+
+/// Throws UsageError if `input` is the standard input and that is a terminal.
+void refuse_terminal_input(const std::string& input);
+
+/// A line on the standard error about what may be wrong.
+void warn(const RunOptions& options, const std::string& message);
 
 /// `input` without its ending, with `ending`; "-" for "-".
 std::string output_beside(const std::string& input, const std::string& ending);

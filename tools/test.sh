@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/install_packages.sh test
-cmake --preset release -DTAGRID_TESTS=ON >/dev/null
+cmake --preset release -DTAGRID_TESTS=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then

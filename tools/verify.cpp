@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "io/errors.h"
 #include "pipeline/verify.h"
 #include "tools/commands.h"
+#include "tools/report.h"
+#include "tools/run_report.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {
@@ -12,17 +15,35 @@ namespace {
 struct VerifyCommand {
   std::string input, original;
   RunOptions run;
+  bool overwrite = false;
   RawOptions raw;
 
   void execute() const {
-    ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    const VerifyResult result =
-        verify_file(input, original, raw.description(), run.thread_count(),
-                    [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
-    if (run.quiet) return;
+    const auto description = raw.description();
+    if (original.empty() && description)
+      throw UsageError("--dims and the like describe the original; give it with --against");
+    if (input == "-" && original == "-")
+      throw UsageError("--against -: the standard input is the .tag file already; give a file");
+    refuse_terminal_input(input);
+    refuse_terminal_input(original);
+    RunReport report(run, overwrite, "verify", input, "");
+    const VerifyResult result = verify(description);
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    settings["against"] =
+        original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
+    report.write(
+        {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
+    if (run.quiet || run.json == "-") return;
     fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
                result.active_points);
     if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
+  }
+
+  VerifyResult verify(const std::optional<RawDescription>& description) const {
+    ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
+    return verify_file(input, original, description, run.thread_count(),
+                       [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
 
@@ -37,6 +58,8 @@ Action add_verify_command(CLI::App& app) {
       ->option_text("ORIGINAL");
   add_raw_options(*command, state->raw);
   add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
   return [state] { state->execute(); };
 }
 

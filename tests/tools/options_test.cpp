@@ -1,0 +1,159 @@
+// What is written on the command line, and what comes of mistakes there.
+
+#include "tools/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class Options : public CommandLine {};
+
+TEST_F(Options, HelpAndVersionEndWithSuccess) {
+  for (const char* command : {"encode", "decode", "info", "verify", "mesh", "phantom"}) {
+    const Ending help = tagrid({command, "--help"});
+    expect_ok(help);
+    EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;
+  }
+  expect_ok(tagrid({"--help"}));
+  EXPECT_EQ(tagrid({"--version"}).out.rfind("tagrid ", 0), 0U);
+}
+
+TEST_F(Options, UnknownOptionsSuggestTheNearest) {
+  expect_error(tagrid({"encode", "--max-eror", "3", "x.nrrd"}), usage, "did you mean --max-error?");
+  expect_error(tagrid({"encode", "--grid_only", "x.nrrd"}), usage, "did you mean --grid-only?");
+  expect_error(tagrid({"decode", "--fromat=raw", "x.tag"}), usage, "--fromat; did you mean --format?");
+}
+
+TEST_F(Options, UnknownOptionsFarFromAllPointToTheHelp) {
+  expect_error(tagrid({"encode", "--zyxwvu", "x.nrrd"}), usage, "see tagrid encode --help");
+  expect_error(tagrid({"-z"}), usage, "see tagrid --help");
+}
+
+TEST_F(Options, UnknownSubcommandsSuggestTheNearest) {
+  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "did you mean encode?");
+  expect_error(tagrid({"veryfi", "x.tag"}), usage, "did you mean verify?");
+}
+
+TEST_F(Options, ASubcommandAndItsInputAreRequired) {
+  expect_error(tagrid({}), usage, "tagrid --help");
+  for (const char* command : {"encode", "decode", "info", "verify"})
+    expect_error(tagrid({command}), usage, "INPUT is required");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many");
+}
+
+TEST_F(Options, ValueAfterASpaceOrAnEqualsSign) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error", "3", "-o", "space.tag"}));
+  expect_ok(tagrid({"encode", "--max-error=3", "volume.nrrd", "--output=equals.tag"}));
+  EXPECT_EQ(content("space.tag"), content("equals.tag"));
+}
+
+TEST_F(Options, ShortOptionsTakeTheirValueAtOnceAndInOneWord) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "-T2", "volume.nrrd", "-oa.tag"}));
+  expect_ok(tagrid({"encode", "-fo", "a.tag", "-qk", "volume.nrrd"}));
+}
+
+TEST_F(Options, TheLastOfRepeatedOptionsCounts) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error", "9", "--max-error", "2"}));
+  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out)["max_error"], 2);
+}
+
+TEST_F(Options, NamesThatBeginWithADashComeAfterTwo) {
+  phantom("volume.nrrd");
+  expect_ok(script("cp volume.nrrd ./-x.nrrd; \"$TAGRID\" encode -o x.tag -- -x.nrrd"));
+}
+
+TEST_F(Options, ValuesOutOfRangeAreRefused) {
+  phantom("volume.nrrd");
+  const std::vector<Arguments> wrong = {{"--max-error", "-1"},
+                                        {"--max-error", "nan"},
+                                        {"--max-error", "much"},
+                                        {"--accuracy", "2"},
+                                        {"--cube", "33"},
+                                        {"--cube", "2"},
+                                        {"--cube", "512"},
+                                        {"--max-level", "16"},
+                                        {"--brick", "0"},
+                                        {"--range", "5"},
+                                        {"--range", "5:5"},
+                                        {"--range", "5:x"},
+                                        {"--field-scale", "0"},
+                                        {"-T", "-1"},
+                                        {"--progress", "much"},
+                                        {"--offset", "-1"},
+                                        {"--dims", "4,4"},
+                                        {"--dims", "0,4,4", "--type", "uint8"},
+                                        {"--dims", "4,4,4", "--type", "uint9"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--endian", "middle"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--spacing", "1,0,1"}};
+  for (const Arguments& options : wrong) {
+    SCOPED_TRACE(options[0] + " " + options[1]);
+    expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
+  }
+  EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
+  phantom("volume.nrrd");
+  const std::vector<Arguments> wrong = {{"--surface-error", "1"},
+                                        {"--surface-error", "2", "--max-error", "2"},
+                                        {"--surface-error", "1", "--max-error", "2", "--grid-only"},
+                                        {"--grid-only", "--max-level", "6", "--max-error", "2"},
+                                        {"--field-scale", "0.1", "--range", "0:9"},
+                                        {"--dims", "4,4,4"},
+                                        {"--type", "int16"},
+                                        {"--spacing", "1,1,1"},
+                                        {"--endian", "big"},
+                                        {"--keep", "--rm"}};
+  for (const Arguments& options : wrong) {
+    SCOPED_TRACE(options[0]);
+    expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
+  }
+  EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {
+  make_tag();
+  const auto on_terminal = [&](Arguments arguments) {
+    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    return Process(arguments, folder_.string(), Process::Output::terminal).finish();
+  };
+  expect_error(on_terminal({"encode", "volume.nrrd", "-o", "-"}), usage, "terminal");
+  expect_error(on_terminal({"encode", "volume.nrrd", "-fo", "-"}), usage, "terminal");
+  expect_error(on_terminal({"decode", "volume.tag", "-o", "-"}), usage, "terminal");
+  expect_error(on_terminal({"phantom", "--dims", "4,4,4"}), usage, "terminal");
+  expect_ok(on_terminal({"info", "volume.tag"}));
+}
+
+TEST_F(Options, QuietSaysNothingAndVerboseMore) {
+  phantom("volume.nrrd");
+  const Ending verbose = tagrid({"encode", "volume.nrrd", "-v"});
+  EXPECT_NE(verbose.err.find("ratio"), std::string::npos);
+  const Ending quiet = tagrid({"encode", "volume.nrrd", "-fqv", "--progress=bar"});
+  expect_ok(quiet);
+  EXPECT_EQ(tagrid({"verify", "volume.tag", "-q"}).out, "");
+}
+
+TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
+  phantom("volume.nrrd");
+  const Ending bar = tagrid({"encode", "volume.nrrd", "--progress=bar"});
+  EXPECT_NE(bar.err.find("MB/s"), std::string::npos);
+  EXPECT_NE(bar.err.find("left"), std::string::npos);
+  EXPECT_EQ(bar.err.substr(bar.err.size() - 4), "\r\033[K") << "the bar is cleared at the end";
+  // A line a minute: none in a short run. Automatic: none where nobody looks.
+  for (const char* style : {"plain", "none", "auto"})
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--progress", style}));
+}
+
+TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
+  phantom("volume.raw");
+  const Ending wrong = tagrid({"encode", "volume.raw", "--dims", "40,52,36", "--type", "int16"});
+  EXPECT_EQ(wrong.code, 0);
+  EXPECT_NE(wrong.err.find("--dims 52,40,36"), std::string::npos) << wrong.err;
+  expect_ok(tagrid({"encode", "volume.raw", "-fq", "--dims", "40,52,36", "--type", "int16"}));
+  expect_ok(tagrid(with({"encode", "volume.raw", "-f"}, raw_)));
+}
+
+}  // namespace
+}  // namespace tagrid

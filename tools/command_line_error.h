@@ -1,0 +1,12 @@
+// A command line that cannot be understood, in one line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace tagrid {
+
+/// What is wrong, where, and what was perhaps meant or where to read on.
+std::string explain(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace tagrid

@@ -1,0 +1,45 @@
+#include "tools/input_removal.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+
+#include "io/errors.h"
+#include "io/file_attributes.h"
+#include "io/volume_reader.h"
+
+namespace tagrid {
+namespace {
+
+void require_removable(const std::string& file) {
+  if (file == "-") throw UsageError("--rm: the standard input cannot be removed; leave out --rm");
+  // What does not exist is found by whoever reads it.
+  if (!is_regular_output(file)) throw UsageError("--rm: " + file + ": is not a file; leave out --rm");
+}
+
+}  // namespace
+
+std::vector<std::string> removable_tag(const std::string& input, const std::string& output) {
+  require_removable(input);
+  if (!is_regular_output(output))
+    throw UsageError("--rm: the output is not a file that stays; leave out --rm, or give -o FILE");
+  return {input};
+}
+
+std::vector<std::string> removable_volume(const std::string& input, const std::optional<RawDescription>& raw,
+                                          const std::string& output) {
+  removable_tag(input, output);
+  const VolumeReader reader = open_volume(input, raw);
+  for (const std::string& file : reader.files()) require_removable(file);
+  if (reader.holds_other_bytes())
+    throw UsageError("--rm: " + reader.files().back() +
+                     ": holds bytes besides its samples, which would be lost; leave out --rm");
+  return reader.files();
+}
+
+void remove_files(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,23 @@
+// --rm: the input goes when its output is known to be good.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/volume_info.h"
+
+namespace tagrid {
+
+/// The files that --rm will remove. Throws UsageError where the input is no file or the output is none that
+/// stays.
+std::vector<std::string> removable_tag(const std::string& input, const std::string& output);
+
+/// The same of a volume; also refuses files that hold bytes that are not encoded.
+std::vector<std::string> removable_volume(const std::string& input, const std::optional<RawDescription>& raw,
+                                          const std::string& output);
+
+/// Removes them. Throws WorldError.
+void remove_files(const std::vector<std::string>& files);
+
+}  // namespace tagrid

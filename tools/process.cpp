@@ -1,0 +1,55 @@
+#include "tools/process.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+
+#include "io/errors.h"
+#include "io/output_file.h"
+
+namespace tagrid {
+namespace {
+
+void end_by_signal(int number) {
+  unlink_temporaries();
+  // The handler was removed when it was called (SA_RESETHAND): this ends the process when it returns.
+  raise(number);
+}
+
+}  // namespace
+
+void occupy_standard_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
+    // The lowest free descriptor is this one. It is opened the wrong way round, so that using it fails.
+    if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+  }
+}
+
+void catch_signals() {
+  struct sigaction action = {};
+  action.sa_handler = end_by_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigemptyset(&action.sa_mask);
+  for (const int number : {SIGHUP, SIGINT, SIGTERM, SIGPIPE, SIGXCPU}) {
+    struct sigaction before;
+    if (sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+      sigaction(number, &action, nullptr);
+  }
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void say(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
+}
+
+void flush_standard_output() {
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
+  if (errno == EPIPE) throw ClosedPipe("standard output: nobody reads it any more");
+  throw world_error("cannot write", "standard output", errno);
+}
+
+}  // namespace tagrid

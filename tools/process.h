@@ -1,0 +1,22 @@
+// Manners towards the world around the process: signals, and the standard streams.
+#pragma once
+
+#include <string_view>
+
+namespace tagrid {
+
+/// Makes sure that descriptors 0, 1 and 2 are taken, so that no file of ours becomes a standard stream that
+/// was closed by the caller. Reading or writing one that was closed fails.
+void occupy_standard_streams();
+
+/// From now on a signal that ends the process removes the temporaries before. Signals that the caller set to
+/// be ignored remain so. A file that grows over its limit is a write error, not a signal.
+void catch_signals();
+
+/// Writes to the standard error. That nobody hears it is no failure.
+void say(std::string_view text);
+
+/// Writes out what the standard output still holds. Throws WorldError, ClosedPipe where nobody reads it.
+void flush_standard_output();
+
+}  // namespace tagrid

@@ -1,0 +1,63 @@
+#include "tools/run_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/errors.h"
+
+namespace tagrid {
+namespace {
+
+nlohmann::ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
+}
+
+/// Whether two names are of one file, which need not exist yet.
+bool same_name(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return std::filesystem::weakly_canonical(a, ignored) == std::filesystem::weakly_canonical(b, ignored);
+}
+
+}  // namespace
+
+RunReport::RunReport(const RunOptions& run, bool overwrite, std::string command, std::string input,
+                     std::string output)
+    : path_(run.json),
+      command_(std::move(command)),
+      input_(std::move(input)),
+      output_(std::move(output)),
+      threads_(run.thread_count()) {
+  if (path_.empty()) return;
+  if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
+    throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
+  if (!input_.empty()) refuse_same_file(input_, path_);
+  file_.emplace(path_, overwrite);
+}
+
+void RunReport::write(const RunFigures& figures) {
+  if (!file_) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const Index3& n = figures.dims;
+  const auto voxels = static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
+  nlohmann::ordered_json json;
+  json["command"] = command_;
+  json["version"] = TAGRID_VERSION;
+  json["input"] = text_or_null(input_);
+  json["output"] = text_or_null(output_);
+  json["dims"] = {n.x, n.y, n.z};
+  json["type"] = name_of(figures.type);
+  json["settings"] = figures.settings;
+  json["bytes_in"] = figures.bytes_in;
+  json["bytes_out"] = figures.bytes_out;
+  json["seconds"] = seconds;
+  json["threads"] = threads_;
+  json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
+  json["achieved"] = figures.achieved;
+  // File names may be of any bytes, JSON may not.
+  file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  file_->commit();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,46 @@
+// --json FILE: the statistics of a run, for scripts.
+#pragma once
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grid/box.h"
+#include "grid/sample_type.h"
+#include "io/output_file.h"
+#include "tools/shared_options.h"
+
+namespace tagrid {
+
+/// What a run did.
+struct RunFigures {
+  Index3 dims;
+  SampleType type = SampleType::uint8;
+  nlohmann::ordered_json settings;
+  std::uint64_t bytes_in = 0, bytes_out = 0;
+  nlohmann::ordered_json achieved;  ///< errors against the original; null where nothing is known of them
+};
+
+/// Begun before the run, so that a bad file name is found first and the time is taken; written after it.
+class RunReport {
+ public:
+  /// `input` is null ("") where there is none. Throws UsageError if the file exists and `overwrite` is false,
+  /// or is the input or the output.
+  RunReport(const RunOptions& run, bool overwrite, std::string command, std::string input,
+            std::string output);
+
+  /// Ends the run: takes its time, and writes the report where one was asked for.
+  void write(const RunFigures& figures);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string path_, command_, input_, output_;
+  int threads_;
+  std::optional<OutputFile> file_;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace tagrid
