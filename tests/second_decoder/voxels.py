@@ -1,0 +1,217 @@
+"""Values of voxels: section 7 of docs/format.md."""
+
+from .coding import RATE, Bits, Broken, Decoder, IntegerModel, Mixers, clamp
+
+TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
+        (0, 0, -1), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1), (-1, -1, -1), (1, -1, -1), (-1, 1, -1),
+        (1, 1, -1), (0, 0, -2))
+
+
+def trit(v):
+    return (v > 0) - (v < 0) + 1
+
+
+def log_scale(m, v):
+    if v < 2 << m:
+        return v
+    octave = v.bit_length() - (m + 1)
+    return (octave << m) + (v >> octave)
+
+
+class Bias:
+    def __init__(self):
+        self.value = self.seen = 0
+
+    def learn(self, error):
+        self.value = clamp(self.value + ((error * RATE[self.seen]) >> 16), -(1 << 27), 1 << 27)
+        self.seen += self.seen < 128
+
+
+class Prediction:
+    value = fraction = texture = signs = before = low = high = 0
+    flat = False
+
+
+class VoxelDecoder:
+    """`error_at(x, y, z)` is the bound of a voxel, `smallest_error` the smallest that the header allows."""
+
+    def __init__(self, data, size, sample_type, error_at, smallest_error):
+        self.coder = Decoder(data)
+        self.mx, self.my, self.mz = size
+        self.error_at = error_at
+        self.read_parameters(sample_type)
+        self.largest = (self.high - self.low) // (2 * smallest_error + 1) + 1
+        self.level_scale = 2097152 // (self.high - self.low + 1)
+        self.values, self.residuals = {}, {}
+        self.texture_biases = [Bias() for _ in range(8 * 24)]
+        self.sign_biases = [Bias() for _ in range(8 * 81)]
+        self.bits, self.mixers = Bits(), Mixers()
+        self.beyond, self.flat_magnitude = IntegerModel(), IntegerModel()
+
+    def read_parameters(self, sample_type):
+        coder = self.coder
+        self.low, self.high, self.reference = (
+            sample_type.from_bits(coder.raw(8 * sample_type.size)) for _ in range(3))
+        model = IntegerModel()
+        self.weights = []
+        for count in (8, 18):
+            weights = [0] * 18
+            for t in range(count):
+                weights[t] = (1024 if t in (0, 2) else 0) + clamp(coder.signed(model), -65536, 65536)
+            self.weights.append(weights)
+        if self.low >= self.high or any(sum(map(abs, w)) > 16384 for w in self.weights):
+            raise Broken("values with impossible parameters")
+
+    def V(self, x, y, z):
+        if z == 0 and y < 0:
+            return self.reference
+        if z == -1:
+            return self.V(x, y, 0)
+        if y < 0:
+            return self.V(x, 0, z - 1)
+        if y >= self.my:
+            return self.V(x, self.my - 1, z)
+        if x < 0:
+            if y > 0:
+                return self.V(0, y - 1, z)
+            return self.V(0, 0, z - 1) if z > 0 else self.reference
+        return self.values[min(x, self.mx - 1), y, z]
+
+    def R(self, x, y, z):
+        return self.residuals.get((x, y, z), 0)
+
+    def predict(self, x, y, z):
+        V, R, p = self.V, self.R, Prediction()
+        left, above = V(x - 1, y, z), V(x, y - 1, z)
+        behind = V(x, y, z - 1) if z > 0 else above
+        seen = [V(x - 1, y - 1, z), above, V(x + 1, y - 1, z)]
+        if z > 0:
+            seen += [behind, V(x + 1, y, z - 1), V(x, y + 1, z - 1)]
+        p.high, p.low = max(seen), min(seen)
+        if p.high == left == p.low:
+            p.flat, p.value = True, left
+            return p
+        weights = self.weights[z > 0]
+        exact = self.reference * (2048 - sum(weights)) + sum(
+            w * V(x + dx, y + dy, z + dz) for w, (dx, dy, dz) in zip(weights, TAPS) if w != 0)
+        plain = exact >> 11
+        s = trit(R(x - 1, y, z))
+        p.texture = (above > plain) + 2 * (left > plain) + 4 * (behind > plain) + 8 * s
+
+        def row(dy, d):
+            return abs(R(x + d, y + dy, z) if y > 0 else R(x + d, y, z - 1))
+
+        p.before = (3 * row(-1, 0) + row(-1, -1) + row(-1, 1) + row(-2, 0) + 3 * abs(R(x, y, z - 1)) +
+                    abs(R(x + 1, y, z - 1)) + abs(R(x, y + 1, z - 1)))
+        if z == 0:
+            p.before += 3 * row(-1, 0) + row(-1, -1) + row(-1, 1)
+        size = min(log_scale(0, p.before), 15) // 2
+        p.signs = (81 * size + 27 * trit(R(x + 1, y - 1, z)) + 9 * trit(R(x, y - 1, z)) +
+                   3 * trit(R(x, y, z - 1)) + s)
+        p.biases = self.texture_biases[24 * size + p.texture], self.sign_biases[p.signs]
+        corrected = exact + p.biases[0].value + p.biases[1].value
+        rounded = (corrected + 1024) >> 11
+        p.fraction = corrected - 2048 * rounded
+        p.value = clamp(rounded, self.low, self.high)
+        return p
+
+    def decode_residual(self, x, y, z, p, error):
+        coder, bits = self.coder, self.bits
+        if p.flat:
+            if not coder.adaptive(bits["flat zero"], 1000):
+                return 0
+            a = min(1 + coder.integer(self.flat_magnitude), self.largest)
+            return -a if coder.adaptive(bits["flat sign"], 250) else a
+
+        def R(dx, dy, dz):
+            return self.R(x + dx, y + dy, z + dz)
+
+        left = self.V(x - 1, y, z)
+        energy = p.before + 4 * abs(R(-1, 0, 0)) + abs(R(-2, 0, 0))
+        coarse = min(log_scale(1, energy), 15)
+        k = max(0, (energy >> 4).bit_length() - 2)
+        spread = max(p.high, left) - min(p.low, left)
+        level = ((p.value - self.low) * self.level_scale) >> 16
+        centre = min(3, abs(p.fraction) >> 8) if error < 2 else 0
+
+        def cap(v, c):
+            return min(v >> k, c)
+
+        M = (log_scale(2, energy),
+             16 * min(log_scale(1, 4 * spread // (2 * error + 1)), 31) + coarse,
+             (((cap(abs(R(-1, 0, 0)), 3) * 3 + cap(abs(R(0, -1, 0)), 2)) * 3 + cap(abs(R(0, 0, -1)), 2)) * 3 +
+              cap(abs(R(-1, -1, 0)) + abs(R(1, -1, 0)), 2)) * 3 + cap(abs(R(1, 0, -1)) + abs(R(0, 1, -1)), 2),
+             (4 * level + coarse // 4) * 4 + centre)
+        G = (9 * trit(R(-1, 0, 0)) + 3 * trit(R(0, -1, 0)) + trit(R(0, 0, -1)), (p.fraction + 1024) >> 7, p.texture,
+             9 * trit(R(-1, -1, 0)) + 3 * trit(R(1, -1, 0)) + trit(R(1, 0, -1)))
+        h = 0
+        while True:
+            if h == 24:
+                h = 24 + coder.integer(self.beyond)
+                break
+            d = min(h, 3)
+            if d < 2:
+                models = [bits["magnitude", i, M[i], d] for i in range(4)]
+                bit = coder.mixed(models, self.mixers[d, coarse // 2], 255)
+            else:
+                bit = coder.adaptive(bits["magnitude", 0, M[0], d], 255)
+            if bit == 0:
+                break
+            h += 1
+        low, j, path = 0, k, 1
+        while j > 0 and path < 4:
+            bit = coder.adaptive(bits["low", k, min(h, 3), path], 500)
+            path, low, j = 2 * path + bit, 2 * low + bit, j - 1
+        if j > 0:
+            low = (low << j) + coder.raw(j)
+        a = (h << k) + low
+        if a == 0:
+            return 0
+        a = min(a, self.largest)
+        if k >= 3:
+            negative = coder.raw(1)
+        else:
+            negative = coder.mixed([bits["sign", i, G[i]] for i in range(4)], self.mixers["sign"], 255)
+        return -a if negative else a
+
+    def decode_voxel(self, x, y, z, quiet):
+        error = self.error_at(x, y, z)
+        step = 2 * error + 1
+        p = self.predict(x, y, z)
+        r = 0 if quiet else self.decode_residual(x, y, z, p, error)
+        v = clamp(p.value + r * step, self.low, self.high)
+        self.values[x, y, z] = v
+        self.residuals[x, y, z] = clamp(r, -4095, 4095)
+        if not p.flat:
+            usual = (p.before + 8) * step * 256
+            missed = clamp((v - p.value) * 2048 - p.fraction, -usual, usual)
+            for bias in p.biases:
+                bias.learn(missed)
+
+    def run(self):
+        was_quiet = {}
+        for z in range(self.mz):
+            for y in range(self.my):
+                for s in range((self.mx + 63) // 64):
+                    which = (was_quiet.get((s, y, z - 1), 1) + 2 * was_quiet.get((s, y - 1, z), 1) +
+                             4 * was_quiet.get((s - 1, y, z), 1))
+                    quiet = self.coder.adaptive(self.bits["quiet", which], 250)
+                    was_quiet[s, y, z] = quiet
+                    for x in range(64 * s, min(64 * s + 64, self.mx)):
+                        self.decode_voxel(x, y, z, quiet)
+                self.coder.check_exhausted()
+        self.coder.check_end()
+        return self.values
+
+
+def decode_voxels(data, size, sample_type, error_at, smallest_error):
+    """Samples by (x, y, z), counted from 0 in the owned box."""
+    if data[:1] == b"\0":
+        if len(data) != 1 + sample_type.size:
+            raise Broken("a constant brick of the wrong size")
+        value = sample_type.from_bits(int.from_bytes(data[1:], "little"))
+        mx, my, mz = size
+        return {(x, y, z): value for z in range(mz) for y in range(my) for x in range(mx)}
+    if data[:1] != b"\1":
+        raise Broken("values of an unknown kind, or none")
+    return VoxelDecoder(data[1:], size, sample_type, error_at, smallest_error).run()
