@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <stdexcept>
+#include <utility>
 
 #include "grid/lattice.h"
 #include "io/byte_fields.h"
@@ -16,7 +18,8 @@ namespace {
 constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
 
-// No brick of a true file is larger: a bit and a half for the activity of a point, and twice a sample.
+// No brick of a true file is larger: a byte for a point's activity, and twice a sample. The coders stay far
+// below.
 std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
   const BrickGrid bricks = p.bricks();
   const auto points = static_cast<std::uint64_t>(bricks.closed_box(bricks.position(id)).count());
@@ -45,8 +48,11 @@ TagWriter::TagWriter(OutputFile& out, const TagHeader& header) : out_(out), para
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
   assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
+  const std::size_t length = 8 + 4 + brick.activity.size() + brick.values.size();
+  if (length > largest_body(parameters_, brick.id))
+    throw std::logic_error("a brick is larger than any may be");
   FieldWriter frame;
-  frame.put(static_cast<std::uint32_t>(8 + 4 + brick.activity.size() + brick.values.size()));
+  frame.put(static_cast<std::uint32_t>(length));
   frame.put(static_cast<std::uint64_t>(brick.id));
   frame.put(static_cast<std::uint32_t>(brick.activity.size()));
   const std::uint64_t checksum =
@@ -145,6 +151,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
     to.assign(first, first + from.size());
   };
   chain_ = chained(chain_, checksum);
+  sizes_.emplace_back(static_cast<std::uint32_t>(activity.size()), static_cast<std::uint32_t>(values.size()));
   brick.id = next_brick_++;
   copy(activity, brick.activity);
   copy(values, brick.values);

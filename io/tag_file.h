@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/file_bytes.h"
@@ -79,7 +80,8 @@ class TagReader {
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::int64_t next_brick_ = 0;
   std::uint64_t chain_ = 0;
-  bool bricks_read_ = false;  ///< all of them, so that the chain is known
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes_;  ///< of activity and values, as read
+  bool bricks_read_ = false;                                    ///< all of them, so that the chain is known
   std::vector<std::byte> body_;
   TagIndex index_;
   std::uint64_t file_size_ = 0;

@@ -39,7 +39,8 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("bricks are not of 1 to 512 samples an edge");
   if (p.max_level < 0 || p.max_level > max_level(p.cube_size))
     return Status::broken("the level limit is out of range");
-  if (p.accuracy < 3) return Status::broken("the accuracy is less than 3");
+  if (p.accuracy < 3 || p.accuracy > max_accuracy)
+    return Status::broken("the accuracy is not in 3 .. 1000000");
   if (!(p.field_scale > 0) || !std::isfinite(p.field_scale))
     return Status::broken("the field scale is not positive");
   if (!std::isfinite(p.range_low) || !std::isfinite(p.range_high))
@@ -48,6 +49,9 @@ Status check_parameters(const CodingParameters& p) {
     if (!is_bound(e) && e != -1) return Status::broken("a bound is neither a number from 0 nor absent");
   if (!is_bound(p.point_error)) return Status::broken("the error of points is not a number from 0");
   if (p.mode == FileMode::voxels && p.max_error < 0) return Status::broken("a file with voxels has no bound");
+  if (p.surface_error >= 0 && (p.mode == FileMode::grid || p.surface_error >= p.max_error))
+    return Status::broken("the bound of active voxels is not below that of the others");
+  if (p.range_low > p.range_high) return Status::broken("the value range is upside down");
   return {};
 }
 
@@ -114,7 +118,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   p.cube_size = reader.get<std::uint16_t>();
   p.brick_edge = reader.get<std::uint16_t>();
   p.max_level = reader.get<std::uint16_t>();
-  p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), 1U << 30));
+  p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), max_accuracy + 1));
   const auto reserved = reader.get<std::uint32_t>();
   for (double* v : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                     &p.mesh_error, &p.point_error})

@@ -101,7 +101,7 @@ void EncodeOptions::validate() const {
   require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
   require(!surface_error || (max_error && *surface_error < *max_error),
           "--surface-error must be below --max-error");
-  require(accuracy >= 3 && accuracy <= 1'000'000, "--accuracy must be a whole number from 3");
+  require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),
           "--cube must be a power of two, 4 .. 256");

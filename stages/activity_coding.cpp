@@ -172,7 +172,7 @@ class ActivityModel {
         (beside / 2) * 64 + neighbours};
     std::array<AdaptiveBit*, contexts_mixed> models;
     for (std::size_t i = 0; i < contexts_mixed; ++i)
-      models[i] = &models_[(cls * contexts_mixed + i) * per_kind + std::min(contexts[i], per_kind - 1)];
+      models[i] = &models_[(cls * contexts_mixed + i) * per_kind + contexts[i]];
     return code_mixed(coder_, bit, models, mixers_[cls], 255);
   }
 

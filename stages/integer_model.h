@@ -11,7 +11,7 @@ namespace tagrid {
 /// Non-negative integers without a bound known to the model: Elias' gamma code with adaptive bits.
 class IntegerModel {
  public:
-  /// Decoded values never exceed 2^40.
+  /// Decoded values are below 2^41.
   template <class Coder>
   std::uint64_t code(Coder& coder, std::uint64_t value) {
     int length = 0;

@@ -110,7 +110,7 @@ class ResidualModel {
   }
 
   std::array<std::array<AdaptiveBit, 512 * depths>, contexts_mixed> magnitude_{};
-  std::array<Mixer, mixer_contexts * depths> magnitude_mixers_{};
+  std::array<Mixer, mixer_contexts * mixed_depths> magnitude_mixers_{};
   std::array<std::array<AdaptiveBit, 128>, contexts_mixed> sign_{};
   Mixer sign_mixer_{};
   std::array<std::array<std::array<AdaptiveBit, 4>, 4>, 16> low_{};

@@ -15,6 +15,8 @@ enum class FileMode : std::uint8_t {
   grid = 1,    ///< activity, and the values of the active points; a voxel is interpolated
 };
 
+inline constexpr int max_accuracy = 1'000'000;
+
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
