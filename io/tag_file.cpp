@@ -18,6 +18,9 @@ namespace {
 constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
 
+// A brick without content: length, number, length of its activity, checksum.
+constexpr std::uint64_t smallest_brick = 4 + 8 + 4 + 8;
+
 // No brick of a true file is larger: a byte for a point's activity, and twice a sample. The coders stay far
 // below.
 std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
@@ -98,6 +101,9 @@ TagReader::TagReader(const std::string& path) : bytes_(path) {
   if (Status status = parse_header(bytes, header_, header_checksum_); !status.ok())
     throw BrokenInput(name() + ": " + status.what());
   header_size_ = size;
+  const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
+  if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / smallest_brick)
+    throw BrokenInput(name() + ": the file is too short for the bricks of its volume; it is truncated");
 }
 
 std::string TagReader::place() const {
@@ -171,6 +177,7 @@ void TagReader::read_index_section() {
   if (marker != 0) fail("there are more bricks than the volume has");
   if (size != index_size(count, levels) || packed_size > size + size / 128 + 1024)
     fail("the index has an impossible size");
+  if (count > (start - header_size_) / smallest_brick) fail("the file is too short for as many bricks");
   std::vector<std::byte> packed, fields, tail;
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");

@@ -70,12 +70,14 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
   if (raw && (raw->dims != info_.dims || raw->type != info_.type))
     throw BrokenInput(fmt::format("{}: its NRRD header says {}, the command line {}", header_name,
                                   described(info_.dims, info_.type), described(raw->dims, raw->type)));
+  bool notes_after_header = false;
   if (!header.data_file.empty()) {
     detached_header_bytes_ = file_->position();
+    notes_after_header = !file_->peek(1).empty();
     files_.push_back(beside(path, header.data_file));
     file_ = std::make_unique<FileBytes>(files_.back());
   }
-  holds_other_bytes_ = header.line_skip != 0 || header.byte_skip != 0;
+  holds_other_bytes_ = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;
   go_to_samples(header);
 }
 

@@ -39,6 +39,8 @@ class VtuWriter {
   /// Puts the file together and gives it its name. To be called once, last. REQUIRES: all indices are those
   /// of points.
   void finish();
+  /// Bytes of the whole file. REQUIRES: finish() was called.
+  std::uint64_t file_bytes() const { return output_.position(); }
 
  private:
   std::string head() const;

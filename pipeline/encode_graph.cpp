@@ -52,8 +52,8 @@ class Stages {
       mark_curvature(field, parameters_.domain(),
                      {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
       if (parameters_.mesh_error >= 0)
-        mark_mesh_error(samples.view, parameters_.domain(), static_cast<std::int64_t>(parameters_.mesh_error),
-                        *marks);
+        mark_mesh_error(samples.view, parameters_.domain(),
+                        static_cast<std::int64_t>(std::min(parameters_.mesh_error, 1e9)), *marks);
     });
     return {job.tile, std::move(marks)};
   }

@@ -8,6 +8,7 @@
 
 #include "grid/lattice.h"
 #include "io/errors.h"
+#include "io/tag_header.h"
 
 namespace tagrid {
 namespace {
@@ -99,8 +100,8 @@ void EncodeOptions::validate() const {
   require_bound(surface_error, "--surface-error");
   require_bound(mesh_error, "--mesh-error");
   require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
-  require(!surface_error || (max_error && *surface_error < *max_error),
-          "--surface-error must be below --max-error");
+  require(!surface_error || (max_error && std::floor(*surface_error) < std::floor(*max_error)),
+          "--surface-error must be below --max-error, in whole units");
   require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),
@@ -112,7 +113,7 @@ void EncodeOptions::validate() const {
   require(!limited || !grid_only || !max_error,
           "a grid with --max-level keeps no bound: leave out --max-error");
   require(!limited || !mesh_error, "a grid with --max-level keeps no bound: leave out --mesh-error");
-  require(!brick_edge || (*brick_edge >= 1 && *brick_edge * cube_size <= 512),
+  require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
           "--brick must be at least 1 root cube and at most 512 samples an edge");
   require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
           "--field-scale must be positive");
@@ -138,6 +139,9 @@ CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
   p.accuracy = options.accuracy;
   set_bounds(options, p);
   set_field_scale(options, reader, p);
+  // What a reader would refuse is not written in the first place.
+  const Status status = check_parameters(p);
+  require(status.ok(), fmt::format("{} cannot be encoded so: {}", reader.files().front(), status.what()));
   return p;
 }
 

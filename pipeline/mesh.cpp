@@ -193,8 +193,8 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
   mesh_bricks(reader, mesh, threads, progress);
   writer.finish();
-  return {reader.header(), reader.index(), reader.sizes().file, writer.point_count(),
-          writer.tetrahedron_count()};
+  return {reader.header(),     reader.index(),       reader.sizes().file,
+          writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
 }
 
 }  // namespace tagrid

@@ -20,7 +20,8 @@ struct MeshOptions {
 struct MeshResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;  ///< of the .tag file
+  std::uint64_t bytes_in = 0;   ///< of the .tag file
+  std::uint64_t bytes_out = 0;  ///< of the mesh
   std::int64_t points = 0;
   std::int64_t tetrahedra = 0;
 };

@@ -124,9 +124,10 @@ class StatisticsCheck {
       throw BrokenInput(reader.name() + ": the index: " + what);
     };
     if (index.total.active != counted_.active) fail("active points are not as many as in the bricks");
+    if (!(index.total.max_error >= 0)) fail("the recorded error is no number");
     if (index.total.samples != counted_.samples) fail("the number of samples does not fit");
     const double bound = parameters_.max_error;
-    if (bound >= 0 && index.total.max_error > bound) fail("the recorded error is above the bound");
+    if (bound >= 0 && !(index.total.max_error <= bound)) fail("the recorded error is above the bound");
     for (std::size_t i = 0; i < ranges_.size(); ++i)
       if (std::abs(ranges_[i].first - index.bricks[i].low) > index.total.max_error ||
           std::abs(ranges_[i].second - index.bricks[i].high) > index.total.max_error)

@@ -133,7 +133,7 @@ class ActivityModel {
     const std::int64_t u = pass.unit;
     for (std::int64_t z = box_.low.z + (pass.odd[2] ? u : 0); z <= box_.high.z; z += 2 * u)
       for (std::int64_t y = box_.low.y + (pass.odd[1] ? u : 0); y <= box_.high.y; y += 2 * u)
-        code_row(y, z, known);
+        if (!exhausted()) code_row(y, z, known);
   }
 
  private:
@@ -146,6 +146,14 @@ class ActivityModel {
         const bool bit = code_point(p, known != nullptr && known->test(p));
         if (bit) active_.set(p);
       }
+  }
+
+  // Broken bytes can end long before the points do.
+  bool exhausted() const {
+    if constexpr (Coder::encoding)
+      return false;
+    else
+      return coder_.exhausted();
   }
 
   static constexpr std::size_t per_kind = 1024;  // contexts of one kind in one class and cycle

@@ -12,11 +12,13 @@ Action add_info_command(CLI::App& app) {
   struct State {
     std::string input;
     bool json = false;
+    RunOptions run;  // for scripts that give them everywhere: reading an index needs no threads
   };
   auto state = std::make_shared<State>();
   CLI::App* command =
       app.add_subcommand("info", "Geometry, parameters, where the bytes are, active points a level");
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  add_run_options(*command, state->run);
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
   return [state] {
     refuse_terminal_input(state->input);

@@ -41,6 +41,11 @@ int run(int argc, char** argv) {
     Action action = add(app);
     commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
   }
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
+      throw UsageError("an argument is empty: is a variable of your script not set?");
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "tools/commands.h"
 #include "tools/process.h"
 #include "tools/report.h"
@@ -29,7 +27,7 @@ struct MeshCommand {
     RunReport report(run, output.overwrite, "mesh", input, path);
     const MeshResult result = mesh(path);
     const CodingParameters& parameters = result.header.parameters;
-    const std::uint64_t bytes_out = path == "-" ? 0 : std::filesystem::file_size(path);
+    const std::uint64_t bytes_out = result.bytes_out;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["points"] = result.points;
     settings["tetrahedra"] = result.tetrahedra;

@@ -34,7 +34,7 @@ void catch_signals() {
   action.sa_handler = end_by_signal;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   sigemptyset(&action.sa_mask);
-  for (const int number : {SIGHUP, SIGINT, SIGTERM, SIGPIPE, SIGXCPU}) {
+  for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGPIPE, SIGXCPU}) {
     struct sigaction before;
     if (sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
       sigaction(number, &action, nullptr);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 
 #include "io/errors.h"
+#include "io/file_attributes.h"
 
 namespace tagrid {
 namespace {
@@ -33,7 +35,13 @@ RunReport::RunReport(const RunOptions& run, bool overwrite, std::string command,
   if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
     throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
   if (!input_.empty()) refuse_same_file(input_, path_);
-  file_.emplace(path_, overwrite);
+  // A report takes the place of an older report at most: -f is meant for the output, and a wrong name here
+  // must not cost a volume. A file that is not there now, but is when the report is done, was written by this
+  // run.
+  const bool exists = is_regular_output(path_) && std::filesystem::exists(path_);
+  if (exists && overwrite && std::ifstream(path_).peek() != '{')
+    throw UsageError(fmt::format("--json {}: is there and is no JSON file; choose another name", path_));
+  file_.emplace(path_, exists && overwrite);
 }
 
 void RunReport::write(const RunFigures& figures) {
