@@ -133,7 +133,7 @@ TEST_F(BrokenFiles, ALimitedMemoryIsAFailureOfTheWorld) {
   GTEST_SKIP() << "sanitizers end the program themselves";
 #endif
   // A pipe says nothing of its size: what it is said to be is only believed as far as memory goes.
-  const Arguments huge = {"encode", "-", "--dims", "2000000000,2000000000,1", "--type", "int8"};
+  const Arguments huge = {"encode", "-", "--dims", "1000000000,1000000000,1", "--type", "int8"};
   expect_error(tagrid(huge, "x"), world, "out of memory");
 }
 
