@@ -66,8 +66,10 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   // Slices and layers come and go in the order of the volume, not of a stack: each in pages of its own, so
-  // that a freed one goes back at once and tall volumes take no more memory than short ones.
+  // that a freed one goes back at once. What is smaller comes from one heap: a heap a thread, as is usual,
+  // fragments with every layer, and nothing is allocated so often that threads would wait for each other.
   mallopt(M_MMAP_THRESHOLD, 1 << 18);
+  mallopt(M_ARENA_MAX, 1);
   occupy_standard_streams();
   catch_signals();
   try {
