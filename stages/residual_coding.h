@@ -1,7 +1,6 @@
-// Coding of one quantized residual in the context of what is known around it.
-//
-// Every binary decision is predicted by four adaptive bits, each selected by another context, and the four
-// are mixed.
+// Coding of one quantized residual in the context of what is known around it: as one of sixteen symbols,
+// whose probabilities are the mean of three models, each selected by another context, and bits where it is
+// large.
 #pragma once
 
 #include <algorithm>
@@ -10,111 +9,87 @@
 #include <cstdlib>
 
 #include "stages/integer_model.h"
-#include "stages/mixer.h"
+#include "stages/symbol_model.h"
 
 namespace tagrid {
 
-inline constexpr std::array<int, contexts_mixed> magnitude_contexts = {64, 512, 512, 512};
-inline constexpr std::array<int, contexts_mixed> sign_contexts = {32, 32, 128, 32};
-inline constexpr int mixer_contexts = 8;
-
-/// What is known of a residual before it is coded. Numbers of contexts are limited by the tables above.
+/// What is known of a residual before it is coded. Numbers of contexts are limited by the tables below.
 struct ResidualContext {
-  std::array<std::uint16_t, contexts_mixed> magnitude{}, sign{};
-  std::uint8_t mixer = 0;
-  std::uint8_t low_bits = 0;  ///< bits of the magnitude that are nearly uniform
-  bool flat = false;          ///< all neighbours are equal
+  std::uint16_t energy = 0;  ///< how large the residuals around are, and the sign of the left one
+  std::uint16_t spread = 0;  ///< how different the voxels around are, and how large their residuals
+  std::uint16_t level = 0;   ///< where in the range of the brick, how large the residuals, how far off centre
+  std::uint8_t low_bits = 0;  ///< bits of the residual that are nearly uniform
+  bool flip = false;          ///< the residual is more probably negative
 };
+inline constexpr std::size_t energy_contexts = 64 * 3, spread_contexts = 32 * 8, level_contexts = 64 * 16;
 
-/// All adaptive state of one brick. About 40 KB.
+/// Values on a scale that is linear up to 2^(m+1) and has 2^m steps an octave from there.
+template <int m>
+constexpr std::uint32_t log_scale(std::uint32_t v) {
+  if (v < (2u << m)) return v;
+  const int octave = static_cast<int>(std::bit_width(v)) - (m + 1);
+  return (static_cast<std::uint32_t>(octave) << m) + (v >> octave);
+}
+
+/// `energy` is a sum of magnitudes of residuals around, with weights that sum to 16.
+constexpr int low_bits_for(std::uint32_t energy) {
+  return std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
+}
+
+/// All adaptive state of one brick. About 48 KB.
 class ResidualModel {
  public:
+  ResidualModel();
+
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
   template <class Coder>
-  std::int64_t code(Coder& coder, std::int64_t residual, std::int64_t largest,
+  std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
                     const ResidualContext& context) {
-    const auto given = static_cast<std::uint64_t>(std::abs(residual));
-    std::uint64_t magnitude = 0;
-    if (context.flat) {
-      if (code_adaptive(coder, given != 0, flat_zero_, 1000))
-        magnitude = 1 + flat_magnitude_.code(coder, given - 1);
-      if (magnitude == 0) return 0;
-      magnitude = std::min(magnitude, static_cast<std::uint64_t>(largest));
-      const bool negative = code_adaptive(coder, residual < 0, flat_sign_, 250);
-      return negative ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
-    }
     const int low_bits = context.low_bits;
-    const std::uint64_t high = code_high(coder, given >> low_bits, context);
-    magnitude = high << low_bits | code_low(coder, given, high, low_bits);
-    if (magnitude == 0) return 0;
-    magnitude = std::min(magnitude, static_cast<std::uint64_t>(largest));
-    return code_sign(coder, residual < 0, context) ? -static_cast<std::int64_t>(magnitude)
-                                                   : static_cast<std::int64_t>(magnitude);
+    if (context.flip) residual = -residual;
+    const std::int32_t high = residual >> low_bits;
+    std::size_t symbol =
+        static_cast<std::uint32_t>(high + 7) < 15u ? static_cast<std::size_t>(high + 7) : 15u;
+    symbol =
+        code_symbol(coder, symbol, energy_[context.energy], spread_[context.spread], level_[context.level]);
+    std::int32_t coded = static_cast<std::int32_t>(symbol) - 7;
+    if (symbol == 15) [[unlikely]]
+      coded = code_far(coder, high);
+    if (low_bits > 0) {
+      const auto low = static_cast<std::uint32_t>(residual) & ((1u << low_bits) - 1);
+      coded = static_cast<std::int32_t>(static_cast<std::uint32_t>(coded) << low_bits |
+                                        coder.code_raw(low, low_bits));
+    }
+    coded = std::clamp(coded, -largest, largest);
+    return context.flip ? -coded : coded;
+  }
+
+  /// Codes the residual of a voxel whose neighbours are all equal.
+  template <class Coder>
+  std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
+    const auto given = static_cast<std::uint64_t>(std::abs(residual));
+    if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
+    const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
+    const auto limited = static_cast<std::int32_t>(std::min(magnitude, static_cast<std::uint64_t>(largest)));
+    return code_adaptive(coder, residual < 0, flat_sign_, 250) ? -limited : limited;
   }
 
  private:
-  static constexpr std::uint64_t unary_limit = 24;
-  static constexpr std::size_t depths = 4, mixed_depths = 2;
-  static constexpr std::uint32_t limit = 255;
-
+  /// What no symbol stands for: beyond -7 .. 7.
   template <class Coder>
-  std::uint64_t code_high(Coder& coder, std::uint64_t given, const ResidualContext& context) {
-    std::uint64_t high = 0;
-    while (high < unary_limit) {
-      const std::size_t depth = std::min<std::uint64_t>(high, depths - 1);
-      std::array<AdaptiveBit*, contexts_mixed> models;
-      for (std::size_t i = 0; i < contexts_mixed; ++i)
-        models[i] = &magnitude_[i][context.magnitude[i] * depths + depth];
-      // Further decisions are rare, or nearly the same in every context.
-      if (depth >= mixed_depths) {
-        if (!code_adaptive(coder, given > high, *models[0], limit)) return high;
-        ++high;
-        continue;
-      }
-      if (!code_mixed(coder, given > high, models, magnitude_mixers_[depth * mixer_contexts + context.mixer],
-                      limit))
-        return high;
-      ++high;
-    }
-    return high + beyond_.code(coder, given - high);
+  std::int32_t code_far(Coder& coder, std::int32_t high) {
+    const bool negative = coder.code_raw(high < 0, 1) != 0;
+    const auto given = static_cast<std::uint64_t>(std::abs(std::int64_t{high}) - 8);
+    // Any larger one is beyond what a brick of samples of 16 bits can have.
+    const auto far =
+        static_cast<std::int32_t>(8 + std::min<std::uint64_t>(beyond_.code(coder, given), 1 << 18));
+    return negative ? -far : far;
   }
 
-  template <class Coder>
-  std::uint64_t code_low(Coder& coder, std::uint64_t given, std::uint64_t high, int low_bits) {
-    std::uint64_t low = 0;
-    int left = low_bits;
-    // The density falls within a step of the high part: visibly in the first two bits, not in the others.
-    auto& models = low_[static_cast<std::size_t>(std::min(low_bits, 15))][std::min<std::size_t>(high, 3)];
-    for (std::size_t path = 1; left > 0 && path < 4;) {
-      --left;
-      const bool bit = code_adaptive(coder, (given >> left) & 1, models[path], 500);
-      path = path << 1 | bit;
-      low = low << 1 | bit;
-    }
-    while (left > 0) {
-      const int count = std::min(left, 16);
-      left -= count;
-      low = low << count |
-            coder.code_raw(static_cast<std::uint32_t>((given >> left) & ((std::uint64_t{1} << count) - 1)),
-                           count);
-    }
-    return low;
-  }
-
-  template <class Coder>
-  bool code_sign(Coder& coder, bool negative, const ResidualContext& context) {
-    if (context.low_bits >= 3) return coder.code_raw(negative, 1) != 0;
-    std::array<AdaptiveBit*, contexts_mixed> models;
-    for (std::size_t i = 0; i < contexts_mixed; ++i) models[i] = &sign_[i][context.sign[i]];
-    return code_mixed(coder, negative, models, sign_mixer_, limit);
-  }
-
-  std::array<std::array<AdaptiveBit, 512 * depths>, contexts_mixed> magnitude_{};
-  std::array<Mixer, mixer_contexts * mixed_depths> magnitude_mixers_{};
-  std::array<std::array<AdaptiveBit, 128>, contexts_mixed> sign_{};
-  Mixer sign_mixer_{};
-  std::array<std::array<std::array<AdaptiveBit, 4>, 4>, 16> low_{};
-  AdaptiveBit flat_zero_, flat_sign_;
+  std::array<SymbolModel, energy_contexts> energy_;
+  std::array<SymbolModel, spread_contexts> spread_;
+  std::array<SymbolModel, level_contexts> level_;
+  AdaptiveBit flat_differs_, flat_sign_;
   IntegerModel flat_magnitude_, beyond_;
 };
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "stages/prediction.h"
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 #include "stages/residual_coding.h"
 #include "stages/voxel_window.h"
 
@@ -40,8 +40,8 @@ class VoxelPass {
         model_(std::make_unique<ResidualModel>()),
         segments_((owned.size().x + segment_length - 1) / segment_length),
         quiet_above_(static_cast<std::size_t>(segments_ * (owned.size().y + 1)), 1) {
-    largest_ = parameters.high - parameters.low;
-    largest_ = largest_ / std::min(quantizers_[0].step, quantizers_[1].step) + 1;
+    const std::int64_t step = std::min(quantizers_[0].step, quantizers_[1].step);
+    largest_ = static_cast<std::int32_t>((parameters.high - parameters.low) / step + 1);
   }
 
   /// False where the decoder has run out of bytes.
@@ -103,7 +103,7 @@ class VoxelPass {
     if (quiet) return true;
     for (std::int64_t x = first; x < last; ++x) {
       const auto i = static_cast<std::size_t>(x - first);
-      model_->code(coder_, residuals_[i], largest_, window_.context(x, predictions_[i], quantizer_at(x)));
+      code(x, predictions_[i], residuals_[i]);
     }
     return false;
   }
@@ -113,12 +113,15 @@ class VoxelPass {
     for (std::int64_t x = first; x < last; ++x) {
       const Quantizer& quantizer = quantizer_at(x);
       const Prediction p = window_.predict(x);
-      const std::int64_t residual =
-          quiet ? 0 : model_->code(coder_, 0, largest_, window_.context(x, p, quantizer));
-      window_.commit(x, p, decoded(p, residual, quantizer), static_cast<std::int32_t>(residual),
-                     quantizer.step);
+      const std::int32_t residual = quiet ? 0 : code(x, p, 0);
+      window_.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step);
     }
     return quiet;
+  }
+
+  std::int32_t code(std::int64_t x, const Prediction& p, std::int32_t residual) {
+    return p.flat ? model_->code_flat(coder_, residual, largest_)
+                  : model_->code(coder_, residual, largest_, window_.context(x, p, quantizer_at(x)));
   }
 
   Coder& coder_;
@@ -130,7 +133,7 @@ class VoxelPass {
   VoxelWindow window_;
   std::unique_ptr<ResidualModel> model_;
   std::int64_t segments_;
-  std::int64_t largest_;
+  std::int32_t largest_;
   std::vector<std::uint8_t> quiet_above_;  ///< by row, one more above: the latest segment had no residual
   std::array<AdaptiveBit, 8> quiet_{};
   const std::uint64_t* bits_ = nullptr;
@@ -205,9 +208,9 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   }
   out.push_back(coded_brick);
   VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds, *low, *high);
-  RangeEncoder coder(out);
+  RansEncoder coder(out);
   code_parameters<T>(coder, parameters);
-  VoxelPass<T, RangeEncoder> pass(coder, owned, activity, bounds, parameters);
+  VoxelPass<T, RansEncoder> pass(coder, owned, activity, bounds, parameters);
   pass.run(samples.data(), reconstruction.data());
   coder.finish();
 }
@@ -228,10 +231,10 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
     return {};
   }
   if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
-  RangeDecoder coder(bytes.subspan(1));
+  RansDecoder coder(bytes.subspan(1));
   VoxelParameters parameters;
   if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-  VoxelPass<T, RangeDecoder> pass(coder, owned, activity, bounds, parameters);
+  VoxelPass<T, RansDecoder> pass(coder, owned, activity, bounds, parameters);
   if (!pass.run(nullptr, samples.data()) || coder.exhausted()) return Status::broken("values end too soon");
   if (!coder.finished()) return Status::broken("values are followed by other bytes");
   return {};

@@ -7,14 +7,14 @@ VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters)
       parameters_(parameters),
       stride_(size.x + 2 * pad),
       level_scale_(static_cast<std::uint32_t>(
-          (std::uint64_t{32} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
+          (std::uint64_t{64} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
       values_(static_cast<std::size_t>(3 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
       residuals_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)),
       sum_(static_cast<std::size_t>(size.x)),
       largest_(sum_.size()),
       smallest_(sum_.size()),
       energy_(sum_.size()),
-      signs_(sum_.size()) {}
+      class_(sum_.size()) {}
 
 void VoxelWindow::begin_slice(std::int64_t z) {
   z_ = z;
@@ -38,7 +38,7 @@ void VoxelWindow::begin_row(std::int64_t y) {
   sum_row();
   spread_row();
   energy_row();
-  sign_row();
+  class_row();
 }
 
 void VoxelWindow::end_row() { here_[size_.x] = here_[size_.x + 1] = here_[size_.x - 1]; }
@@ -98,13 +98,9 @@ void VoxelWindow::energy_row() {
         static_cast<std::uint16_t>(energy[x] + 3 * std::abs(n[x]) + std::abs(n[x - 1]) + std::abs(n[x + 1]));
 }
 
-void VoxelWindow::sign_row() {
-  const Value *n = residual_above_, *p = residual_behind_;
-  const auto trit = [](int v) { return (v > 0) - (v < 0) + 1; };
-  for (std::int64_t x = 0; x < size_.x; ++x)
-    signs_[static_cast<std::size_t>(x)] = static_cast<std::uint16_t>(
-        std::min<unsigned>(log_scale<0>(energy_[static_cast<std::size_t>(x)]), 15) / 2 * 81 +
-        unsigned(27 * trit(n[x + 1]) + 9 * trit(n[x]) + 3 * trit(p[x])));
+void VoxelWindow::class_row() {
+  for (std::size_t x = 0; x < energy_.size(); ++x)
+    class_[x] = static_cast<std::uint8_t>(std::min<unsigned>(log_scale<0>(energy_[x]), 15) / 2 * textures);
 }
 
 }  // namespace tagrid

@@ -58,18 +58,9 @@ struct VoxelParameters {
 struct Prediction {
   std::int32_t value = 0;     ///< within the range
   std::int32_t fraction = 0;  ///< what rounding took away, 2^-weight_bits
-  std::uint8_t texture = 0;   ///< which neighbours exceed the prediction
-  std::uint16_t signs = 0;    ///< class and signs of the residuals around
+  std::uint8_t bias = 0;      ///< which neighbours exceed the prediction, in a class of residuals around
   bool flat = false;
 };
-
-/// Bits of a value on a scale that is linear up to 2^(m+1) and has 2^m steps an octave from there.
-template <int m>
-constexpr std::uint32_t log_scale(std::uint32_t v) {
-  if (v < (2u << m)) return v;
-  const int octave = static_cast<int>(std::bit_width(v)) - (m + 1);
-  return (static_cast<std::uint32_t>(octave) << m) + (v >> octave);
-}
 
 class VoxelWindow {
  public:
@@ -95,9 +86,9 @@ class VoxelWindow {
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
 
-  /// What predictions in one context have missed on average: the window keeps them by the texture and by the
-  /// signs of the residuals around, both within a class of how large these residuals are. Without the class
-  /// the bias of rough regions would spoil smooth ones.
+  /// What predictions in one context have missed on average: the window keeps them by the texture, within a
+  /// class of how large the residuals around are. Without the class the bias of rough regions would spoil
+  /// smooth ones.
   struct Bias {
     std::int32_t value = 0;  ///< 2^-weight_bits
     std::uint32_t seen = 0;
@@ -116,11 +107,10 @@ class VoxelWindow {
   Value* residual_row(std::int64_t y, std::int64_t slice) {
     return residuals_.data() + ((slice + 2) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
   }
-  static std::size_t texture_bias(const Prediction& p) { return p.signs / 81 * 24u + p.texture; }
   void sum_row();
   void spread_row();
   void energy_row();
-  void sign_row();
+  void class_row();
 
   Index3 size_;
   VoxelParameters parameters_;
@@ -137,9 +127,9 @@ class VoxelWindow {
   std::vector<std::int32_t> sum_;  ///< weighted sum of all taps but those in the row
   std::vector<Value> largest_, smallest_;
   std::vector<std::uint16_t> energy_;
-  std::array<Bias, 8 * 24> texture_biases_{};
-  std::array<Bias, 8 * 81> sign_biases_{};
-  std::vector<std::uint16_t> signs_;  ///< of the residuals in the rows before
+  static constexpr int textures = 24;
+  std::array<Bias, 8 * textures> biases_{};
+  std::vector<std::uint8_t> class_;  ///< of the energy, times textures
 };
 
 inline Prediction VoxelWindow::predict(std::int64_t x) const {
@@ -154,10 +144,10 @@ inline Prediction VoxelWindow::predict(std::int64_t x) const {
       sum_[static_cast<std::size_t>(x)] + weights_->of_tap[0] * left + weights_->of_tap[1] * here_[x - 2];
   const std::int32_t plain = exact >> weight_bits;
   const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
-  p.texture = static_cast<std::uint8_t>((above_[x] > plain) | (left > plain) << 1 |
-                                        (behind_[x] > plain) << 2 | (sign + 1) << 3);
-  p.signs = static_cast<std::uint16_t>(signs_[static_cast<std::size_t>(x)] + sign + 1);
-  const std::int32_t corrected = exact + texture_biases_[texture_bias(p)].value + sign_biases_[p.signs].value;
+  p.bias = static_cast<std::uint8_t>(
+      class_[static_cast<std::size_t>(x)] +
+      ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
+  const std::int32_t corrected = exact + biases_[p.bias].value;
   const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
   p.fraction = corrected - (rounded << weight_bits);
   p.value = std::clamp(rounded, parameters_.low, parameters_.high);
@@ -174,53 +164,31 @@ inline void VoxelWindow::commit(std::int64_t x, const Prediction& p, std::int32_
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error =
       std::clamp((std::int64_t{value} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual);
-  texture_biases_[texture_bias(p)].learn(error);
-  sign_biases_[p.signs].learn(error);
+  biases_[p.bias].learn(error);
 }
 
 inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
                                             const Quantizer& quantizer) const {
   ResidualContext c;
-  c.flat = p.flat;
-  if (p.flat) return c;
   const auto i = static_cast<std::size_t>(x);
-  const auto size_at = [](const Value* row, std::int64_t at) {
-    return static_cast<std::uint32_t>(std::abs(row[at]));
-  };
-  const std::uint32_t left = size_at(residual_, x - 1);
-  const std::uint32_t energy = energy_[i] + 4 * left + size_at(residual_, x - 2);
+  const std::int32_t before = residual_[x - 1];
+  const std::uint32_t energy = energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
+                               static_cast<std::uint32_t>(std::abs(std::int32_t{residual_[x - 2]}));
   const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(energy), 15);
-  const int k = std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
-  c.low_bits = static_cast<std::uint8_t>(k);
-  c.mixer = static_cast<std::uint8_t>(coarse / 2);
-
   const std::int32_t here = here_[x - 1];
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
   const auto level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
-  const std::uint32_t off_centre = std::min(3, std::abs(p.fraction) >> (weight_bits - 3));
-  const auto capped = [k](std::uint32_t size, std::uint32_t cap) { return std::min(size >> k, cap); };
-
-  c.magnitude[0] = static_cast<std::uint16_t>(log_scale<2>(energy));
-  c.magnitude[1] = static_cast<std::uint16_t>(std::min<std::uint32_t>(log_scale<1>(steps), 31) * 16 + coarse);
-  c.magnitude[2] = static_cast<std::uint16_t>(
-      (((capped(left, 3) * 3 + capped(size_at(residual_above_, x), 2)) * 3 +
-        capped(size_at(residual_behind_, x), 2)) *
-           3 +
-       capped(size_at(residual_above_, x - 1) + size_at(residual_above_, x + 1), 2)) *
-          3 +
-      capped(size_at(residual_behind_, x + 1) + size_at(residual_behind_below_, x), 2));
-  c.magnitude[3] =
-      static_cast<std::uint16_t>((level * 4 + coarse / 4) * 4 + (quantizer.error < 2 ? off_centre : 0));
-
-  const auto trit = [](const Value* row, std::int64_t at) { return (row[at] > 0) - (row[at] < 0) + 1; };
-  c.sign[0] = static_cast<std::uint16_t>((trit(residual_, x - 1) * 3 + trit(residual_above_, x)) * 3 +
-                                         trit(residual_behind_, x));
-  c.sign[1] = static_cast<std::uint16_t>((p.fraction + (1 << (weight_bits - 1))) >> (weight_bits - 4));
-  c.sign[2] = p.texture;
-  c.sign[3] = static_cast<std::uint16_t>(
-      (trit(residual_above_, x - 1) * 3 + trit(residual_above_, x + 1)) * 3 + trit(residual_behind_, x + 1));
+  // Where the step is small, the side to which the prediction was rounded matters.
+  const bool fine = quantizer.error < 2;
+  const std::uint32_t off_centre = fine ? std::min(3, std::abs(p.fraction) >> (weight_bits - 3)) : 0;
+  c.flip = fine && p.fraction < 0;
+  const int sign = c.flip ? (before < 0) - (before > 0) : (before > 0) - (before < 0);
+  c.low_bits = static_cast<std::uint8_t>(low_bits_for(energy));
+  c.energy = static_cast<std::uint16_t>(log_scale<2>(energy) * 3 + static_cast<std::uint32_t>(sign + 1));
+  c.spread = static_cast<std::uint16_t>(std::min<std::uint32_t>(log_scale<1>(steps), 31) * 8 + coarse / 2);
+  c.level = static_cast<std::uint16_t>((level * 4 + coarse / 4) * 4 + off_centre);
   return c;
 }
 

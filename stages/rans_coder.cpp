@@ -1,0 +1,45 @@
+#include "stages/rans_coder.h"
+
+namespace tagrid {
+namespace {
+
+constexpr int state_bytes = 6;
+
+}  // namespace
+
+void RansEncoder::finish() {
+  std::array<std::uint64_t, 2> states = {rans_low, rans_low};
+  std::vector<std::uint16_t> words;  // in the order of coding: the decoder wants the last first
+  for (std::size_t i = events_.size(); i-- > 0;) {
+    std::uint64_t& state = states[i % 2];
+    const std::uint64_t length = events_[i].length;
+    if (state >= length * rans_low) {
+      words.push_back(static_cast<std::uint16_t>(state));
+      state >>= 16;
+    }
+    // Exact: both are far below 2^53, and no quotient of theirs is so near below an integer that it rounds.
+    const auto quotient =
+        static_cast<std::uint64_t>(static_cast<double>(state) / static_cast<double>(length));
+    state = (quotient << 16) + (state - quotient * length) + events_[i].start;
+  }
+  for (const std::uint64_t state : states)
+    for (int byte = 0; byte < state_bytes; ++byte)
+      out_.push_back(static_cast<std::uint8_t>(state >> (8 * byte)));
+  for (std::size_t i = words.size(); i-- > 0;) {
+    out_.push_back(static_cast<std::uint8_t>(words[i]));
+    out_.push_back(static_cast<std::uint8_t>(words[i] >> 8));
+  }
+  events_.clear();
+}
+
+RansDecoder::RansDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
+  for (std::uint64_t* state : {&next_, &other_}) {
+    *state = take();
+    *state |= take() << 16;
+    *state |= take() << 32;
+    // No encoder leaves such a state. It would not do harm, but bring many more words than it should.
+    if (*state < rans_low || *state >= rans_low << 16) *state = rans_low;
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,107 @@
+// Entropy coder: asymmetric numeral systems (J. Duda, "Asymmetric numeral systems: entropy coding combining
+// speed of Huffman coding with compression rate of arithmetic coding", 2013), in its range variant, with the
+// events of a stream dealt in turn to two states, so that one event need not wait for the arithmetic of the
+// one before (F. Giesen, "Interleaved entropy coders", 2014).
+//
+// Both directions have the same member functions: code(bit, p) returns the bit, given by the caller when
+// encoding and ignored when decoding. A model is thus written once, as a template over the coder.
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace tagrid {
+
+inline constexpr int probability_bits = 16;
+
+/// A state is in [rans_low, rans_low << 16): 47 bits, so that a double divides it exactly.
+inline constexpr std::uint64_t rans_low = std::uint64_t{1} << 31;
+
+/// The part of [0, 65536) that stands for an event.
+struct Interval {
+  std::uint16_t start;
+  std::uint16_t length;  ///< not 0
+};
+
+/// Collects the events; finish() codes them from the last to the first and appends the stream to `out`.
+class RansEncoder {
+ public:
+  static constexpr bool encoding = true;
+
+  explicit RansEncoder(std::vector<std::uint8_t>& out) : out_(out) {}
+
+  void code_interval(Interval event) { events_.push_back(event); }
+
+  /// Codes `bit`, whose probability of being one is `p` / 65536. REQUIRES: 0 < p < 65536.
+  bool code(bool bit, std::uint32_t p) {
+    code_interval(bit ? Interval{0, static_cast<std::uint16_t>(p)}
+                      : Interval{static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(65536 - p)});
+    return bit;
+  }
+
+  /// Codes the low `bits` bits of `value`, all equally probable. REQUIRES: bits <= 16, value < 2^bits.
+  std::uint32_t code_raw(std::uint32_t value, int bits) {
+    if (bits > 0)
+      code_interval(
+          {static_cast<std::uint16_t>(value << (16 - bits)), static_cast<std::uint16_t>(1u << (16 - bits))});
+    return value;
+  }
+
+  void finish();
+
+ private:
+  std::vector<std::uint8_t>& out_;
+  std::vector<Interval> events_;
+};
+
+/// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros, and finished() tells.
+class RansDecoder {
+ public:
+  static constexpr bool encoding = false;
+
+  explicit RansDecoder(std::span<const std::uint8_t> bytes);
+
+  /// Where in [0, 65536) the next event lies. advance() must follow, with the interval that holds it.
+  std::uint32_t slot() const { return static_cast<std::uint32_t>(next_ & 0xffff); }
+  void advance(std::uint32_t start, std::uint32_t length) {
+    std::uint64_t state = (next_ >> 16) * length + (next_ & 0xffff) - start;
+    if (state < rans_low) state = state << 16 | take();
+    next_ = std::exchange(other_, state);
+  }
+
+  bool code(bool, std::uint32_t p) {
+    const bool bit = slot() < p;
+    advance(bit ? 0 : p, bit ? p : 65536 - p);
+    return bit;
+  }
+
+  std::uint32_t code_raw(std::uint32_t, int bits) {
+    if (bits == 0) return 0;
+    const std::uint32_t value = slot() >> (16 - bits);
+    advance(value << (16 - bits), 1u << (16 - bits));
+    return value;
+  }
+
+  /// True if exactly the bytes that the encoder wrote have been used, and led to its first states.
+  bool finished() const { return position_ == bytes_.size() && next_ == rans_low && other_ == rans_low; }
+  /// True once more bytes were asked for than there are; the rest is not worth decoding.
+  bool exhausted() const { return position_ > bytes_.size(); }
+
+ private:
+  std::uint64_t take() {
+    const std::size_t at = position_;
+    position_ += 2;
+    return position_ <= bytes_.size() ? bytes_[at] | std::uint64_t{bytes_[at + 1]} << 8 : 0;
+  }
+
+  std::span<const std::uint8_t> bytes_;
+  std::size_t position_ = 0;
+  std::uint64_t next_ = 0, other_ = 0;  ///< of the next event, and of the one after it
+};
+
+}  // namespace tagrid

@@ -1,0 +1,84 @@
+// Adaptive probabilities of sixteen symbols, and coding of a symbol by the mean of three of them. A model is
+// one vector of sums of probabilities: mixing, searching and learning are a few operations on whole vectors
+// (after J. Duda's and F. Giesen's adaptive models for rANS of small alphabets).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "stages/lanes.h"
+#include "stages/rans_coder.h"
+
+namespace tagrid {
+
+inline constexpr std::size_t symbols = lane_count;
+
+/// below[s]: probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age: it
+/// nears 32767 as fast as the probabilities near what is observed.
+struct alignas(32) SymbolModel {
+  Lanes below;
+};
+
+/// A start that is not all ignorance counts for some observations: learning begins with 1/8.
+inline constexpr std::int16_t start_age = 18432;
+
+/// What a model with one symbol certain would hold, but for the least probability that every symbol keeps.
+struct SymbolTargets {
+  static constexpr int least = 4;  ///< 2^-15
+  alignas(32) std::array<std::array<std::int16_t, symbols>, symbols> of;
+
+  constexpr SymbolTargets() : of{} {
+    for (std::size_t s = 0; s < symbols; ++s)
+      for (std::size_t i = 0; i < symbols; ++i)
+        of[s][i] = static_cast<std::int16_t>(i == 0  ? 32767
+                                             : i > s ? 32768 - static_cast<int>(symbols - i) * least
+                                                     : static_cast<int>(i) * least);
+  }
+};
+inline constexpr SymbolTargets symbol_targets;
+
+/// Moves a model towards the symbol that was observed: by 1/4 when it is new, by 1/64 when it is old. Two
+/// sums that are `least` apart stay so.
+inline void learn(SymbolModel& model, std::size_t symbol) {
+  const int youth = std::bit_width(static_cast<std::uint32_t>(32767 - model.below[0]));
+  const int rate = std::min(17 - youth, 6);
+  Lanes target;
+  std::memcpy(&target, symbol_targets.of[symbol].data(), sizeof target);
+  move_towards(model.below, target, rate);
+}
+
+/// Codes a symbol by the mean of the probabilities of three models, the third one counting twice.
+template <class Coder>
+std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a, SymbolModel& b, SymbolModel& c) {
+  // In 2^-16, of a symbol less than s.
+  const auto mean_below = [&](std::size_t s) {
+    const auto pair = static_cast<std::uint16_t>(a.below[s] + b.below[s]);
+    return static_cast<std::uint16_t>((pair >> 1) + c.below[s]);
+  };
+  if constexpr (Coder::encoding) {
+    const std::uint32_t start = symbol > 0 ? mean_below(symbol) : 0u;
+    const std::uint32_t end = symbol + 1 < symbols ? mean_below(symbol + 1) : 65536u;
+    coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
+  } else {
+    UnsignedLanes below;
+    mean(a.below, b.below, c.below, below);
+    below[0] = 0;
+    symbol = count_up_to(below, static_cast<std::uint16_t>(coder.slot())) - 1;
+    const std::uint32_t start = below[symbol], end = symbol + 1 < symbols ? below[symbol + 1] : 65536u;
+    coder.advance(start, end - start);
+  }
+  learn(a, symbol);
+  learn(b, symbol);
+  learn(c, symbol);
+  return symbol;
+}
+
+/// The start of a model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
+/// distribution about symbol 7, the last symbol for all that is beyond.
+SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of);
+
+}  // namespace tagrid
