@@ -26,14 +26,13 @@ inline constexpr std::size_t energy_contexts = 64 * 3, spread_contexts = 32 * 8,
 /// Values on a scale that is linear up to 2^(m+1) and has 2^m steps an octave from there.
 template <int m>
 constexpr std::uint32_t log_scale(std::uint32_t v) {
-  if (v < (2u << m)) return v;
-  const int octave = static_cast<int>(std::bit_width(v)) - (m + 1);
+  const int octave = std::max(0, static_cast<int>(std::bit_width(v | 1)) - (m + 1));
   return (static_cast<std::uint32_t>(octave) << m) + (v >> octave);
 }
 
 /// `energy` is a sum of magnitudes of residuals around, with weights that sum to 16.
 constexpr int low_bits_for(std::uint32_t energy) {
-  return std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
+  return std::max(0, static_cast<int>(std::bit_width(energy >> 4 | 1)) - 2);
 }
 
 /// All adaptive state of one brick. About 48 KB.

@@ -8,7 +8,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #include "stages/lanes.h"
 #include "stages/rans_coder.h"
@@ -29,7 +28,7 @@ inline constexpr std::int16_t start_age = 18432;
 /// What a model with one symbol certain would hold, but for the least probability that every symbol keeps.
 struct SymbolTargets {
   static constexpr int least = 4;  ///< 2^-15
-  alignas(32) std::array<std::array<std::int16_t, symbols>, symbols> of;
+  alignas(32) std::array<Lanes, symbols> of;
 
   constexpr SymbolTargets() : of{} {
     for (std::size_t s = 0; s < symbols; ++s)
@@ -46,9 +45,7 @@ inline constexpr SymbolTargets symbol_targets;
 inline void learn(SymbolModel& model, std::size_t symbol) {
   const int youth = std::bit_width(static_cast<std::uint32_t>(32767 - model.below[0]));
   const int rate = std::min(17 - youth, 6);
-  Lanes target;
-  std::memcpy(&target, symbol_targets.of[symbol].data(), sizeof target);
-  move_towards(model.below, target, rate);
+  move_towards(model.below, symbol_targets.of[symbol], rate);
 }
 
 /// Codes a symbol by the mean of the probabilities of three models, the third one counting twice.
@@ -64,10 +61,9 @@ std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a, Symbol
     const std::uint32_t end = symbol + 1 < symbols ? mean_below(symbol + 1) : 65536u;
     coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
   } else {
-    UnsignedLanes below;
-    mean(a.below, b.below, c.below, below);
+    UnsignedLanes below = mean(a.below, b.below, c.below);
     below[0] = 0;
-    symbol = count_up_to(below, static_cast<std::uint16_t>(coder.slot())) - 1;
+    symbol = symbols - 1 - count_above(below, static_cast<std::uint16_t>(coder.slot()));
     const std::uint32_t start = below[symbol], end = symbol + 1 < symbols ? below[symbol + 1] : 65536u;
     coder.advance(start, end - start);
   }

@@ -1,6 +1,27 @@
 #include "stages/voxel_window.h"
 
+#include <span>
+
+#include "stages/vector_code.h"
+
 namespace tagrid {
+
+namespace {
+
+/// Adds the rows, each times its weight, four at a time. REQUIRES: a multiple of four rows.
+TAGRID_VECTOR_CODE
+void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std::int16_t> weights,
+                  std::span<std::int32_t> sums) {
+  for (std::size_t t = 0; t < rows.size(); t += 4) {
+    const std::int16_t *a = rows[t], *b = rows[t + 1], *c = rows[t + 2], *d = rows[t + 3];
+    const std::int16_t wa = weights[t], wb = weights[t + 1], wc = weights[t + 2], wd = weights[t + 3];
+    std::int32_t* sum = sums.data();
+    const std::size_t length = sums.size();
+    for (std::size_t x = 0; x < length; ++x) sum[x] += (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
+  }
+}
+
+}  // namespace
 
 VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters)
     : size_(size),
@@ -8,99 +29,114 @@ VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters)
       stride_(size.x + 2 * pad),
       level_scale_(static_cast<std::uint32_t>(
           (std::uint64_t{64} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
-      values_(static_cast<std::size_t>(3 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
-      residuals_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)),
-      sum_(static_cast<std::size_t>(size.x)),
-      largest_(sum_.size()),
-      smallest_(sum_.size()),
-      energy_(sum_.size()),
-      class_(sum_.size()) {}
+      values_(static_cast<std::size_t>(4 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
+      residuals_(static_cast<std::size_t>(3 * (size.y + 3) * stride_)) {}
 
 void VoxelWindow::begin_slice(std::int64_t z) {
-  z_ = z;
-  weights_ = z == 0 ? &parameters_.first_slice : &parameters_.others;
   if (z == 0) return;
   // Above the first row lies the first row of the slice before.
-  const Value* source = value_row(0, z - 1) - pad;
-  for (std::int64_t y = -2; y < 0; ++y) std::copy(source, source + stride_, value_row(y, z) - pad);
+  const Value* source = values(0, z - 1) - pad;
+  for (std::int64_t y = -2; y < 0; ++y) std::copy(source, source + stride_, values(y, z) - pad);
 }
 
-void VoxelWindow::begin_row(std::int64_t y) {
+void VoxelWindow::end_row(std::int64_t y, std::int64_t z) {
+  Value* row = values(y, z);
+  row[size_.x] = row[size_.x + 1] = row[size_.x - 1];
+  if (y == size_.y - 1) std::copy(row - pad, row - pad + stride_, values(size_.y, z) - pad);
+}
+
+VoxelRow::VoxelRow(VoxelWindow& window)
+    : window_(&window),
+      low_(window.parameters().low),
+      high_(window.parameters().high),
+      level_scale_(window.level_scale()),
+      largest_(static_cast<std::size_t>(window.size().x)),
+      smallest_(largest_.size()),
+      sum_(largest_.size()),
+      energy_(largest_.size()),
+      class_(largest_.size()) {}
+
+void VoxelRow::begin(std::int64_t y, std::int64_t z) {
   y_ = y;
-  here_ = value_row(y, z_);
-  above_ = value_row(y - 1, z_);
-  behind_ = z_ == 0 ? above_ : value_row(y, z_ - 1);
-  residual_ = residual_row(y, z_);
-  residual_above_ = residual_row(y - 1, z_);
-  residual_behind_ = residual_row(y, z_ - 1);
-  residual_behind_below_ = residual_row(y + 1, z_ - 1);
-  here_[-1] = here_[-2] = y == 0 && z_ > 0 ? behind_[0] : above_[0];
-  sum_row();
-  spread_row();
-  energy_row();
-  class_row();
+  z_ = z;
+  here_ = window_->values(y, z);
+  above_ = window_->values(y - 1, z);
+  behind_ = z == 0 ? above_ : window_->values(y, z - 1);
+  residual_ = window_->residuals(y, z);
+  here_[-1] = here_[-2] = y == 0 && z > 0 ? behind_[0] : above_[0];
+  measure_spread();
+  prepared_ = false;
 }
 
-void VoxelWindow::end_row() { here_[size_.x] = here_[size_.x + 1] = here_[size_.x - 1]; }
-
-void VoxelWindow::end_slice() {
-  const Value* last = value_row(size_.y - 1, z_) - pad;
-  std::copy(last, last + stride_, value_row(size_.y, z_) - pad);
-  if (z_ > 0) return;
-  // Two slices before the second one lies the first one again.
-  const Value* first = value_row(-2, 0) - pad;
-  std::copy(first, first + (size_.y + 3) * stride_, value_row(-2, 2) - pad);
+void VoxelRow::prepare() {
+  if (prepared_) return;
+  sum_neighbours();
+  measure_residuals();
+  prepared_ = true;
 }
 
-void VoxelWindow::sum_row() {
-  const Weights& w = *weights_;
-  const auto constant = parameters_.reference * ((1 << weight_bits) - w.sum());
-  std::fill(sum_.begin(), sum_.end(), constant);
-  std::int32_t* sum = sum_.data();
-  const int count = z_ == 0 ? slice_taps : all_taps;
-  for (int t = row_taps; t < count; ++t) {
-    const auto& tap = taps[static_cast<std::size_t>(t)];
-    const auto weight = static_cast<std::int16_t>(w.of_tap[static_cast<std::size_t>(t)]);
-    if (weight == 0) continue;
-    const Value* from = value_row(y_ + tap.dy, z_ + tap.dz) + tap.dx;
-    for (std::int64_t x = 0; x < size_.x; ++x) sum[x] += weight * from[x];
+bool VoxelRow::is_flat(std::int64_t first, std::int64_t last) const {
+  const Value *largest = largest_.data(), *smallest = smallest_.data(), left = here_[first - 1];
+  int different = 0;
+  for (std::int64_t x = first; x < last; ++x) different |= (largest[x] ^ left) | (smallest[x] ^ left);
+  return different == 0;
+}
+
+void VoxelRow::fill(std::int64_t first, std::int64_t last) {
+  std::fill(here_ + first, here_ + last, here_[first - 1]);
+  std::fill(residual_ + first, residual_ + last, Value{0});
+}
+
+void VoxelRow::sum_neighbours() {
+  const VoxelParameters& parameters = window_->parameters();
+  const Weights& w = z_ == 0 ? parameters.first_slice : parameters.others;
+  left_weight_ = w.of_tap[0];
+  second_weight_ = w.of_tap[1];
+  std::array<const Value*, taps.size()> rows;
+  std::array<std::int16_t, taps.size()> weights{};
+  std::size_t count = 0;
+  for (std::size_t t = row_taps; t < static_cast<std::size_t>(z_ == 0 ? slice_taps : all_taps); ++t) {
+    weights[count] = static_cast<std::int16_t>(w.of_tap[t]);
+    // Two slices before the second one lies the first one again.
+    rows[count++] = window_->values(y_ + taps[t].dy, std::max<std::int64_t>(z_ + taps[t].dz, 0)) + taps[t].dx;
   }
+  while (count % 4 != 0) rows[count++] = above_;  // its weight is 0
+  std::fill(sum_.begin(), sum_.end(), parameters.reference * ((1 << weight_bits) - w.sum()));
+  add_weighted({rows.data(), count}, {weights.data(), count}, sum_);
 }
 
-void VoxelWindow::spread_row() {
-  Value* largest = largest_.data();
-  Value* smallest = smallest_.data();
-  const Value* above = above_;
-  for (std::int64_t x = 0; x < size_.x; ++x) {
-    largest[x] = std::max(std::max(above[x - 1], above[x]), above[x + 1]);
-    smallest[x] = std::min(std::min(above[x - 1], above[x]), above[x + 1]);
+void VoxelRow::measure_spread() {
+  Value *largest = largest_.data(), *smallest = smallest_.data();
+  const std::int64_t length = window_->size().x;
+  for (std::int64_t x = 0; x < length; ++x) {
+    largest[x] = std::max(std::max(above_[x - 1], above_[x]), above_[x + 1]);
+    smallest[x] = std::min(std::min(above_[x - 1], above_[x]), above_[x + 1]);
   }
   if (z_ == 0) return;
-  const Value *b = behind_, *below = value_row(y_ + 1, z_ - 1);
-  for (std::int64_t x = 0; x < size_.x; ++x) {
+  const Value *b = behind_, *below = window_->values(y_ + 1, z_ - 1);
+  for (std::int64_t x = 0; x < length; ++x) {
     largest[x] = std::max(std::max(largest[x], b[x]), std::max(b[x + 1], below[x]));
     smallest[x] = std::min(std::min(smallest[x], b[x]), std::min(b[x + 1], below[x]));
   }
 }
 
-void VoxelWindow::energy_row() {
+void VoxelRow::measure_residuals() {
   std::uint16_t* energy = energy_.data();
-  const Value *n = residual_above_, *nn = residual_row(y_ - 2, z_), *p = residual_behind_,
-              *s = residual_behind_below_;
+  const Value *n = window_->residuals(y_ - 1, z_), *nn = window_->residuals(y_ - 2, z_),
+              *p = window_->residuals(y_, z_ - 1), *s = window_->residuals(y_ + 1, z_ - 1);
   if (y_ == 0) n = nn = p;
-  for (std::int64_t x = 0; x < size_.x; ++x)
+  const std::int64_t length = window_->size().x;
+  for (std::int64_t x = 0; x < length; ++x)
     energy[x] = static_cast<std::uint16_t>(3 * std::abs(n[x]) + std::abs(n[x - 1]) + std::abs(n[x + 1]) +
                                            std::abs(nn[x]) + 3 * std::abs(p[x]) + std::abs(p[x + 1]) +
                                            std::abs(s[x]));
-  if (z_ > 0) return;
-  for (std::int64_t x = 0; x < size_.x; ++x)
-    energy[x] =
-        static_cast<std::uint16_t>(energy[x] + 3 * std::abs(n[x]) + std::abs(n[x - 1]) + std::abs(n[x + 1]));
-}
-
-void VoxelWindow::class_row() {
-  for (std::size_t x = 0; x < energy_.size(); ++x)
-    class_[x] = static_cast<std::uint8_t>(std::min<unsigned>(log_scale<0>(energy_[x]), 15) / 2 * textures);
+  if (z_ == 0)
+    for (std::int64_t x = 0; x < length; ++x)
+      energy[x] = static_cast<std::uint16_t>(energy[x] + 3 * std::abs(n[x]) + std::abs(n[x - 1]) +
+                                             std::abs(n[x + 1]));
+  for (std::int64_t x = 0; x < length; ++x)
+    class_[static_cast<std::size_t>(x)] =
+        static_cast<std::uint8_t>(std::min<unsigned>(log_scale<0>(energy[x]), 15) / 2 * textures);
 }
 
 }  // namespace tagrid

@@ -1,6 +1,6 @@
-// What the coder of a brick's values keeps of the voxels already coded: a window of three slices of values
-// and two of residuals, padded so that the innermost loop has no border tests, and from them the prediction
-// and the coding context of the next voxel.
+// What the coder of a brick's values keeps of the voxels already coded: the latest slices of values and
+// residuals, padded so that the innermost loop has no border tests, and from them the prediction and the
+// coding context of the next voxel of a row. Two rows can be worked on in turn, one in each of two slices.
 #pragma once
 
 #include <algorithm>
@@ -62,100 +62,129 @@ struct Prediction {
   bool flat = false;
 };
 
+/// What predictions in one context have missed on average: by the texture, within a class of how large the
+/// residuals around are. Without the class the bias of rough regions would spoil smooth ones.
+struct Bias {
+  std::int32_t value = 0;  ///< 2^-weight_bits
+  std::uint32_t seen = 0;
+
+  void learn(std::int64_t error) {
+    const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
+    // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
+    value = std::clamp(value + step, -(1 << 27), 1 << 27);
+    seen += seen < 128;
+  }
+};
+inline constexpr int textures = 24;
+using Biases = std::array<Bias, 8 * textures>;
+
+/// The latest slices. Rows of values have two more at either end, rows of residuals too, these 0.
 class VoxelWindow {
  public:
   using Value = std::int16_t;
 
   VoxelWindow(Index3 size, const VoxelParameters& parameters);
 
+  Index3 size() const { return size_; }
+  const VoxelParameters& parameters() const { return parameters_; }
+  /// Parts of the range of the brick, 64 in all, in 2^-16 a unit of value.
+  std::uint32_t level_scale() const { return level_scale_; }
+
+  /// Row y, -2 .. size.y, of slice z or one of the three before it (residuals: two). Of y and z outside the
+  /// brick, those that a voxel inside can ask for.
+  Value* values(std::int64_t y, std::int64_t z) {
+    return values_.data() + ((z % 4) * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  Value* residuals(std::int64_t y, std::int64_t z) {
+    return residuals_.data() + ((z + 1) % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+
+  /// Before the first row of slice z. REQUIRES: the first row of the slice before is complete.
   void begin_slice(std::int64_t z);
-  void begin_row(std::int64_t y);
-  void end_row();
-  void end_slice();
-
-  Prediction predict(std::int64_t x) const;
-  /// Takes the decoded value and the quantized residual of voxel x of the row.
-  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
-              std::int64_t step);
-  /// REQUIRES: all voxels before x are committed.
-  ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
-
-  const Value* row() const { return here_; }
+  /// After the last voxel of a row.
+  void end_row(std::int64_t y, std::int64_t z);
 
  private:
   static constexpr std::int64_t pad = 2;
-  static constexpr std::int32_t residual_limit = 4095;
-
-  /// What predictions in one context have missed on average: the window keeps them by the texture, within a
-  /// class of how large the residuals around are. Without the class the bias of rough regions would spoil
-  /// smooth ones.
-  struct Bias {
-    std::int32_t value = 0;  ///< 2^-weight_bits
-    std::uint32_t seen = 0;
-
-    void learn(std::int64_t error) {
-      const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
-      // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
-      value = std::clamp(value + step, -(1 << 27), 1 << 27);
-      if (seen < 128) ++seen;
-    }
-  };
-
-  Value* value_row(std::int64_t y, std::int64_t slice) {
-    return values_.data() + ((slice + 3) % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
-  }
-  Value* residual_row(std::int64_t y, std::int64_t slice) {
-    return residuals_.data() + ((slice + 2) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
-  }
-  void sum_row();
-  void spread_row();
-  void energy_row();
-  void class_row();
 
   Index3 size_;
   VoxelParameters parameters_;
   std::int64_t stride_;
-  std::int64_t z_ = 0, y_ = 0;
-  const Weights* weights_ = nullptr;
   std::uint32_t level_scale_;
-
   std::vector<Value> values_, residuals_;
-  Value* here_ = nullptr;  ///< the row being coded
-  const Value *above_ = nullptr, *behind_ = nullptr;
-  Value* residual_ = nullptr;
-  const Value *residual_above_ = nullptr, *residual_behind_ = nullptr, *residual_behind_below_ = nullptr;
-  std::vector<std::int32_t> sum_;  ///< weighted sum of all taps but those in the row
-  std::vector<Value> largest_, smallest_;
-  std::vector<std::uint16_t> energy_;
-  static constexpr int textures = 24;
-  std::array<Bias, 8 * textures> biases_{};
-  std::vector<std::uint8_t> class_;  ///< of the energy, times textures
 };
 
-inline Prediction VoxelWindow::predict(std::int64_t x) const {
+/// A row in the making.
+class VoxelRow {
+ public:
+  using Value = VoxelWindow::Value;
+
+  explicit VoxelRow(VoxelWindow& window);
+
+  /// REQUIRES: rows above it, and those of the slice before up to the one below it, are complete.
+  void begin(std::int64_t y, std::int64_t z);
+
+  /// True if all neighbours of the voxels first .. last - 1 are equal, and will be as long as these are too.
+  /// REQUIRES: all voxels before `first` are committed.
+  bool is_flat(std::int64_t first, std::int64_t last) const;
+  /// Commits the value of the neighbours for the voxels of such a segment. Others need prepare() first.
+  void fill(std::int64_t first, std::int64_t last);
+  /// What the functions below need of the rows before. To be called once or more a row.
+  void prepare();
+
+  Prediction predict(std::int64_t x, const Biases& biases) const;
+  /// REQUIRES: all voxels before x are committed.
+  ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
+  /// Takes the decoded value and the quantized residual of voxel x.
+  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
+              std::int64_t step, Biases& biases);
+
+  const Value* values() const { return here_; }
+
+ private:
+  static constexpr std::int32_t residual_limit = 4095;
+
+  void sum_neighbours();
+  void measure_spread();
+  void measure_residuals();
+
+  VoxelWindow* window_;
+  std::int64_t y_ = 0, z_ = 0;
+  std::int32_t left_weight_ = 0, second_weight_ = 0, low_, high_;
+  std::uint32_t level_scale_;
+  Value* here_ = nullptr;
+  const Value *above_ = nullptr, *behind_ = nullptr;
+  Value* residual_ = nullptr;
+  std::vector<Value> largest_, smallest_;  ///< of the neighbours in the rows before
+  bool prepared_ = false;                  ///< the arrays below are those of the row
+  std::vector<std::int32_t> sum_;          ///< weighted sum of all taps but those in the row
+  std::vector<std::uint16_t> energy_;      ///< of the residuals in the rows before
+  std::vector<std::uint8_t> class_;        ///< of the energy, times textures
+};
+
+inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const {
   Prediction p;
+  const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = here_[x - 1];
-  if (largest_[static_cast<std::size_t>(x)] == left && smallest_[static_cast<std::size_t>(x)] == left) {
+  if (largest_[i] == left && smallest_[i] == left) {
     p.value = left;
     p.flat = true;
     return p;
   }
-  const std::int32_t exact =
-      sum_[static_cast<std::size_t>(x)] + weights_->of_tap[0] * left + weights_->of_tap[1] * here_[x - 2];
+  const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * here_[x - 2];
   const std::int32_t plain = exact >> weight_bits;
   const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
   p.bias = static_cast<std::uint8_t>(
-      class_[static_cast<std::size_t>(x)] +
-      ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
-  const std::int32_t corrected = exact + biases_[p.bias].value;
+      class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
+  const std::int32_t corrected = exact + biases[p.bias].value;
   const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
   p.fraction = corrected - (rounded << weight_bits);
-  p.value = std::clamp(rounded, parameters_.low, parameters_.high);
+  p.value = std::clamp(rounded, low_, high_);
   return p;
 }
 
-inline void VoxelWindow::commit(std::int64_t x, const Prediction& p, std::int32_t value,
-                                std::int32_t residual, std::int64_t step) {
+inline void VoxelRow::commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
+                             std::int64_t step, Biases& biases) {
   here_[x] = static_cast<Value>(value);
   residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
   if (p.flat) return;
@@ -164,11 +193,11 @@ inline void VoxelWindow::commit(std::int64_t x, const Prediction& p, std::int32_
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error =
       std::clamp((std::int64_t{value} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual);
-  biases_[p.bias].learn(error);
+  biases[p.bias].learn(error);
 }
 
-inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
-                                            const Quantizer& quantizer) const {
+inline ResidualContext VoxelRow::context(std::int64_t x, const Prediction& p,
+                                         const Quantizer& quantizer) const {
   ResidualContext c;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t before = residual_[x - 1];
@@ -179,7 +208,7 @@ inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
-  const auto level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
+  const auto level = (static_cast<std::uint32_t>(p.value - low_) * level_scale_) >> 16;
   // Where the step is small, the side to which the prediction was rounded matters.
   const bool fine = quantizer.error < 2;
   const std::uint32_t off_centre = fine ? std::min(3, std::abs(p.fraction) >> (weight_bits - 3)) : 0;
