@@ -39,13 +39,16 @@ inline void move_towards(Lanes& a, const Lanes& b, int shift) {
   }
 }
 
-/// (a + b) / 2 + c in every lane. REQUIRES: all lanes >= 0.
+/// (a + b) / 2 + c in every lane but the first, which is 0. REQUIRES: all lanes >= 0.
 inline UnsignedLanes mean(const Lanes& a, const Lanes& b, const Lanes& c) {
+  // In a register: a store to one lane before the others are read again would cost more than all the rest.
+  constexpr detail::UnsignedHalf all_but_first = {0, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff};
   UnsignedLanes result;
   for (std::size_t first = 0; first < lane_count; first += detail::half) {
-    const auto sum =
+    auto sum =
         ((detail::load<detail::UnsignedHalf>(a, first) + detail::load<detail::UnsignedHalf>(b, first)) >> 1) +
         detail::load<detail::UnsignedHalf>(c, first);
+    if (first == 0) sum &= all_but_first;
     std::memcpy(result.data() + first, &sum, sizeof sum);
   }
   return result;
@@ -76,6 +79,7 @@ inline UnsignedLanes mean(const Lanes& a, const Lanes& b, const Lanes& c) {
   UnsignedLanes result;
   for (std::size_t i = 0; i < lane_count; ++i)
     result[i] = static_cast<std::uint16_t>(((a[i] + b[i]) >> 1) + c[i]);
+  result[0] = 0;
   return result;
 }
 

@@ -33,7 +33,10 @@ class RansEncoder {
  public:
   static constexpr bool encoding = true;
 
-  explicit RansEncoder(std::vector<std::uint8_t>& out) : out_(out) {}
+  /// `expected_events` saves moving them about.
+  explicit RansEncoder(std::vector<std::uint8_t>& out, std::size_t expected_events = 0) : out_(out) {
+    events_.reserve(expected_events);
+  }
 
   void code_interval(Interval event) { events_.push_back(event); }
 

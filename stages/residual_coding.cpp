@@ -3,12 +3,38 @@
 namespace tagrid {
 namespace {
 
-/// The smallest value of a step of log_scale<m>.
-template <int m>
-constexpr std::uint32_t log_scale_start(std::uint32_t step) {
-  if (step < (2u << m)) return step;
-  const std::uint32_t octave = (step >> m) - 1;
-  return (step - (octave << m)) << octave;
+// Below 2^22 a class of log_scale<2> is a part of a class of log_scale<1>, and has one number of low bits.
+std::array<std::uint32_t, energy_classes> smallest_energies() {
+  std::array<std::uint32_t, energy_classes> smallest{};
+  std::uint32_t energy = 0;
+  for (std::uint32_t c = 0; c < energy_classes; ++c) {
+    // Some of the first classes are empty.
+    while (log_scale<2>(energy) < c) ++energy;
+    smallest[c] = energy;
+  }
+  return smallest;
+}
+const std::array<std::uint32_t, energy_classes> smallest_energy = smallest_energies();
+
+int low_bits_for(std::uint32_t energy) {
+  return std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2);
+}
+
+std::array<EnergyClass, energy_classes> make_energy_classes() {
+  std::array<EnergyClass, energy_classes> classes{};
+  for (std::size_t c = 0; c < energy_classes; ++c) {
+    const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(smallest_energy[c]), 15);
+    classes[c] = {static_cast<std::uint8_t>(coarse / 2), static_cast<std::uint8_t>(coarse / 4),
+                  static_cast<std::uint8_t>(low_bits_for(smallest_energy[c]))};
+  }
+  return classes;
+}
+
+/// The smallest energy whose log_scale<1> is `step`.
+std::uint32_t energy_at(std::uint32_t step) {
+  std::uint32_t energy = 0;
+  while (log_scale<1>(energy) < step) ++energy;
+  return energy;
 }
 
 /// Where nothing was observed yet, the residuals around say how large the next one may be.
@@ -18,12 +44,12 @@ SymbolModel start_for(std::uint32_t energy) {
 
 }  // namespace
 
+const std::array<EnergyClass, energy_classes> energy_class_table = make_energy_classes();
+
 ResidualModel::ResidualModel() {
-  for (std::uint32_t i = 0; i < energy_contexts; ++i) energy_[i] = start_for(log_scale_start<2>(i / 3));
-  for (std::uint32_t i = 0; i < spread_contexts; ++i)
-    spread_[i] = start_for(log_scale_start<1>(i % 8 * 2 + 1));
-  for (std::uint32_t i = 0; i < level_contexts; ++i)
-    level_[i] = start_for(log_scale_start<1>(i / 4 % 4 * 4 + 2));
+  for (std::uint32_t i = 0; i < energy_contexts; ++i) energy_[i] = start_for(smallest_energy[i / 3]);
+  for (std::uint32_t i = 0; i < spread_contexts; ++i) spread_[i] = start_for(energy_at(i % 8 * 2 + 1));
+  for (std::uint32_t i = 0; i < level_contexts; ++i) level_[i] = start_for(energy_at(i / 4 % 4 * 4 + 2));
 }
 
 }  // namespace tagrid

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstdlib>
 
@@ -13,27 +14,33 @@
 
 namespace tagrid {
 
+/// The logarithm of v + 1/2 in steps of 2^-m octaves, from 0 on: the upper bits of a float are that. No
+/// branch, and exact. REQUIRES: v < 2^22, m is 1 or 2.
+template <int m>
+inline std::uint32_t log_scale(std::uint32_t v) {
+  const auto bits = std::bit_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(v)) + 0.5f);
+  return static_cast<std::uint32_t>(std::max((bits >> (23 - m)) - (127 << m), 0));
+}
+
+/// How large the residuals around are, in classes: `energy` is a sum of their magnitudes with weights that
+/// sum to 16, and the class its log_scale<2>.
+struct EnergyClass {
+  std::uint8_t of_8 = 0, of_4 = 0;  ///< coarser classes
+  std::uint8_t low_bits = 0;        ///< bits of the residual that are nearly uniform
+};
+inline constexpr std::size_t energy_classes = 64;
+extern const std::array<EnergyClass, energy_classes> energy_class_table;
+
 /// What is known of a residual before it is coded. Numbers of contexts are limited by the tables below.
 struct ResidualContext {
-  std::uint16_t energy = 0;  ///< how large the residuals around are, and the sign of the left one
-  std::uint16_t spread = 0;  ///< how different the voxels around are, and how large their residuals
-  std::uint16_t level = 0;   ///< where in the range of the brick, how large the residuals, how far off centre
-  std::uint8_t low_bits = 0;  ///< bits of the residual that are nearly uniform
-  bool flip = false;          ///< the residual is more probably negative
+  std::uint32_t energy;   ///< how large the residuals around are, and the sign of the left one
+  std::uint32_t spread;   ///< how different the voxels around are, and how large their residuals
+  std::uint32_t level;    ///< where in the range of the brick, how large the residuals, how far off centre
+  std::int32_t low_bits;  ///< see EnergyClass
+  bool flip;              ///< the residual is more probably negative
 };
-inline constexpr std::size_t energy_contexts = 64 * 3, spread_contexts = 32 * 8, level_contexts = 64 * 16;
-
-/// Values on a scale that is linear up to 2^(m+1) and has 2^m steps an octave from there.
-template <int m>
-constexpr std::uint32_t log_scale(std::uint32_t v) {
-  const int octave = std::max(0, static_cast<int>(std::bit_width(v | 1)) - (m + 1));
-  return (static_cast<std::uint32_t>(octave) << m) + (v >> octave);
-}
-
-/// `energy` is a sum of magnitudes of residuals around, with weights that sum to 16.
-constexpr int low_bits_for(std::uint32_t energy) {
-  return std::max(0, static_cast<int>(std::bit_width(energy >> 4 | 1)) - 2);
-}
+inline constexpr std::size_t energy_contexts = energy_classes * 3, spread_contexts = 32 * 8,
+                             level_contexts = 64 * 16;
 
 /// All adaptive state of one brick. About 48 KB.
 class ResidualModel {
@@ -42,8 +49,8 @@ class ResidualModel {
 
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
   template <class Coder>
-  std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
-                    const ResidualContext& context) {
+  [[gnu::always_inline]] std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
+                                           const ResidualContext& context) {
     const int low_bits = context.low_bits;
     if (context.flip) residual = -residual;
     const std::int32_t high = residual >> low_bits;
@@ -65,7 +72,7 @@ class ResidualModel {
 
   /// Codes the residual of a voxel whose neighbours are all equal.
   template <class Coder>
-  std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
+  [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
     const auto given = static_cast<std::uint64_t>(std::abs(residual));
     if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
     const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
@@ -76,7 +83,7 @@ class ResidualModel {
  private:
   /// What no symbol stands for: beyond -7 .. 7.
   template <class Coder>
-  std::int32_t code_far(Coder& coder, std::int32_t high) {
+  [[gnu::noinline]] std::int32_t code_far(Coder& coder, std::int32_t high) {
     const bool negative = coder.code_raw(high < 0, 1) != 0;
     const auto given = static_cast<std::uint64_t>(std::abs(std::int64_t{high}) - 8);
     // Any larger one is beyond what a brick of samples of 16 bits can have.

@@ -42,7 +42,7 @@ inline constexpr SymbolTargets symbol_targets;
 
 /// Moves a model towards the symbol that was observed: by 1/4 when it is new, by 1/64 when it is old. Two
 /// sums that are `least` apart stay so.
-inline void learn(SymbolModel& model, std::size_t symbol) {
+[[gnu::always_inline]] inline void learn(SymbolModel& model, std::size_t symbol) {
   const int youth = std::bit_width(static_cast<std::uint32_t>(32767 - model.below[0]));
   const int rate = std::min(17 - youth, 6);
   move_towards(model.below, symbol_targets.of[symbol], rate);
@@ -50,7 +50,8 @@ inline void learn(SymbolModel& model, std::size_t symbol) {
 
 /// Codes a symbol by the mean of the probabilities of three models, the third one counting twice.
 template <class Coder>
-std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a, SymbolModel& b, SymbolModel& c) {
+[[gnu::always_inline]] inline std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a,
+                                                      SymbolModel& b, SymbolModel& c) {
   // In 2^-16, of a symbol less than s.
   const auto mean_below = [&](std::size_t s) {
     const auto pair = static_cast<std::uint16_t>(a.below[s] + b.below[s]);
@@ -61,8 +62,7 @@ std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a, Symbol
     const std::uint32_t end = symbol + 1 < symbols ? mean_below(symbol + 1) : 65536u;
     coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
   } else {
-    UnsignedLanes below = mean(a.below, b.below, c.below);
-    below[0] = 0;
+    const UnsignedLanes below = mean(a.below, b.below, c.below);
     symbol = symbols - 1 - count_above(below, static_cast<std::uint16_t>(coder.slot()));
     const std::uint32_t start = below[symbol], end = symbol + 1 < symbols ? below[symbol + 1] : 65536u;
     coder.advance(start, end - start);

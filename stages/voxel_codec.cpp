@@ -281,11 +281,15 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(reconstruction.size() == samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
-  const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+  T low = samples[0], high = samples[0];
+  for (const T sample : samples) {
+    low = std::min(low, sample);
+    high = std::max(high, sample);
+  }
   const auto steps = quantizers(bounds);
   const std::int64_t error = std::min(steps[0].error, steps[1].error);
-  if (std::int64_t{*high} - std::int64_t{*low} <= 2 * error) {
-    const auto middle = static_cast<T>(*low + (std::int64_t{*high} - *low) / 2);
+  if (std::int64_t{high} - std::int64_t{low} <= 2 * error) {
+    const auto middle = static_cast<T>(low + (std::int64_t{high} - low) / 2);
     out.push_back(constant_brick);
     for (std::size_t byte = 0; byte < sizeof(T); ++byte)
       out.push_back(static_cast<std::uint8_t>(static_cast<std::make_unsigned_t<T>>(middle) >> (8 * byte)));
@@ -293,8 +297,8 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
     return;
   }
   out.push_back(coded_brick);
-  VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds, *low, *high);
-  RansEncoder coder(out);
+  VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds, low, high);
+  RansEncoder coder(out, samples.size() + samples.size() / 16);
   code_parameters<T>(coder, parameters);
   VoxelPass<T, RansEncoder> pass(coder, owned, activity, bounds, parameters);
   pass.run(samples.data(), reconstruction.data());

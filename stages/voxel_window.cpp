@@ -135,8 +135,8 @@ void VoxelRow::measure_residuals() {
       energy[x] = static_cast<std::uint16_t>(energy[x] + 3 * std::abs(n[x]) + std::abs(n[x - 1]) +
                                              std::abs(n[x + 1]));
   for (std::int64_t x = 0; x < length; ++x)
-    class_[static_cast<std::size_t>(x)] =
-        static_cast<std::uint8_t>(std::min<unsigned>(log_scale<0>(energy[x]), 15) / 2 * textures);
+    class_[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>(
+        std::min(static_cast<int>(std::bit_width(std::uint32_t{energy[x]})), 15) / 2 * textures);
 }
 
 }  // namespace tagrid

@@ -58,7 +58,7 @@ struct VoxelParameters {
 struct Prediction {
   std::int32_t value = 0;     ///< within the range
   std::int32_t fraction = 0;  ///< what rounding took away, 2^-weight_bits
-  std::uint8_t bias = 0;      ///< which neighbours exceed the prediction, in a class of residuals around
+  std::uint32_t bias = 0;     ///< which neighbours exceed the prediction, in a class of residuals around
   bool flat = false;
 };
 
@@ -162,7 +162,7 @@ class VoxelRow {
   std::vector<std::uint8_t> class_;        ///< of the energy, times textures
 };
 
-inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const {
+[[gnu::always_inline]] inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = here_[x - 1];
@@ -174,7 +174,7 @@ inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const 
   const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * here_[x - 2];
   const std::int32_t plain = exact >> weight_bits;
   const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
-  p.bias = static_cast<std::uint8_t>(
+  p.bias = static_cast<std::uint32_t>(
       class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
   const std::int32_t corrected = exact + biases[p.bias].value;
   const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
@@ -183,8 +183,9 @@ inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const 
   return p;
 }
 
-inline void VoxelRow::commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
-                             std::int64_t step, Biases& biases) {
+[[gnu::always_inline]] inline void VoxelRow::commit(std::int64_t x, const Prediction& p, std::int32_t value,
+                                                    std::int32_t residual, std::int64_t step,
+                                                    Biases& biases) {
   here_[x] = static_cast<Value>(value);
   residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
   if (p.flat) return;
@@ -196,28 +197,32 @@ inline void VoxelRow::commit(std::int64_t x, const Prediction& p, std::int32_t v
   biases[p.bias].learn(error);
 }
 
-inline ResidualContext VoxelRow::context(std::int64_t x, const Prediction& p,
-                                         const Quantizer& quantizer) const {
-  ResidualContext c;
+[[gnu::always_inline]] inline ResidualContext VoxelRow::context(std::int64_t x, const Prediction& p,
+                                                                const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t before = residual_[x - 1];
-  const std::uint32_t energy = energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
-                               static_cast<std::uint32_t>(std::abs(std::int32_t{residual_[x - 2]}));
-  const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(energy), 15);
+  const std::uint32_t energy =
+      log_scale<2>(energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
+                   static_cast<std::uint32_t>(std::abs(std::int32_t{residual_[x - 2]})));
+  const EnergyClass& size = energy_class_table[energy];
   const std::int32_t here = here_[x - 1];
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
-  const auto level = (static_cast<std::uint32_t>(p.value - low_) * level_scale_) >> 16;
+  const std::uint32_t level = (static_cast<std::uint32_t>(p.value - low_) * level_scale_) >> 16;
+  ResidualContext c;
+  c.low_bits = size.low_bits;
+  c.spread = std::min<std::uint32_t>(log_scale<1>(steps), 31) * 8 + size.of_8;
+  c.level = (level * 4 + size.of_4) * 4;
+  c.flip = false;
+  std::int32_t sign = (before > 0) - (before < 0);
   // Where the step is small, the side to which the prediction was rounded matters.
-  const bool fine = quantizer.error < 2;
-  const std::uint32_t off_centre = fine ? std::min(3, std::abs(p.fraction) >> (weight_bits - 3)) : 0;
-  c.flip = fine && p.fraction < 0;
-  const int sign = c.flip ? (before < 0) - (before > 0) : (before > 0) - (before < 0);
-  c.low_bits = static_cast<std::uint8_t>(low_bits_for(energy));
-  c.energy = static_cast<std::uint16_t>(log_scale<2>(energy) * 3 + static_cast<std::uint32_t>(sign + 1));
-  c.spread = static_cast<std::uint16_t>(std::min<std::uint32_t>(log_scale<1>(steps), 31) * 8 + coarse / 2);
-  c.level = static_cast<std::uint16_t>((level * 4 + coarse / 4) * 4 + off_centre);
+  if (quantizer.error < 2) {
+    c.flip = p.fraction < 0;
+    c.level += static_cast<std::uint32_t>(std::min(3, std::abs(p.fraction) >> (weight_bits - 3)));
+    sign = c.flip ? -sign : sign;
+  }
+  c.energy = energy * 3 + static_cast<std::uint32_t>(sign + 1);
   return c;
 }
 
