@@ -24,9 +24,7 @@ std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
   return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
 }
 
-/// Codes every voxel. Slices go in pairs, the second one two rows behind the first, so that two rows are
-/// worked on at a time whose voxels do not depend on each other: while one waits for its left neighbour, the
-/// other goes on. Encoding, `original` holds the samples; `result` receives the decoded.
+/// Codes every voxel in raster order. Encoding, `original` holds the samples; `result` receives the decoded.
 template <class T, class Coder>
 class VoxelPass {
  public:
@@ -34,79 +32,51 @@ class VoxelPass {
             const VoxelParameters& parameters)
       : coder_(coder),
         owned_(owned),
-        size_(owned.size()),
         activity_(activity),
         two_bounds_(bounds.surface_error >= 0),
         quantizers_(quantizers(bounds)),
         parameters_(parameters),
-        window_(size_, parameters),
+        window_(owned.size(), parameters),
         model_(std::make_unique<ResidualModel>()),
-        segments_((size_.x + segment_length - 1) / segment_length),
-        lanes_{Lane(window_, segments_, size_.y), Lane(window_, segments_, size_.y)} {
+        segments_((owned.size().x + segment_length - 1) / segment_length),
+        quiet_before_(static_cast<std::size_t>(segments_ * (owned.size().y + 1)), 1) {
     const std::int64_t step = std::min(quantizers_[0].step, quantizers_[1].step);
     largest_ = static_cast<std::int32_t>((parameters.high - parameters.low) / step + 1);
   }
 
   /// False where the decoder has run out of bytes.
   bool run(const T* original, T* result) {
-    for (std::int64_t z = 0; z < size_.z; z += 2)
-      for (std::int64_t turn = 0; turn < size_.y + skew; ++turn) {
-        Lane* rows[2];
-        std::size_t count = 0;
-        if (turn < size_.y) rows[count++] = begin_row(lanes_[0], turn, z, original, result);
-        if (turn >= skew && z + 1 < size_.z)
-          rows[count++] = begin_row(lanes_[1], turn - skew, z + 1, original, result);
-        for (std::int64_t segment = 0; segment < segments_; ++segment)
-          code_segment(std::span(rows, count), segment);
-        for (std::size_t i = 0; i < count; ++i) end_row(*rows[i]);
+    const Index3 size = owned_.size();
+    for (std::int64_t z = 0; z < size.z; ++z) {
+      window_.begin_slice(z);
+      for (std::int64_t y = 0; y < size.y; ++y, result += size.x, original += Coder::encoding ? size.x : 0) {
+        window_.begin_row(y);
+        if (two_bounds_) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
+        for (std::int64_t s = 0; s < segments_; ++s) {
+          const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
+          // Of the same segment: in the slice before, until it is replaced, and in the row above; and the one
+          // on the left.
+          std::uint8_t* quiet = &quiet_before_[static_cast<std::size_t>((y + 1) * segments_ + s)];
+          AdaptiveBit& model = quiet_[*quiet | quiet[-segments_] << 1 | (s > 0 ? quiet[-1] : 1) << 2];
+          if constexpr (Coder::encoding)
+            *quiet = encode_segment(original, first, last, model);
+          else
+            *quiet = decode_segment(first, last, model);
+        }
+        window_.end_row();
+        for (std::int64_t x = 0; x < size.x; ++x) result[x] = Held<T>::to(window_.row()[x]);
         if constexpr (!Coder::encoding)
           if (coder_.exhausted()) return false;
       }
+    }
     return true;
   }
 
  private:
-  static constexpr std::int64_t skew = 2;  ///< a voxel has neighbours one row further in the slice before
-
-  /// One of the two rows that are worked on.
-  struct Lane {
-    Lane(VoxelWindow& window, std::int64_t segments, std::int64_t rows)
-        : row(window), quiet(static_cast<std::size_t>(segments * (rows + 1)), 1) {}
-
-    VoxelRow row;
-    std::int64_t y = 0, z = 0;
-    const T* original = nullptr;
-    T* result = nullptr;
-    const std::uint64_t* bits = nullptr;  ///< activity of the row
-    std::vector<std::uint8_t> quiet;      ///< by row, one more above: the latest segment had no residual
-    bool is_quiet = false;                ///< the segment that is worked on
-    std::array<Prediction, segment_length> predictions;
-    std::array<std::int32_t, segment_length> residuals;
-  };
-
-  Lane* begin_row(Lane& lane, std::int64_t y, std::int64_t z, const T* original, T* result) {
-    if (y == 0) window_.begin_slice(z);
-    lane.y = y;
-    lane.z = z;
-    const std::int64_t offset = (z * size_.y + y) * size_.x;
-    if constexpr (Coder::encoding) lane.original = original + offset;
-    lane.result = result + offset;
-    lane.row.begin(y, z);
-    if (two_bounds_) lane.bits = activity_.row(owned_.low.y + y, owned_.low.z + z);
-    return &lane;
-  }
-
-  void end_row(Lane& lane) {
-    window_.end_row(lane.y, lane.z);
-    for (std::int64_t x = 0; x < size_.x; ++x) lane.result[x] = Held<T>::to(lane.row.values()[x]);
-  }
-
-  const Quantizer& quantizer_at(const Lane& lane, std::int64_t x) const {
-    return quantizers_[two_bounds_ && active(lane, x)];
-  }
-  bool active(const Lane& lane, std::int64_t x) const {
+  const Quantizer& quantizer_at(std::int64_t x) const { return quantizers_[two_bounds_ && active(x)]; }
+  bool active(std::int64_t x) const {
     const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_.box().low.x);
-    return (lane.bits[bit / 64] >> (bit % 64)) & 1;
+    return (bits_[bit / 64] >> (bit % 64)) & 1;
   }
 
   std::int32_t decoded(const Prediction& p, std::int64_t residual, const Quantizer& quantizer) const {
@@ -114,117 +84,77 @@ class VoxelPass {
         std::clamp<std::int64_t>(p.value + residual * quantizer.step, parameters_.low, parameters_.high));
   }
 
-  void code_segment(std::span<Lane*> rows, std::int64_t segment) {
-    const std::int64_t first = segment * segment_length, last = std::min(size_.x, first + segment_length);
-    Lane* live[2];  // those whose voxels have to be looked at
-    std::size_t count = 0;
-    for (Lane* lane : rows) {
-      const bool flat = lane->row.is_flat(first, last);
-      if constexpr (Coder::encoding) {
-        if (flat && repeats(*lane, first, last))
-          lane->row.fill(first, last);
-        else
-          live[count++] = lane;
-      } else {
-        lane->is_quiet = code_quiet(*lane, segment, false);
-        if (flat && lane->is_quiet)
-          lane->row.fill(first, last);
-        else
-          live[count++] = lane;
-      }
+  // What is quantized does not depend on how it is coded: the whole segment is quantized before its first
+  // decision is coded.
+  bool encode_segment(const T* original, std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
+    if (window_.is_flat(first, last) && repeats(original, first, last)) {
+      window_.fill(first, last);
+      return code_adaptive(coder_, true, quiet_model, 250);
     }
-    for (std::size_t i = 0; i < count; ++i) live[i]->row.prepare();
-    if constexpr (Coder::encoding) {
-      for (Lane* lane : rows) lane->is_quiet = true;
-      if (count == 2) quantize<2>(live, first, last);
-      if (count == 1) quantize<1>(live, first, last);
-      for (Lane* lane : rows) code_quiet(*lane, segment, lane->is_quiet);
-      for (std::int64_t x = first; x < last; ++x)
-        for (std::size_t i = 0; i < count; ++i) {
-          if (live[i]->is_quiet) continue;
-          const auto at = static_cast<std::size_t>(x - first);
-          code(*live[i], x, live[i]->predictions[at], live[i]->residuals[at]);
-        }
-    } else {
-      if (count == 2) decode<2>(live, first, last);
-      if (count == 1) decode<1>(live, first, last);
+    window_.prepare();
+    std::int32_t any = 0;
+    for (std::int64_t x = first; x < last; ++x) {
+      const auto i = static_cast<std::size_t>(x - first);
+      const Quantizer& quantizer = quantizer_at(x);
+      const Prediction p = window_.predict(x);
+      const std::int32_t residual = quantizer(Held<T>::from(original[x]) - p.value);
+      predictions_[i] = p;
+      residuals_[i] = residual;
+      any |= residual;
+      window_.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step);
     }
-  }
-
-  bool code_quiet(Lane& lane, std::int64_t segment, bool is_quiet) {
-    const auto at = static_cast<std::size_t>((lane.y + 1) * segments_ + segment);
-    const int around = lanes_[(&lane == &lanes_[0])].quiet[at] |
-                       lane.quiet[at - static_cast<std::size_t>(segments_)] << 1 |
-                       (segment > 0 ? lane.quiet[at - 1] : 1) << 2;
-    is_quiet = code_adaptive(coder_, is_quiet, quiet_[static_cast<std::size_t>(around)], 250);
-    lane.quiet[at] = is_quiet;
-    return is_quiet;
+    if (code_adaptive(coder_, any == 0, quiet_model, 250)) return true;
+    for (std::int64_t x = first; x < last; ++x)
+      code(x, predictions_[static_cast<std::size_t>(x - first)],
+           residuals_[static_cast<std::size_t>(x - first)]);
+    return false;
   }
 
   /// True if all samples of the segment are within the bound of the value on its left.
-  bool repeats(const Lane& lane, std::int64_t first, std::int64_t last) const {
-    const std::int32_t left = lane.row.values()[first - 1];
+  bool repeats(const T* original, std::int64_t first, std::int64_t last) const {
+    const std::int32_t left = window_.row()[first - 1];
     const auto bound = static_cast<std::int32_t>(std::min(quantizers_[0].error, quantizers_[1].error));
     bool all = true;
-    for (std::int64_t x = first; x < last; ++x)
-      all &= std::abs(Held<T>::from(lane.original[x]) - left) <= bound;
+    for (std::int64_t x = first; x < last; ++x) all &= std::abs(Held<T>::from(original[x]) - left) <= bound;
     return all;
   }
 
-  // What is quantized does not depend on how it is coded: the whole segment is quantized before its first
-  // decision is coded.
-  template <std::size_t n>
-  void quantize(Lane** lanes, std::int64_t first, std::int64_t last) {
-    for (std::int64_t x = first; x < last; ++x) {
-      const auto at = static_cast<std::size_t>(x - first);
-      for (std::size_t i = 0; i < n; ++i) lanes[i]->predictions[at] = lanes[i]->row.predict(x, biases_);
-      for (std::size_t i = 0; i < n; ++i) {
-        Lane& lane = *lanes[i];
-        const Quantizer& quantizer = quantizer_at(lane, x);
-        const Prediction& p = lane.predictions[at];
-        const std::int32_t residual = quantizer(Held<T>::from(lane.original[x]) - p.value);
-        lane.residuals[at] = residual;
-        lane.is_quiet = lane.is_quiet && residual == 0;
-        lane.row.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step, biases_);
-      }
+  bool decode_segment(std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
+    const bool quiet = code_adaptive(coder_, false, quiet_model, 250);
+    if (quiet && window_.is_flat(first, last)) {
+      window_.fill(first, last);
+      return true;
     }
+    window_.prepare();
+    for (std::int64_t x = first; x < last; ++x) {
+      const Quantizer& quantizer = quantizer_at(x);
+      const Prediction p = window_.predict(x);
+      const std::int32_t residual = quiet ? 0 : code(x, p, 0);
+      window_.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step);
+    }
+    return quiet;
   }
 
-  template <std::size_t n>
-  void decode(Lane** lanes, std::int64_t first, std::int64_t last) {
-    for (std::int64_t x = first; x < last; ++x) {
-      std::array<Prediction, n> p;
-      std::array<std::int32_t, n> residual{};
-      for (std::size_t i = 0; i < n; ++i) p[i] = lanes[i]->row.predict(x, biases_);
-      for (std::size_t i = 0; i < n; ++i)
-        if (!lanes[i]->is_quiet) residual[i] = code(*lanes[i], x, p[i], 0);
-      for (std::size_t i = 0; i < n; ++i) {
-        const Quantizer& quantizer = quantizer_at(*lanes[i], x);
-        lanes[i]->row.commit(x, p[i], decoded(p[i], residual[i], quantizer), residual[i], quantizer.step,
-                             biases_);
-      }
-    }
-  }
-
-  std::int32_t code(const Lane& lane, std::int64_t x, const Prediction& p, std::int32_t residual) {
+  std::int32_t code(std::int64_t x, const Prediction& p, std::int32_t residual) {
     return p.flat ? model_->code_flat(coder_, residual, largest_)
-                  : model_->code(coder_, residual, largest_, lane.row.context(x, p, quantizer_at(lane, x)));
+                  : model_->code(coder_, residual, largest_, window_.context(x, p, quantizer_at(x)));
   }
 
   Coder& coder_;
   const Box& owned_;
-  Index3 size_;
   const LatticeBits& activity_;
   bool two_bounds_;
   std::array<Quantizer, 2> quantizers_;
   const VoxelParameters& parameters_;
   VoxelWindow window_;
   std::unique_ptr<ResidualModel> model_;
-  Biases biases_{};
   std::int64_t segments_;
   std::int32_t largest_;
+  std::vector<std::uint8_t> quiet_before_;  ///< by row, one more above: the latest segment had no residual
   std::array<AdaptiveBit, 8> quiet_{};
-  std::array<Lane, 2> lanes_;
+  const std::uint64_t* bits_ = nullptr;
+  std::array<Prediction, segment_length> predictions_;
+  std::array<std::int32_t, segment_length> residuals_;
 };
 
 template <class Coder>

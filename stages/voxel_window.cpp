@@ -29,67 +29,58 @@ VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters)
       stride_(size.x + 2 * pad),
       level_scale_(static_cast<std::uint32_t>(
           (std::uint64_t{64} << 16) / (static_cast<std::uint64_t>(parameters.high - parameters.low) + 1))),
-      values_(static_cast<std::size_t>(4 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
-      residuals_(static_cast<std::size_t>(3 * (size.y + 3) * stride_)) {}
-
-void VoxelWindow::begin_slice(std::int64_t z) {
-  if (z == 0) return;
-  // Above the first row lies the first row of the slice before.
-  const Value* source = values(0, z - 1) - pad;
-  for (std::int64_t y = -2; y < 0; ++y) std::copy(source, source + stride_, values(y, z) - pad);
-}
-
-void VoxelWindow::end_row(std::int64_t y, std::int64_t z) {
-  Value* row = values(y, z);
-  row[size_.x] = row[size_.x + 1] = row[size_.x - 1];
-  if (y == size_.y - 1) std::copy(row - pad, row - pad + stride_, values(size_.y, z) - pad);
-}
-
-VoxelRow::VoxelRow(VoxelWindow& window)
-    : window_(&window),
-      low_(window.parameters().low),
-      high_(window.parameters().high),
-      level_scale_(window.level_scale()),
-      largest_(static_cast<std::size_t>(window.size().x)),
+      values_(static_cast<std::size_t>(3 * (size.y + 3) * stride_), static_cast<Value>(parameters.reference)),
+      residuals_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)),
+      largest_(static_cast<std::size_t>(size.x)),
       smallest_(largest_.size()),
       sum_(largest_.size()),
       energy_(largest_.size()),
       class_(largest_.size()) {}
 
-void VoxelRow::begin(std::int64_t y, std::int64_t z) {
-  y_ = y;
+void VoxelWindow::begin_slice(std::int64_t z) {
   z_ = z;
-  here_ = window_->values(y, z);
-  above_ = window_->values(y - 1, z);
-  behind_ = z == 0 ? above_ : window_->values(y, z - 1);
-  residual_ = window_->residuals(y, z);
-  here_[-1] = here_[-2] = y == 0 && z > 0 ? behind_[0] : above_[0];
+  if (z == 0) return;
+  // Above the first row lies the first row of the slice before, below the last one the last row again.
+  const Value* first = value_row(0, z - 1) - pad;
+  for (std::int64_t y = -2; y < 0; ++y) std::copy(first, first + stride_, value_row(y, z) - pad);
+  const Value* last = value_row(size_.y - 1, z - 1) - pad;
+  std::copy(last, last + stride_, value_row(size_.y, z - 1) - pad);
+}
+
+void VoxelWindow::begin_row(std::int64_t y) {
+  y_ = y;
+  here_ = value_row(y, z_);
+  above_ = value_row(y - 1, z_);
+  behind_ = z_ == 0 ? above_ : value_row(y, z_ - 1);
+  residual_ = residual_row(y, z_);
+  here_[-1] = here_[-2] = y == 0 && z_ > 0 ? behind_[0] : above_[0];
   measure_spread();
   prepared_ = false;
 }
 
-void VoxelRow::prepare() {
+void VoxelWindow::end_row() { here_[size_.x] = here_[size_.x + 1] = here_[size_.x - 1]; }
+
+void VoxelWindow::prepare() {
   if (prepared_) return;
   sum_neighbours();
   measure_residuals();
   prepared_ = true;
 }
 
-bool VoxelRow::is_flat(std::int64_t first, std::int64_t last) const {
+bool VoxelWindow::is_flat(std::int64_t first, std::int64_t last) const {
   const Value *largest = largest_.data(), *smallest = smallest_.data(), left = here_[first - 1];
   int different = 0;
   for (std::int64_t x = first; x < last; ++x) different |= (largest[x] ^ left) | (smallest[x] ^ left);
   return different == 0;
 }
 
-void VoxelRow::fill(std::int64_t first, std::int64_t last) {
+void VoxelWindow::fill(std::int64_t first, std::int64_t last) {
   std::fill(here_ + first, here_ + last, here_[first - 1]);
   std::fill(residual_ + first, residual_ + last, Value{0});
 }
 
-void VoxelRow::sum_neighbours() {
-  const VoxelParameters& parameters = window_->parameters();
-  const Weights& w = z_ == 0 ? parameters.first_slice : parameters.others;
+void VoxelWindow::sum_neighbours() {
+  const Weights& w = z_ == 0 ? parameters_.first_slice : parameters_.others;
   left_weight_ = w.of_tap[0];
   second_weight_ = w.of_tap[1];
   std::array<const Value*, taps.size()> rows;
@@ -98,34 +89,34 @@ void VoxelRow::sum_neighbours() {
   for (std::size_t t = row_taps; t < static_cast<std::size_t>(z_ == 0 ? slice_taps : all_taps); ++t) {
     weights[count] = static_cast<std::int16_t>(w.of_tap[t]);
     // Two slices before the second one lies the first one again.
-    rows[count++] = window_->values(y_ + taps[t].dy, std::max<std::int64_t>(z_ + taps[t].dz, 0)) + taps[t].dx;
+    rows[count++] = value_row(y_ + taps[t].dy, std::max<std::int64_t>(z_ + taps[t].dz, 0)) + taps[t].dx;
   }
   while (count % 4 != 0) rows[count++] = above_;  // its weight is 0
-  std::fill(sum_.begin(), sum_.end(), parameters.reference * ((1 << weight_bits) - w.sum()));
+  std::fill(sum_.begin(), sum_.end(), parameters_.reference * ((1 << weight_bits) - w.sum()));
   add_weighted({rows.data(), count}, {weights.data(), count}, sum_);
 }
 
-void VoxelRow::measure_spread() {
+void VoxelWindow::measure_spread() {
   Value *largest = largest_.data(), *smallest = smallest_.data();
-  const std::int64_t length = window_->size().x;
+  const std::int64_t length = size_.x;
   for (std::int64_t x = 0; x < length; ++x) {
     largest[x] = std::max(std::max(above_[x - 1], above_[x]), above_[x + 1]);
     smallest[x] = std::min(std::min(above_[x - 1], above_[x]), above_[x + 1]);
   }
   if (z_ == 0) return;
-  const Value *b = behind_, *below = window_->values(y_ + 1, z_ - 1);
+  const Value *b = behind_, *below = value_row(y_ + 1, z_ - 1);
   for (std::int64_t x = 0; x < length; ++x) {
     largest[x] = std::max(std::max(largest[x], b[x]), std::max(b[x + 1], below[x]));
     smallest[x] = std::min(std::min(smallest[x], b[x]), std::min(b[x + 1], below[x]));
   }
 }
 
-void VoxelRow::measure_residuals() {
+void VoxelWindow::measure_residuals() {
   std::uint16_t* energy = energy_.data();
-  const Value *n = window_->residuals(y_ - 1, z_), *nn = window_->residuals(y_ - 2, z_),
-              *p = window_->residuals(y_, z_ - 1), *s = window_->residuals(y_ + 1, z_ - 1);
+  const Value *n = residual_row(y_ - 1, z_), *nn = residual_row(y_ - 2, z_), *p = residual_row(y_, z_ - 1),
+              *s = residual_row(y_ + 1, z_ - 1);
   if (y_ == 0) n = nn = p;
-  const std::int64_t length = window_->size().x;
+  const std::int64_t length = size_.x;
   for (std::int64_t x = 0; x < length; ++x)
     energy[x] = static_cast<std::uint16_t>(3 * std::abs(n[x]) + std::abs(n[x - 1]) + std::abs(n[x + 1]) +
                                            std::abs(nn[x]) + 3 * std::abs(p[x]) + std::abs(p[x + 1]) +

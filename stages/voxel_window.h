@@ -62,67 +62,15 @@ struct Prediction {
   bool flat = false;
 };
 
-/// What predictions in one context have missed on average: by the texture, within a class of how large the
-/// residuals around are. Without the class the bias of rough regions would spoil smooth ones.
-struct Bias {
-  std::int32_t value = 0;  ///< 2^-weight_bits
-  std::uint32_t seen = 0;
-
-  void learn(std::int64_t error) {
-    const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
-    // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
-    value = std::clamp(value + step, -(1 << 27), 1 << 27);
-    seen += seen < 128;
-  }
-};
-inline constexpr int textures = 24;
-using Biases = std::array<Bias, 8 * textures>;
-
-/// The latest slices. Rows of values have two more at either end, rows of residuals too, these 0.
 class VoxelWindow {
  public:
   using Value = std::int16_t;
 
   VoxelWindow(Index3 size, const VoxelParameters& parameters);
 
-  Index3 size() const { return size_; }
-  const VoxelParameters& parameters() const { return parameters_; }
-  /// Parts of the range of the brick, 64 in all, in 2^-16 a unit of value.
-  std::uint32_t level_scale() const { return level_scale_; }
-
-  /// Row y, -2 .. size.y, of slice z or one of the three before it (residuals: two). Of y and z outside the
-  /// brick, those that a voxel inside can ask for.
-  Value* values(std::int64_t y, std::int64_t z) {
-    return values_.data() + ((z % 4) * (size_.y + 3) + y + 2) * stride_ + pad;
-  }
-  Value* residuals(std::int64_t y, std::int64_t z) {
-    return residuals_.data() + ((z + 1) % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
-  }
-
-  /// Before the first row of slice z. REQUIRES: the first row of the slice before is complete.
   void begin_slice(std::int64_t z);
-  /// After the last voxel of a row.
-  void end_row(std::int64_t y, std::int64_t z);
-
- private:
-  static constexpr std::int64_t pad = 2;
-
-  Index3 size_;
-  VoxelParameters parameters_;
-  std::int64_t stride_;
-  std::uint32_t level_scale_;
-  std::vector<Value> values_, residuals_;
-};
-
-/// A row in the making.
-class VoxelRow {
- public:
-  using Value = VoxelWindow::Value;
-
-  explicit VoxelRow(VoxelWindow& window);
-
-  /// REQUIRES: rows above it, and those of the slice before up to the one below it, are complete.
-  void begin(std::int64_t y, std::int64_t z);
+  void begin_row(std::int64_t y);
+  void end_row();
 
   /// True if all neighbours of the voxels first .. last - 1 are equal, and will be as long as these are too.
   /// REQUIRES: all voxels before `first` are committed.
@@ -132,37 +80,66 @@ class VoxelRow {
   /// What the functions below need of the rows before. To be called once or more a row.
   void prepare();
 
-  Prediction predict(std::int64_t x, const Biases& biases) const;
+  Prediction predict(std::int64_t x) const;
   /// REQUIRES: all voxels before x are committed.
   ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
-  /// Takes the decoded value and the quantized residual of voxel x.
+  /// Takes the decoded value and the quantized residual of voxel x of the row.
   void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
-              std::int64_t step, Biases& biases);
+              std::int64_t step);
 
-  const Value* values() const { return here_; }
+  const Value* row() const { return here_; }
 
  private:
+  static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
+  static constexpr int textures = 24;
 
+  /// What predictions in one context have missed on average: by the texture, within a class of how large the
+  /// residuals around are. Without the class the bias of rough regions would spoil smooth ones.
+  struct Bias {
+    std::int32_t value = 0;  ///< 2^-weight_bits
+    std::uint32_t seen = 0;
+
+    void learn(std::int64_t error) {
+      const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
+      // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
+      value = std::clamp(value + step, -(1 << 27), 1 << 27);
+      seen += seen < 128;
+    }
+  };
+
+  /// Row y, -2 .. size.y, of slice z or one of the two before it (residuals: one). Of y and z outside the
+  /// brick, those that a voxel inside can ask for.
+  Value* value_row(std::int64_t y, std::int64_t z) {
+    return values_.data() + (z % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  Value* residual_row(std::int64_t y, std::int64_t z) {
+    return residuals_.data() + ((z + 1) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
   void sum_neighbours();
   void measure_spread();
   void measure_residuals();
 
-  VoxelWindow* window_;
+  Index3 size_;
+  VoxelParameters parameters_;
+  std::int64_t stride_;
+  std::uint32_t level_scale_;  ///< parts of the range, 64 in all, in 2^-16 a unit of value
   std::int64_t y_ = 0, z_ = 0;
-  std::int32_t left_weight_ = 0, second_weight_ = 0, low_, high_;
-  std::uint32_t level_scale_;
-  Value* here_ = nullptr;
+
+  std::vector<Value> values_, residuals_;
+  Value* here_ = nullptr;  ///< the row being coded
   const Value *above_ = nullptr, *behind_ = nullptr;
   Value* residual_ = nullptr;
   std::vector<Value> largest_, smallest_;  ///< of the neighbours in the rows before
-  bool prepared_ = false;                  ///< the arrays below are those of the row
-  std::vector<std::int32_t> sum_;          ///< weighted sum of all taps but those in the row
-  std::vector<std::uint16_t> energy_;      ///< of the residuals in the rows before
-  std::vector<std::uint8_t> class_;        ///< of the energy, times textures
+  bool prepared_ = false;                  ///< what follows is that of the row
+  std::int32_t left_weight_ = 0, second_weight_ = 0;
+  std::vector<std::int32_t> sum_;      ///< weighted sum of all taps but those in the row
+  std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
+  std::vector<std::uint8_t> class_;    ///< of the energy, times textures
+  std::array<Bias, 8 * textures> biases_{};
 };
 
-[[gnu::always_inline]] inline Prediction VoxelRow::predict(std::int64_t x, const Biases& biases) const {
+[[gnu::always_inline]] inline Prediction VoxelWindow::predict(std::int64_t x) const {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = here_[x - 1];
@@ -176,16 +153,16 @@ class VoxelRow {
   const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
   p.bias = static_cast<std::uint32_t>(
       class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
-  const std::int32_t corrected = exact + biases[p.bias].value;
+  const std::int32_t corrected = exact + biases_[p.bias].value;
   const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
   p.fraction = corrected - (rounded << weight_bits);
-  p.value = std::clamp(rounded, low_, high_);
+  p.value = std::clamp(rounded, parameters_.low, parameters_.high);
   return p;
 }
 
-[[gnu::always_inline]] inline void VoxelRow::commit(std::int64_t x, const Prediction& p, std::int32_t value,
-                                                    std::int32_t residual, std::int64_t step,
-                                                    Biases& biases) {
+[[gnu::always_inline]] inline void VoxelWindow::commit(std::int64_t x, const Prediction& p,
+                                                       std::int32_t value, std::int32_t residual,
+                                                       std::int64_t step) {
   here_[x] = static_cast<Value>(value);
   residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
   if (p.flat) return;
@@ -194,11 +171,11 @@ class VoxelRow {
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error =
       std::clamp((std::int64_t{value} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual);
-  biases[p.bias].learn(error);
+  biases_[p.bias].learn(error);
 }
 
-[[gnu::always_inline]] inline ResidualContext VoxelRow::context(std::int64_t x, const Prediction& p,
-                                                                const Quantizer& quantizer) const {
+[[gnu::always_inline]] inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
+                                                                   const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t before = residual_[x - 1];
   const std::uint32_t energy =
@@ -209,7 +186,7 @@ class VoxelRow {
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
-  const std::uint32_t level = (static_cast<std::uint32_t>(p.value - low_) * level_scale_) >> 16;
+  const std::uint32_t level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
   ResidualContext c;
   c.low_bits = size.low_bits;
   c.spread = std::min<std::uint32_t>(log_scale<1>(steps), 31) * 8 + size.of_8;
