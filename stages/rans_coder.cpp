@@ -8,10 +8,9 @@ constexpr int state_bytes = 6;
 }  // namespace
 
 void RansEncoder::finish() {
-  std::array<std::uint64_t, 2> states = {rans_low, rans_low};
+  std::uint64_t state = rans_low;
   std::vector<std::uint16_t> words;  // in the order of coding: the decoder wants the last first
   for (std::size_t i = events_.size(); i-- > 0;) {
-    std::uint64_t& state = states[i % 2];
     const std::uint64_t length = events_[i].length;
     if (state >= length * rans_low) {
       words.push_back(static_cast<std::uint16_t>(state));
@@ -22,9 +21,8 @@ void RansEncoder::finish() {
         static_cast<std::uint64_t>(static_cast<double>(state) / static_cast<double>(length));
     state = (quotient << 16) + (state - quotient * length) + events_[i].start;
   }
-  for (const std::uint64_t state : states)
-    for (int byte = 0; byte < state_bytes; ++byte)
-      out_.push_back(static_cast<std::uint8_t>(state >> (8 * byte)));
+  for (int byte = 0; byte < state_bytes; ++byte)
+    out_.push_back(static_cast<std::uint8_t>(state >> (8 * byte)));
   for (std::size_t i = words.size(); i-- > 0;) {
     out_.push_back(static_cast<std::uint8_t>(words[i]));
     out_.push_back(static_cast<std::uint8_t>(words[i] >> 8));
@@ -33,13 +31,11 @@ void RansEncoder::finish() {
 }
 
 RansDecoder::RansDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
-  for (std::uint64_t* state : {&next_, &other_}) {
-    *state = take();
-    *state |= take() << 16;
-    *state |= take() << 32;
-    // No encoder leaves such a state. It would not do harm, but bring many more words than it should.
-    if (*state < rans_low || *state >= rans_low << 16) *state = rans_low;
-  }
+  state_ = take();
+  state_ |= take() << 16;
+  state_ |= take() << 32;
+  // No encoder leaves such a state. It would do no harm, but ask for more words than a right one.
+  if (state_ < rans_low || state_ >= rans_low << 16) state_ = rans_low;
 }
 
 }  // namespace tagrid

@@ -1,18 +1,15 @@
 // Entropy coder: asymmetric numeral systems (J. Duda, "Asymmetric numeral systems: entropy coding combining
-// speed of Huffman coding with compression rate of arithmetic coding", 2013), in its range variant, with the
-// events of a stream dealt in turn to two states, so that one event need not wait for the arithmetic of the
-// one before (F. Giesen, "Interleaved entropy coders", 2014).
+// speed of Huffman coding with compression rate of arithmetic coding", 2013), in its range variant. Coding
+// goes from the last event to the first, so that decoding can go forward.
 //
 // Both directions have the same member functions: code(bit, p) returns the bit, given by the caller when
 // encoding and ignored when decoding. A model is thus written once, as a template over the coder.
 #pragma once
 
-#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace tagrid {
@@ -70,11 +67,10 @@ class RansDecoder {
   explicit RansDecoder(std::span<const std::uint8_t> bytes);
 
   /// Where in [0, 65536) the next event lies. advance() must follow, with the interval that holds it.
-  std::uint32_t slot() const { return static_cast<std::uint32_t>(next_ & 0xffff); }
+  std::uint32_t slot() const { return static_cast<std::uint32_t>(state_ & 0xffff); }
   void advance(std::uint32_t start, std::uint32_t length) {
-    std::uint64_t state = (next_ >> 16) * length + (next_ & 0xffff) - start;
-    if (state < rans_low) state = state << 16 | take();
-    next_ = std::exchange(other_, state);
+    state_ = (state_ >> 16) * length + (state_ & 0xffff) - start;
+    if (state_ < rans_low) state_ = state_ << 16 | take();
   }
 
   bool code(bool, std::uint32_t p) {
@@ -90,8 +86,8 @@ class RansDecoder {
     return value;
   }
 
-  /// True if exactly the bytes that the encoder wrote have been used, and led to its first states.
-  bool finished() const { return position_ == bytes_.size() && next_ == rans_low && other_ == rans_low; }
+  /// True if exactly the bytes that the encoder wrote have been used, and led to its first state.
+  bool finished() const { return position_ == bytes_.size() && state_ == rans_low; }
   /// True once more bytes were asked for than there are; the rest is not worth decoding.
   bool exhausted() const { return position_ > bytes_.size(); }
 
@@ -104,7 +100,7 @@ class RansDecoder {
 
   std::span<const std::uint8_t> bytes_;
   std::size_t position_ = 0;
-  std::uint64_t next_ = 0, other_ = 0;  ///< of the next event, and of the one after it
+  std::uint64_t state_;
 };
 
 }  // namespace tagrid
