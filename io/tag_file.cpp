@@ -10,6 +10,7 @@
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
+#include "io/volume_info.h"
 #include "io/zstd_bytes.h"
 
 namespace tagrid {
@@ -100,6 +101,11 @@ TagReader::TagReader(const std::string& path) : bytes_(path) {
   bytes.insert(bytes.end(), rest.begin(), rest.end());
   if (Status status = parse_header(bytes, header_, header_checksum_); !status.ok())
     throw BrokenInput(name() + ": " + status.what());
+  try {
+    geometry_of(header_.nrrd_fields);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(name() + ": the source's fields in the header: " + broken.what());
+  }
   header_size_ = size;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / smallest_brick)
@@ -146,7 +152,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
   const auto id = reader.get<std::uint64_t>();
   const auto activity_size = reader.get<std::uint32_t>();
   const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
-  if (checksum_of({length_bytes, body}, header_checksum_) != checksum)
+  if (!checksums_agree(checksum, checksum_of({length_bytes, body}, header_checksum_)))
     fail("the checksum does not fit: the brick is damaged, or of another file");
   if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
   const auto activity = reader.get_bytes(activity_size);
@@ -181,13 +187,15 @@ void TagReader::read_index_section() {
   std::vector<std::byte> packed, fields, tail;
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");
-  if (checksum_of({head, packed}, header_checksum_) != load_little_endian<std::uint64_t>(tail.data()))
+  if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
+                       checksum_of({head, packed}, header_checksum_)))
     fail("the index is damaged: its checksum does not fit");
   if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
-      load_little_endian<std::uint64_t>(tail.data() + 16) != header_checksum_ ||
+      !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum_) ||
       !std::equal(tail.begin() + 24, tail.end(), std::as_bytes(std::span(end_magic)).begin()))
     fail("the footer is damaged");
-  if (bricks_read_ && chain != chain_) fail("not all bricks are of this file: one was exchanged");
+  if (bricks_read_ && !checksums_agree(chain, chain_))
+    fail("not all bricks are of this file: one was exchanged");
   std::byte extra;
   if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());

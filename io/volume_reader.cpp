@@ -9,6 +9,7 @@
 #include "io/errors.h"
 #include "io/little_endian.h"
 #include "io/nrrd_header.h"
+#include "io/nrrd_line.h"
 
 namespace tagrid {
 namespace {
@@ -29,6 +30,21 @@ std::string read_nrrd_header(FileBytes& file) {
 
 std::string described(const Index3& dims, SampleType type) {
   return fmt::format("{} x {} x {} {}", dims.x, dims.y, dims.z, name_of(type));
+}
+
+/// A header may come from anybody. What it names must be a file, not something that talks to this process or
+/// waits for another: not the standard input (which is what "-" means to teem), no pipe, no device.
+void require_plain_file(const std::string& header_name, const std::string& data_file,
+                        const std::string& path) {
+  std::error_code unknown;  // what cannot be looked at cannot be opened either, which says why
+  const auto kind = std::filesystem::status(path, unknown).type();
+  const bool plain = kind == std::filesystem::file_type::regular ||
+                     kind == std::filesystem::file_type::directory ||
+                     kind == std::filesystem::file_type::not_found || unknown;
+  if (data_file == "-" || !plain)
+    throw BrokenInput(
+        fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,
+                    tagrid::quoted(std::string_view(data_file))));
 }
 
 std::string beside(const std::string& header_path, const std::string& data_file) {
@@ -75,6 +91,7 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
     detached_header_bytes_ = file_->position();
     notes_after_header = !file_->peek(1).empty();
     files_.push_back(beside(path, header.data_file));
+    require_plain_file(header_name, header.data_file, files_.back());
     file_ = std::make_unique<FileBytes>(files_.back());
   }
   holds_other_bytes_ = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;

@@ -77,9 +77,11 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  streams.write_slices = [&](std::span<const std::byte> samples) {
-    writer.write_slices(samples);
-    done += samples.size();
+  streams.write_layer = [&](const DecodedLayer& layer) {
+    layer.for_each_part([&](std::span<const std::byte> samples) {
+      writer.write_slices(samples);
+      done += samples.size();
+    });
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);

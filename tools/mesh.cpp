@@ -51,9 +51,8 @@ Action add_mesh_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a VTU mesh");
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
   add_output_options(*command, state->output);
-  command
-      ->add_option("--level", state->options.level,
-                   "The prefix of the grid at this level: no point of a higher one; default: all of it")
+  add_number_option(*command, "--level", state->options.level,
+                    "The prefix of the grid at this level: no point of a higher one; default: all of it")
       ->option_text("N");
   command->add_flag("--padded", state->options.padded,
                     "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");

@@ -10,7 +10,7 @@ namespace tagrid {
 namespace {
 
 struct PhantomCommand {
-  std::vector<std::int64_t> dims;
+  std::string dims;
   std::string type = "int16";
   std::uint64_t seed = 1;
   std::string format;
@@ -18,7 +18,7 @@ struct PhantomCommand {
   RunOptions run;
 
   void execute() const {
-    const PhantomOptions options = {checked_dims(dims), sample_type_option(type), seed};
+    const PhantomOptions options = {dims_option(dims), sample_type_option(type), seed};
     const std::string path = output.path.empty() ? "-" : output.path;
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
@@ -39,18 +39,12 @@ struct PhantomCommand {
 Action add_phantom_command(CLI::App& app) {
   auto state = std::make_shared<PhantomCommand>();
   CLI::App* command = app.add_subcommand("phantom", "Make a CT-like volume of any size, for tests");
-  command->add_option("--dims", state->dims, "Samples along x (fastest), y and z")
-      ->delimiter(',')
-      ->expected(3)
-      ->required()
-      ->option_text("X,Y,Z REQUIRED");
+  add_dims_option(*command, state->dims)->required()->option_text("X,Y,Z REQUIRED");
   command
       ->add_option("--type", state->type,
                    "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
-  command->add_option("--seed", state->seed, "Another seed, another volume (1)")
-      ->check(CLI::NonNegativeNumber)
-      ->option_text("N");
+  add_number_option(*command, "--seed", state->seed, "Another seed, another volume (1)")->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
