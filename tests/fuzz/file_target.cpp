@@ -14,13 +14,13 @@ namespace tagrid::fuzz {
 namespace {
 
 // Larger volumes are not decoded: a file of a few bytes can describe them, but not many of them a second.
-constexpr std::int64_t most_samples = 1 << 16, most_brick_samples = 1 << 16, most_bricks = 256;
+constexpr std::int64_t most_samples = 1 << 11, most_brick_points = 1 << 12, most_bricks = 32;
 
 bool is_small(const CodingParameters& p) {
   const Index3& n = p.dims;
   return n.x <= most_samples && n.y <= most_samples && n.z <= most_samples && n.x * n.y <= most_samples &&
          n.x * n.y * n.z <= most_samples && p.bricks().count() <= most_bricks &&
-         p.bricks().closed_box({0, 0, 0}).count() <= most_brick_samples;
+         p.bricks().closed_box({0, 0, 0}).count() <= most_brick_points;
 }
 
 /// The samples, or nothing where the file is broken or large.

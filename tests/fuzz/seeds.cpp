@@ -193,7 +193,6 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
     if (entry.path().extension() != ".tag") continue;
     const Input file = content_of(entry.path());
     add_parts(file, seeds);
-    seeds["file"].push_back(file);
   }
   for (const Input& file : small_files()) {
     add_parts(file, seeds);
