@@ -79,12 +79,12 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
   const int cube_size = file[42] | file[43] << 8;
   std::uint8_t kind = 0;
   while (4 << kind != cube_size) ++kind;
-  const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 28);
+  const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 20);
   Input input = {static_cast<std::uint8_t>(kind | 8), static_cast<std::uint8_t>(size / 8)};
   input.insert(input.end(), first, first + static_cast<std::ptrdiff_t>(packed));
   seeds["index"].push_back(input);
   std::vector<std::byte> fields;
-  const auto bytes = std::as_bytes(std::span(file)).subspan(at + 28, packed);
+  const auto bytes = std::as_bytes(std::span(file)).subspan(at + 20, packed);
   if (!zstd_decompress(bytes, size, fields).ok()) throw std::runtime_error("a whole file is broken");
   input = {kind, 0};
   for (const std::byte b : fields) input.push_back(static_cast<std::uint8_t>(b));

@@ -33,7 +33,7 @@ TEST(ZstdBytes, WhatIsPackedComesBackAtAnySize) {
 std::vector<std::byte> frame_with_window(int log) {
   std::vector<std::byte> frame = bytes_of(std::string_view("\x28\xB5\x2F\xFD\x00", 5));
   frame.push_back(static_cast<std::byte>((log - 10) << 3));
-  for (const int byte : {9, 0, 0, 'x'}) frame.push_back(static_cast<std::byte>(byte));
+  for (const int byte : {9, 0, 0, int{'x'}}) frame.push_back(static_cast<std::byte>(byte));
   return frame;
 }
 
