@@ -93,18 +93,18 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
 
 /// Bricks behind the bytes that brick_target.cpp expects: of the first one of a small file.
 void add_bricks(std::map<std::string, Seeds>& seeds) {
-  for (unsigned kind = 0; kind < 48; ++kind) {
+  for (unsigned kind = 0; kind < 32; ++kind) {
     const std::uint8_t error = kind & 1 ? 4 : 0;
     const auto type = static_cast<SampleType>(1 + kind % 4);
     EncodeOptions options;
-    options.cube_size = 4 << kind % 3;
-    options.brick_edge = 1;
+    options.cube_size = (kind & 16) ? 8 : 4;
+    options.brick_edge = (kind & 16) ? 1 : 2;
     options.grid_only = (kind & 4) != 0;
     options.max_error = error;
     if (error > 0 && !options.grid_only && (kind & 8)) options.surface_error = 1;
     const Input file = small_file({12, 11, 10}, type, options);
     const std::size_t at = u32(file, 12), activity = u32(file, at + 12), all = u32(file, at) - 12;
-    Input input = {static_cast<std::uint8_t>((kind % 4) | (kind & 4) | kind % 3 << 3),
+    Input input = {static_cast<std::uint8_t>((kind % 4) | (kind & 4) | ((kind & 16) ? 8 : 16)),
                    255,
                    11,
                    10,
