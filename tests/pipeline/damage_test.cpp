@@ -47,9 +47,11 @@ TEST_F(Damage, EveryFlippedBitIsFound) {
 }
 
 TEST_F(Damage, EveryTruncationIsFound) {
-  const std::string whole = small_file(false);
-  for (std::size_t size = 0; size < whole.size(); ++size)
-    expect_broken(whole.substr(0, size), std::to_string(size));
+  for (const bool grid : {false, true}) {
+    const std::string whole = small_file(grid);
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      expect_broken(whole.substr(0, size), std::to_string(size));
+  }
 }
 
 TEST_F(Damage, TrailingBytesAreFound) { expect_broken(small_file(false) + '\0', "one more byte"); }
