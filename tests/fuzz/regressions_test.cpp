@@ -11,6 +11,9 @@
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {
+
+static void PrintTo(const Target& target, std::ostream* out) { *out << target.name; }
+
 namespace {
 
 std::vector<std::filesystem::path> regressions_of(std::string_view target) {
