@@ -57,6 +57,8 @@ class TagReader {
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
   const std::string& name() const { return bytes_.name(); }
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { bytes_.stop_when(stop); }
 
   /// Reads the next brick and checks its checksum. After the last one reads index and footer, makes sure that
   /// nothing follows them, and returns false.

@@ -36,6 +36,9 @@ class VolumeReader {
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
 
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { file_->stop_when(stop); }
+
   /// The files that it is in: its own, and that of the samples where the header is detached. "-" for the
   /// standard input.
   const std::vector<std::string>& files() const { return files_; }

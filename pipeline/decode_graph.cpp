@@ -111,8 +111,11 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
   });
   flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
   flow::function_node<CodedBrick, BrickInLayer> decode(
-      graph, static_cast<std::size_t>(threads),
-      [&](const CodedBrick& brick) { return decode_into_layer(parameters, brick, streams.name, keep); });
+      graph, static_cast<std::size_t>(threads), [&](const CodedBrick& brick) {
+        BrickInLayer decoded = decode_into_layer(parameters, brick, streams.name, keep);
+        if (streams.brick_done) streams.brick_done(decoded.id);
+        return decoded;
+      });
   flow::sequencer_node<BrickInLayer> in_order(
       graph, [](const BrickInLayer& brick) { return static_cast<std::size_t>(brick.id); });
   Write write(graph, flow::serial, [&](const BrickInLayer& brick, Write::output_ports_type& out) {

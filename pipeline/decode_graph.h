@@ -32,6 +32,8 @@ struct DecodeStreams {
   std::function<void(std::span<const std::byte> samples)> write_slices;
   /// Takes every brick, in the order of their numbers, before write_slices takes its layer. May be empty.
   std::function<void(const DecodedBrick&)> inspect_brick;
+  /// See EncodeStreams.
+  std::function<void(std::int64_t brick)> brick_done = {};
 };
 
 /// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory. Throws
