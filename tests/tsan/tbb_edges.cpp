@@ -25,17 +25,17 @@ namespace {
 /// A task that knows who handed it over.
 class HandedOver final : public d1::task {
  public:
-  explicit HandedOver(d1::task& handed) : handed_(handed) { __tsan_release(&handed_); }
+  explicit HandedOver(d1::task& handed) : handed_(handed) { __tsan_release(this); }
 
   d1::task* execute(d1::execution_data& data) override {
-    __tsan_acquire(&handed_);
+    __tsan_acquire(this);
     d1::task* const next = handed_.execute(data);
     // Not after an exception: the library then cancels this task.
     delete this;
     return next;
   }
   d1::task* cancel(d1::execution_data& data) override {
-    __tsan_acquire(&handed_);
+    __tsan_acquire(this);
     d1::task* const next = handed_.cancel(data);
     delete this;
     return next;
