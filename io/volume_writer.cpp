@@ -28,6 +28,22 @@ std::string samples_path(const std::string& path, VolumeFormat format) {
   return format == VolumeFormat::nhdr ? std::filesystem::path(path).replace_extension(".raw").string() : path;
 }
 
+namespace {
+
+/// A header names the file of its samples in a line of text, without quotes: some names mean something else
+/// there.
+void require_name_in_header(const VolumeInfo& info, const std::string& data_file) {
+  try {
+    if (parse_nrrd_header(nrrd_header_text(info, data_file)).data_file == data_file) return;
+  } catch (const BrokenInput&) {
+    // Then it is not what a header can say.
+  }
+  throw UsageError(tagrid::quoted(data_file) +
+                   ": a detached header cannot name such a file; choose another name");
+}
+
+}  // namespace
+
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
                                 bool overwrite, const std::optional<FileAttributes>& like) {
   VolumeWriter writer;
@@ -42,6 +58,7 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
   const std::filesystem::path data = samples_path(path, format);
   if (data == std::filesystem::path(path))
     throw UsageError(path + ": a detached header cannot be named .raw");
+  require_name_in_header(info, data.filename().string());
   writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
   writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));

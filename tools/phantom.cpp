@@ -53,7 +53,7 @@ Action add_phantom_command(CLI::App& app) {
                    "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
   command->add_option("--seed", state->seed, "Another seed, another volume (1)")
-      ->check(CLI::NonNegativeNumber)
+      ->check(whole_number())
       ->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);

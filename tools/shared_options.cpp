@@ -4,14 +4,45 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
-#include <map>
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "pipeline/run.h"
 
 namespace tagrid {
+
+namespace {
+
+ProgressStyle progress_style(const std::string& word) {
+  if (word == "bar") return ProgressStyle::bar;
+  if (word == "plain") return ProgressStyle::plain;
+  return word == "none" ? ProgressStyle::none : ProgressStyle::automatic;
+}
+
+}  // namespace
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& given) {
+        if (std::find(words.begin(), words.end(), given) != words.end()) return std::string();
+        return fmt::format("{}: must be one of {}", given, fmt::join(words, ", "));
+      },
+      "");
+}
+
+CLI::Validator whole_number() {
+  return CLI::Validator(
+      [](const std::string& given) {
+        std::uint64_t number = 0;
+        const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), number);
+        if (error == std::errc{} && end == given.data() + given.size()) return std::string();
+        return given + ": must be a whole number, not below 0 and below 2^64";
+      },
+      "");
+}
 
 int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
 
@@ -22,14 +53,11 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->check(CLI::Range(0, 1024));
   command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
   command.add_flag("-v,--verbose", options.verbosity, "Say more");
-  static const std::map<std::string, ProgressStyle> styles = {{"auto", ProgressStyle::automatic},
-                                                              {"bar", ProgressStyle::bar},
-                                                              {"plain", ProgressStyle::plain},
-                                                              {"none", ProgressStyle::none}};
   command
-      .add_option("--progress", options.progress,
-                  "auto (a bar on a terminal, else nothing), bar, plain or none")
-      ->transform(CLI::CheckedTransformer(styles))
+      .add_option_function<std::string>(
+          "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
+          "auto (a bar on a terminal, else nothing), bar, plain (a line a minute) or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
 }
 
@@ -52,7 +80,7 @@ void add_format_option(CLI::App& command, std::string& format) {
   command
       .add_option("--format", format,
                   "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
-      ->check(CLI::IsMember({"nrrd", "nhdr", "raw"}))
+      ->check(one_of({"nrrd", "nhdr", "raw"}))
       ->option_text("nrrd|nhdr|raw");
 }
 
@@ -81,7 +109,7 @@ void add_raw_options(CLI::App& command, RawOptions& options) {
       ->option_text("TYPE")
       ->group(group);
   command.add_option("--endian", options.endian, "little (default) or big")
-      ->check(CLI::IsMember({"little", "big"}))
+      ->check(one_of({"little", "big"}))
       ->option_text("little|big")
       ->group(group);
   command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
@@ -90,7 +118,7 @@ void add_raw_options(CLI::App& command, RawOptions& options) {
       ->option_text("X,Y,Z")
       ->group(group);
   command.add_option("--offset", options.offset, "Bytes before the first sample")
-      ->check(CLI::NonNegativeNumber)
+      ->check(whole_number())
       ->option_text("BYTES")
       ->group(group);
 }
@@ -110,7 +138,7 @@ std::optional<RawDescription> RawOptions::description() const {
   RawDescription raw;
   raw.dims = checked_dims(dims);
   raw.type = sample_type_option(type);
-  raw.big_endian = endian == "big";
+  if (!endian.empty()) raw.big_endian = endian == "big";
   raw.offset = offset;
   if (!spacing.empty()) {
     raw.spacing = std::array<double, 3>{};

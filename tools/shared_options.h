@@ -22,6 +22,11 @@ struct RunOptions {
   int thread_count() const;
 };
 
+/// For values that are one of a few words.
+CLI::Validator one_of(const std::vector<std::string>& words);
+/// For values that are whole numbers from 0 on.
+CLI::Validator whole_number();
+
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);
 
