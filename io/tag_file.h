@@ -57,6 +57,8 @@ class TagReader {
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
   const std::string& name() const { return bytes_.name(); }
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { bytes_.stop_when(stop); }
 
   /// Hands out the next brick, once its checksum and that of what follows it have been checked: the next
   /// brick, or index and footer, which nothing may follow. Returns false after the last one.

@@ -83,9 +83,7 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
   }
   info_ = header.info;
   big_endian_ = header.big_endian;
-  if (raw && (raw->dims != info_.dims || raw->type != info_.type))
-    throw BrokenInput(fmt::format("{}: its NRRD header says {}, the command line {}", header_name,
-                                  described(info_.dims, info_.type), described(raw->dims, raw->type)));
+  if (raw) check_against(*raw, header, header_name);
   bool notes_after_header = false;
   if (!header.data_file.empty()) {
     detached_header_bytes_ = file_->position();
@@ -98,6 +96,20 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
   go_to_samples(header);
 }
 
+/// What the caller says of an NRRD file must be what its header says.
+void VolumeReader::check_against(const RawDescription& raw, const NrrdHeader& header,
+                                 const std::string& name) const {
+  const std::string both = fmt::format("{}: its NRRD header says {}, the command line {}", name,
+                                       described(info_.dims, info_.type), described(raw.dims, raw.type));
+  if (raw.dims != info_.dims) throw BrokenInput(both);
+  if (raw.type != info_.type) throw UsageError(both);
+  if (raw.big_endian && size_of(info_.type) > 1 && *raw.big_endian != header.big_endian)
+    throw UsageError(fmt::format("{}: its NRRD header says endian {}; leave out --endian", name,
+                                 header.big_endian ? "big" : "little"));
+  if (raw.spacing && *raw.spacing != info_.geometry.spacing)
+    throw UsageError(name + ": its NRRD header says another spacing, or none; leave out --spacing");
+}
+
 void VolumeReader::open_raw(const RawDescription& raw) {
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
@@ -106,7 +118,7 @@ void VolumeReader::open_raw(const RawDescription& raw) {
   info_.type = raw.type;
   if (raw.spacing) info_.nrrd_fields = spacings_line(*raw.spacing);
   info_.geometry = geometry_of(info_.nrrd_fields);
-  big_endian_ = raw.big_endian;
+  big_endian_ = raw.big_endian.value_or(false);
   holds_other_bytes_ = raw.offset > 0;
   skip_to(raw.offset);
 }

@@ -65,7 +65,11 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
   flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
   flow::function_node<CodedBrick, Brick> decode(
       graph, static_cast<std::size_t>(threads),
-      [&](const CodedBrick& brick) { return decode_one(parameters, *brick, streams.name, keep); });
+      [&](const CodedBrick& brick) {
+        Brick decoded = decode_one(parameters, *brick, streams.name, keep);
+        if (streams.brick_done) streams.brick_done(decoded->id);
+        return decoded;
+      });
   flow::sequencer_node<Brick> in_order(
       graph, [](const Brick& brick) { return static_cast<std::size_t>(brick->id); });
   Write write(graph, flow::serial, [&](const Brick& brick, Write::output_ports_type& out) {

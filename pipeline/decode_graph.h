@@ -32,6 +32,8 @@ struct DecodeStreams {
   std::function<void(const DecodedLayer& layer)> write_layer;
   /// Takes every brick, in the order of their numbers, before write_layer takes its layer. May be empty.
   std::function<void(const DecodedBrick&)> inspect_brick;
+  /// See EncodeStreams.
+  std::function<void(std::int64_t brick)> brick_done = {};
 };
 
 /// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory, and

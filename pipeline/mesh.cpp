@@ -174,7 +174,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
 }  // namespace
 
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      int threads, const Progress& progress) {
+                      int threads, const Progress& progress, const BeforeNaming<MeshResult>& before_naming) {
   if (output != "-" && !output.ends_with(".vtu"))
     throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
   refuse_same_file(input, output);
@@ -186,8 +186,11 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
   mesh_bricks(reader, mesh, threads, progress);
   writer.finish();
-  return {reader.header(),     reader.index(),       reader.sizes().file,
-          writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
+  const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
+                             writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
+  if (before_naming) before_naming(result);
+  writer.commit();
+  return result;
 }
 
 }  // namespace tagrid

@@ -47,20 +47,23 @@ struct EncodeCommand {
     RunReport report(run, output.overwrite, "encode", input, path);
     if (description) warn_of_order(*description);
 
-    const EncodeResult result = encode(description, path);
-    report.write({result.header.parameters.dims, result.header.parameters.type,
-                  settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
-                  achieved_json(result.index)});
+    const EncodeResult result = encode(description, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, description, written.temporary, run.thread_count());
+      report.write({written.header.parameters.dims, written.header.parameters.type,
+                    settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
+                    achieved_json(written.index)});
+    });
+    report.keep();
     if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
-    if (!remove) return;
-    verify_encoding(input, description, path, run.thread_count());
     remove_files(removed_after);
   }
 
-  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path) const {
+  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path,
+                      const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    return encode_volume(input, description, path, output.overwrite, options, run.thread_count(),
-                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return encode_volume(
+        input, description, path, output.overwrite, options, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 
   void warn_of_order(const RawDescription& description) const {

@@ -25,22 +25,24 @@ struct MeshCommand {
     refuse_terminal(path, "meshes");
     options.overwrite = output.overwrite;
     RunReport report(run, output.overwrite, "mesh", input, path);
-    const MeshResult result = mesh(path);
-    const CodingParameters& parameters = result.header.parameters;
-    const std::uint64_t bytes_out = result.bytes_out;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    settings["points"] = result.points;
-    settings["tetrahedra"] = result.tetrahedra;
-    report.write({parameters.dims, parameters.type, settings, result.bytes_in, bytes_out,
-                  achieved_json(result.index)});
+    const MeshResult result = mesh(path, [&](const MeshResult& written) {
+      const CodingParameters& parameters = written.header.parameters;
+      nlohmann::ordered_json settings = settings_json(parameters);
+      settings["points"] = written.points;
+      settings["tetrahedra"] = written.tetrahedra;
+      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
+                    achieved_json(written.index)});
+    });
+    report.keep();
     if (run.verbosity > 0 && !run.quiet)
       say(fmt::format("{} points, {} tetrahedra\n", result.points, result.tetrahedra));
   }
 
-  MeshResult mesh(const std::string& path) const {
+  MeshResult mesh(const std::string& path, const BeforeNaming<MeshResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    return write_mesh(input, path, options, run.thread_count(),
-                      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return write_mesh(
+        input, path, options, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
 

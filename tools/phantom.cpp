@@ -23,14 +23,18 @@ struct PhantomCommand {
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
     RunReport report(run, output.overwrite, "phantom", "", path);
-    const std::uint64_t written = write(options, path, chosen);
-    report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+    write(options, path, chosen, [&](std::uint64_t written) {
+      report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+    });
+    report.keep();
   }
 
-  std::uint64_t write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen) const {
+  void write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen,
+             const BeforeNaming<std::uint64_t>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
-    return write_phantom(options, path, chosen, output.overwrite, run.thread_count(),
-                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    write_phantom(
+        options, path, chosen, output.overwrite, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
 

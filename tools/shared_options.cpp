@@ -4,14 +4,34 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
-#include <map>
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "pipeline/run.h"
 
 namespace tagrid {
+
+namespace {
+
+ProgressStyle progress_style(const std::string& word) {
+  if (word == "bar") return ProgressStyle::bar;
+  if (word == "plain") return ProgressStyle::plain;
+  return word == "none" ? ProgressStyle::none : ProgressStyle::automatic;
+}
+
+}  // namespace
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& given) {
+        if (std::find(words.begin(), words.end(), given) != words.end()) return std::string();
+        return fmt::format("{}: must be one of {}", given, fmt::join(words, ", "));
+      },
+      "");
+}
 
 int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
 
@@ -25,14 +45,11 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       });
   command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
   command.add_flag("-v,--verbose", options.verbosity, "Say more");
-  static const std::map<std::string, ProgressStyle> styles = {{"auto", ProgressStyle::automatic},
-                                                              {"bar", ProgressStyle::bar},
-                                                              {"plain", ProgressStyle::plain},
-                                                              {"none", ProgressStyle::none}};
   command
-      .add_option("--progress", options.progress,
-                  "auto (a bar on a terminal, else nothing), bar, plain or none")
-      ->transform(CLI::CheckedTransformer(styles))
+      .add_option_function<std::string>(
+          "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
+          "auto (a bar on a terminal, else nothing), bar, plain (a line a minute) or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
 }
 
@@ -55,7 +72,7 @@ void add_format_option(CLI::App& command, std::string& format) {
   command
       .add_option("--format", format,
                   "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
-      ->check(CLI::IsMember({"nrrd", "nhdr", "raw"}))
+      ->check(one_of({"nrrd", "nhdr", "raw"}))
       ->option_text("nrrd|nhdr|raw");
 }
 
@@ -80,7 +97,7 @@ void add_raw_options(CLI::App& command, RawOptions& options) {
       ->option_text("TYPE")
       ->group(group);
   command.add_option("--endian", options.endian, "little (default) or big")
-      ->check(CLI::IsMember({"little", "big"}))
+      ->check(one_of({"little", "big"}))
       ->option_text("little|big")
       ->group(group);
   command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
@@ -111,7 +128,7 @@ std::optional<RawDescription> RawOptions::description() const {
   RawDescription raw;
   raw.dims = dims_option(dims);
   raw.type = sample_type_option(type);
-  raw.big_endian = endian == "big";
+  if (!endian.empty()) raw.big_endian = endian == "big";
   if (!offset.empty()) {
     const auto bytes = byte_count(offset);
     if (!bytes) throw UsageError(fmt::format("--offset {}: must be a number of bytes", offset));

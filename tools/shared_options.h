@@ -46,6 +46,8 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& names, Valu
   };
   return command.add_option_function<std::string>(names, set, description);
 }
+/// For values that are one of a few words.
+CLI::Validator one_of(const std::vector<std::string>& words);
 
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);

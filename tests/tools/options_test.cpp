@@ -146,6 +146,35 @@ TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
 }
 
+TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {{"phantom", "--dims", "4,4,4", "--seed", "-1"}, "--seed: -1: must be a whole number"},
+      {{"phantom", "--dims", "4,4,4", "--seed", "99999999999999999999"}, "below 2^64"},
+      {{"encode", "x", "--offset=-3"}, "--offset: -3: must be a whole number"},
+      {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
+      {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
+      {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
+      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw;"}};
+  for (const auto& [arguments, message] : wrong) {
+    const Ending ending = tagrid(arguments);
+    expect_error(ending, usage, message);
+    EXPECT_LT(ending.err.size(), 140U) << ending.err;
+  }
+}
+
+TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
+  phantom("volume.nrrd", {"--type", "int16"});
+  const std::vector<Arguments> wrong = {
+      {"--type", "uint16"}, {"--endian", "big"}, {"--spacing", "1,1,2"}, {"--spacing", "0.5,1,1"}};
+  for (const Arguments& options : wrong)
+    for (const char* input : {"volume.nrrd", "-"})
+      expect_error(
+          tagrid(with({"encode", input, "-o", "x.tag", "--dims", "52,40,36", "--type", "int16"}, options),
+                 content("volume.nrrd")),
+          usage, "its NRRD header says");
+  expect_ok(tagrid(with({"encode", "volume.nrrd", "--endian=little", "--spacing=1,1,1"}, raw_)));
+}
+
 TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {
   make_tag();
   const auto on_terminal = [&](Arguments arguments) {

@@ -57,6 +57,18 @@ class Process {
   }
   void send(int signal) { kill(pid_, signal); }
 
+  /// Waits for the end with the standard input open, no longer than half a minute. REQUIRES: little output.
+  Ending wait() {
+    for (int i = 0; i < 3000; ++i) {
+      siginfo_t info = {};
+      if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+          info.si_pid == pid_)
+        return finish();
+      usleep(10000);
+    }
+    kill(pid_, SIGKILL);
+    return finish();
+  }
   /// Writes `input` and closes the standard input; waits for the end, no longer than a minute.
   Ending finish(std::string_view input = {}) {
     Ending ending;
