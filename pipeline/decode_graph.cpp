@@ -64,8 +64,7 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
   });
   flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
   flow::function_node<CodedBrick, Brick> decode(
-      graph, static_cast<std::size_t>(threads),
-      [&](const CodedBrick& brick) {
+      graph, static_cast<std::size_t>(threads), [&](const CodedBrick& brick) {
         Brick decoded = decode_one(parameters, *brick, streams.name, keep);
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
