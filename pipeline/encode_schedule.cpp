@@ -4,7 +4,6 @@ namespace tagrid {
 
 EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, int mark_halo)
     : bricks_(parameters.bricks()),
-      mode_(parameters.mode),
       halo_(mark_halo),
       root_layers_(bricks_.domain.cubes(2)) {}
 

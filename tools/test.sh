@@ -10,5 +10,6 @@ cmake --preset release -DTAGRID_TESTS=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then
+  tools/same_bytes.sh --long
   tools/stream_test.sh
 fi
