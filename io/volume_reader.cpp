@@ -11,6 +11,8 @@
 #include "io/nrrd_header.h"
 #include "io/nrrd_line.h"
 
+#include "io/system_call.h"
+
 namespace tagrid {
 namespace {
 
@@ -36,11 +38,9 @@ std::string described(const Index3& dims, SampleType type) {
 /// waits for another: not the standard input (which is what "-" means to teem), no pipe, no device.
 void require_plain_file(const std::string& header_name, const std::string& data_file,
                         const std::string& path) {
-  std::error_code unknown;  // what cannot be looked at cannot be opened either, which says why
-  const auto kind = std::filesystem::status(path, unknown).type();
-  const bool plain = kind == std::filesystem::file_type::regular ||
-                     kind == std::filesystem::file_type::directory ||
-                     kind == std::filesystem::file_type::not_found || unknown;
+  const auto status = status_of(path);
+  const bool plain =
+      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // others: open() says why
   if (data_file == "-" || !plain)
     throw BrokenInput(
         fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,

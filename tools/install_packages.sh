@@ -4,7 +4,7 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev)
-test=("${build[@]}" libgtest-dev librapidcheck-dev clang-format)
+test=("${build[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc zsh)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 
 case "${1:-}" in

@@ -131,7 +131,9 @@ std::optional<RawDescription> RawOptions::description() const {
   if (!endian.empty()) raw.big_endian = endian == "big";
   if (!offset.empty()) {
     const auto bytes = byte_count(offset);
-    if (!bytes) throw UsageError(fmt::format("--offset {}: must be a number of bytes", offset));
+    if (!bytes)
+      throw UsageError(
+          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M or G", offset));
     raw.offset = *bytes;
   }
   if (!spacing.empty()) {

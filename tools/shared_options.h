@@ -26,6 +26,17 @@ struct RunOptions {
   int thread_count() const;
 };
 
+/// What a Number may be, in words.
+template <class Number>
+std::string number_wanted() {
+  if constexpr (std::unsigned_integral<Number>)
+    return fmt::format("a whole number, not below 0 and below 2^{}", 8 * sizeof(Number));
+  else if constexpr (std::integral<Number>)
+    return "a whole number";
+  else
+    return "a finite number";
+}
+
 /// An option with a number as its value (T, or std::optional<T>), read as tools/numbers.h says; anything else
 /// is a UsageError. The option parser's own conversion takes 020 for 16.
 template <class Value>
@@ -39,9 +50,7 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& names, Valu
       number = whole_number<Number>(text);
     else
       number = finite_number(text);
-    if (!number)
-      throw UsageError(fmt::format("{} {}: is no {} number that is possible", name, text,
-                                   std::integral<Number> ? "whole" : "finite"));
+    if (!number) throw UsageError(fmt::format("{}: {}: must be {}", name, text, number_wanted<Number>()));
     value = *number;
   };
   return command.add_option_function<std::string>(names, set, description);

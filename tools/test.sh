@@ -11,6 +11,7 @@ cmake --build --preset release
 ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage
+  tools/same_bytes.sh --long
   tools/stream_test.sh
   tools/fuzz.sh --long 1
 else

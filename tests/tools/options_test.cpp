@@ -150,7 +150,7 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
   const std::vector<std::pair<Arguments, std::string>> wrong = {
       {{"phantom", "--dims", "4,4,4", "--seed", "-1"}, "--seed: -1: must be a whole number"},
       {{"phantom", "--dims", "4,4,4", "--seed", "99999999999999999999"}, "below 2^64"},
-      {{"encode", "x", "--offset=-3"}, "--offset: -3: must be a whole number"},
+      {{"encode", "x", "--dims=1,1,1", "--type=int8", "--offset=-3"}, "--offset: -3: must be a whole number"},
       {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
       {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
       {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},

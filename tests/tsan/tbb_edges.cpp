@@ -5,6 +5,7 @@
 //
 //   spawn, submit, enqueue     before   the task is executed, by whatever thread
 //   the last task that ends    before   wait() returns
+//   memory is allocated        before   it is freed (the library itself does both, in different threads)
 //
 // All else (how nodes hand on messages, counters, locks) is in oneTBB's headers, thus instrumented. Memory
 // for tasks comes from malloc(), which ThreadSanitizer knows, and not from pools that it cannot see into.
@@ -119,9 +120,13 @@ void* cache_aligned_allocate(std::size_t size) {
   constexpr std::size_t line = 128;
   void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
   if (memory == nullptr) throw std::bad_alloc();
+  __tsan_release(memory);
   return memory;
 }
-void cache_aligned_deallocate(void* memory) { std::free(memory); }
+void cache_aligned_deallocate(void* memory) {
+  __tsan_acquire(memory);
+  std::free(memory);
+}
 
 void* allocate(d1::small_object_pool*& pool, std::size_t size) {
   static char no_pool;
@@ -131,9 +136,9 @@ void* allocate(d1::small_object_pool*& pool, std::size_t size) {
 void* allocate(d1::small_object_pool*& pool, std::size_t size, const d1::execution_data&) {
   return allocate(pool, size);
 }
-void deallocate(d1::small_object_pool&, void* object, std::size_t) { std::free(object); }
+void deallocate(d1::small_object_pool&, void* object, std::size_t) { cache_aligned_deallocate(object); }
 void deallocate(d1::small_object_pool&, void* object, std::size_t, const d1::execution_data&) {
-  std::free(object);
+  cache_aligned_deallocate(object);
 }
 
 }  // namespace r1
