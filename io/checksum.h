@@ -12,4 +12,8 @@ namespace tagrid {
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts,
                           std::uint64_t bound_to = 0);
 
+/// Whether a checksum that a file has is the one that it should have. With TAGRID_NO_CHECKSUMS always: for
+/// fuzzing, which could not guess one. Only test programs are compiled so; see tests/CMakeLists.txt.
+bool checksums_agree(std::uint64_t in_file, std::uint64_t computed);
+
 }  // namespace tagrid

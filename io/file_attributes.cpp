@@ -4,20 +4,26 @@
 #include <unistd.h>
 
 #include "io/errors.h"
+#include "io/system_call.h"
 
 namespace tagrid {
 namespace {
 
-bool status_of(const std::string& path, int stream, struct stat& status) {
-  return (path == "-" ? fstat(stream, &status) : stat(path.c_str(), &status)) == 0;
+std::optional<struct stat> status_of_stream_or(const std::string& path, int stream) {
+  if (path != "-") return status_of(path);
+  struct stat status = {};
+  if (fstat(stream, &status) == 0) return status;
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<FileAttributes> attributes_of(const std::string& path) {
-  struct stat status;
-  if (path == "-" || stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
-  return FileAttributes{status.st_mode & 0777, status.st_uid, status.st_gid, status.st_atim, status.st_mtim};
+  if (path == "-") return std::nullopt;
+  const auto status = status_of(path);
+  if (!status || !S_ISREG(status->st_mode)) return std::nullopt;
+  return FileAttributes{status->st_mode & 0777, status->st_uid, status->st_gid, status->st_atim,
+                        status->st_mtim};
 }
 
 void set_permissions(int descriptor, const FileAttributes& attributes) {
@@ -30,14 +36,15 @@ void set_permissions(int descriptor, const FileAttributes& attributes) {
 }
 
 bool is_regular_output(const std::string& path) {
-  struct stat status;
-  return path != "-" && (stat(path.c_str(), &status) != 0 || S_ISREG(status.st_mode));
+  if (path == "-") return false;
+  const auto status = status_of(path);
+  return !status || S_ISREG(status->st_mode);
 }
 
 void refuse_same_file(const std::string& input, const std::string& output) {
-  struct stat in, out;
-  if (!status_of(input, STDIN_FILENO, in) || !status_of(output, STDOUT_FILENO, out)) return;
-  if (!S_ISREG(in.st_mode) || in.st_dev != out.st_dev || in.st_ino != out.st_ino) return;
+  const auto in = status_of_stream_or(input, STDIN_FILENO), out = status_of_stream_or(output, STDOUT_FILENO);
+  if (!in || !out) return;
+  if (!S_ISREG(in->st_mode) || in->st_dev != out->st_dev || in->st_ino != out->st_ino) return;
   throw UsageError((output == "-" ? "standard output" : output) +
                    ": is the input itself, which is never written to; choose another output");
 }

@@ -1,6 +1,7 @@
 #include "io/file_bytes.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,22 +11,25 @@
 #include <cstring>
 
 #include "io/errors.h"
+#include "io/system_call.h"
 
 namespace tagrid {
 
 FileBytes::FileBytes(const std::string& path)
     : name_(path == "-" ? "standard input" : path), buffer_(peek_limit) {
-  descriptor_ = path == "-" ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  descriptor_ =
+      path == "-" ? STDIN_FILENO : uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
   struct stat status;
+  off_t base = 0;
   int error = fstat(descriptor_, &status) != 0 ? errno : 0;
   if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
+  if (error == 0 && S_ISREG(status.st_mode) && (base = lseek(descriptor_, 0, SEEK_CUR)) < 0) error = errno;
   if (error != 0) {
     if (descriptor_ != STDIN_FILENO) close(descriptor_);
     throw world_error("cannot read", name_, error);
   }
-  const off_t base = S_ISREG(status.st_mode) ? lseek(descriptor_, 0, SEEK_CUR) : -1;
-  if (base < 0) return;
+  if (!S_ISREG(status.st_mode)) return;
   base_ = static_cast<std::uint64_t>(base);
   size_ = static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0));
   posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
@@ -35,11 +39,20 @@ FileBytes::~FileBytes() {
   if (descriptor_ != STDIN_FILENO) close(descriptor_);
 }
 
+/// Until a pipe has something to say, be it that it has ended.
+void FileBytes::wait_for_bytes() const {
+  constexpr int look_again = 100;  // ms
+  pollfd ready = {descriptor_, POLLIN, 0};
+  while (poll(&ready, 1, stop_ ? look_again : -1) == 0)
+    if (*stop_) throw WorldError(name_ + ": nobody needs it any more");
+}
+
 std::size_t FileBytes::read_once(std::byte* out, std::size_t size) {
   for (;;) {
+    if (!size_) wait_for_bytes();
     const ssize_t count = ::read(descriptor_, out, std::min(size, std::size_t{1} << 30));
     if (count >= 0) return static_cast<std::size_t>(count);
-    if (errno != EINTR) throw world_error("cannot read", name_, errno);
+    if (errno != EINTR && errno != EAGAIN) throw world_error("cannot read", name_, errno);
   }
 }
 

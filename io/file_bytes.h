@@ -1,6 +1,7 @@
 // Bytes of a file or a pipe, in order.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -35,18 +36,23 @@ class FileBytes {
   std::uint64_t position() const { return position_; }
   /// Moves to byte `position`. REQUIRES: size().
   void seek(std::uint64_t position);
+  /// From now on a read that waits for a pipe ends with a WorldError once `stop` is true: for whoever has to
+  /// give up while nothing comes. `stop` must outlive the reads.
+  void stop_when(const std::atomic<bool>& stop) { stop_ = &stop; }
   /// For messages: the path, or "standard input".
   const std::string& name() const { return name_; }
 
   static constexpr std::size_t peek_limit = std::size_t{1} << 16;
 
  private:
+  void wait_for_bytes() const;
   std::size_t read_once(std::byte* out, std::size_t size);
   void fill(std::size_t size);
   std::size_t buffered() const { return end_ - begin_; }
 
   std::string name_;
   int descriptor_ = -1;
+  const std::atomic<bool>* stop_ = nullptr;
   std::optional<std::uint64_t> size_;
   std::uint64_t base_ = 0;
   std::uint64_t position_ = 0;

@@ -23,7 +23,7 @@ NrrdLine parse_nrrd_line(std::string_view line);
 /// Whether the field says how samples are stored, and so belongs to the file rather than to the volume.
 bool is_storage_field(std::string_view field);
 
-/// Removes and returns the first line of `text`, without '\n' or "\r\n".
+/// Removes and returns the first line of `text`, without '\n' or "\r\n" (or more of '\r').
 std::string_view take_line(std::string_view& text);
 
 /// The parts of `text` between blanks.

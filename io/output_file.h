@@ -13,7 +13,8 @@
 namespace tagrid {
 
 /// A file in the making: a temporary `.NAME.part*` beside its target until commit(). Without a commit the
-/// destructor removes it. Every failure is a WorldError that names the file.
+/// destructor removes it, and an older file of that name is as it was. Every failure is a WorldError that
+/// names the file.
 class OutputFile {
  public:
   /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
@@ -35,33 +36,43 @@ class OutputFile {
   /// For messages: the path, or "standard output".
   const std::string& name() const { return name_; }
 
-  /// Makes what was written durable; the first half of commit(), for files that have to appear together.
+  /// Makes what was written durable: that it was written is certain only after this.
   void sync();
-  /// Makes the file durable and gives it its name. Throws UsageError if the name was taken in the meantime
-  /// and `overwrite` is false.
-  void commit();
+  /// The first half of commit(), for files that have to appear together: makes the file durable and gives it
+  /// its name. Without keep() the destructor takes that back. Throws UsageError if the name was taken in the
+  /// meantime and `overwrite` is false.
+  void publish();
+  /// The second half: lets go of an older file of that name. REQUIRES: publish().
+  void keep();
+  void commit() {
+    publish();
+    keep();
+  }
+  /// Where what was written is until publish(); "" where it is gone already, as on the standard output.
+  const std::string& temporary() const { return temporary_; }
 
  private:
   void create_temporary();
   void close_descriptor();
+  void set_older_aside();
   void give_name();
+  void take_back() noexcept;
 
   std::string path_;
   std::string name_;
   std::string temporary_;  ///< Empty where there is none, or no longer.
-  int slot_ = -1;          ///< Where `temporary_` is registered.
+  std::string older_;      ///< The file that had the name before, until keep(); empty where there is none.
+  int slot_ = -1;          ///< Where `temporary_` is registered, or the name while it may be taken back.
+  int older_slot_ = -1;    ///< Where `older_` is registered.
   int descriptor_ = -1;
   bool overwrite_ = false;
   bool synced_ = false;
+  bool published_ = false;  ///< Has its name, and may lose it again.
   std::optional<FileAttributes> like_;
   std::uint64_t position_ = 0;
 };
 
 /// Throws UsageError if writing to `path` would destroy something, as OutputFile's constructor does.
 void check_output(const std::string& path, bool overwrite);
-
-/// Removes every temporary of every OutputFile. Async-signal-safe: for a signal handler that ends the
-/// program.
-void unlink_temporaries() noexcept;
 
 }  // namespace tagrid

@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cerrno>
@@ -11,6 +13,7 @@
 #include <filesystem>
 
 #include "io/errors.h"
+#include "io/system_call.h"
 
 namespace tagrid {
 namespace {
@@ -24,24 +27,32 @@ std::string folder_for_temporaries() {
 
 // Beside the output, where the space for the result has to be anyway.
 std::string folder_beside(const std::string& path) {
-  struct stat status;
-  const bool is_special = stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
-  if (path == "-" || is_special) return folder_for_temporaries();
+  if (path == "-") return folder_for_temporaries();
+  const auto status = status_of(path);
+  if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
   const std::string folder = std::filesystem::path(path).parent_path().string();
   return folder.empty() ? "." : folder;
 }
 
 }  // namespace
 
-SpoolFile::SpoolFile(const std::string& path) : folder_(folder_beside(path)) {
+SpoolFile::SpoolFile(const std::string& path)
+    : name_(path == "-" ? "standard output" : path), folder_(folder_beside(path)) {
   buffer_.reserve(buffer_size);
-  descriptor_ = open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
   // Some network file systems have no nameless files: make one with a name and take the name away.
   std::string name = (std::filesystem::path(folder_) / ".tagrid.partXXXXXX").string();
   descriptor_ = mkostemp(name.data(), O_CLOEXEC);
-  if (descriptor_ < 0) throw world_error("cannot create a temporary file", folder_, errno);
-  unlink(name.c_str());
+  if (descriptor_ < 0) fail("cannot create", errno);
+  if (unlink(name.c_str()) == 0) return;
+  const int error = errno;
+  close(descriptor_);
+  fail("cannot remove", error);
+}
+
+void SpoolFile::fail(const char* what, int error) const {
+  throw world_error(fmt::format("{} a temporary file in {}", what, folder_), name_, error);
 }
 
 SpoolFile::~SpoolFile() {
@@ -64,7 +75,7 @@ void SpoolFile::flush() {
   while (!rest.empty()) {
     const ssize_t count = ::write(descriptor_, rest.data(), rest.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw world_error("cannot write a temporary file", folder_, errno);
+    if (count < 0) fail("cannot write", errno);
     rest = rest.subspan(static_cast<std::size_t>(count));
   }
   buffer_.clear();
@@ -78,7 +89,7 @@ std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
   do {
     count = pread(descriptor_, buffer_.data(), buffer_.size(), static_cast<off_t>(position));
   } while (count < 0 && errno == EINTR);
-  if (count <= 0) throw world_error("cannot read a temporary file", folder_, count < 0 ? errno : EIO);
+  if (count <= 0) fail("cannot read", count < 0 ? errno : EIO);
   return std::span(buffer_).first(static_cast<std::size_t>(count));
 }
 

@@ -34,9 +34,11 @@ class SpoolFile {
   }
 
  private:
+  [[noreturn]] void fail(const char* what, int error) const;
   void flush();
   std::span<std::byte> read_part(std::uint64_t position);
 
+  std::string name_;  ///< Of whom it is for, for messages.
   std::string folder_;
   int descriptor_ = -1;
   std::vector<std::byte> buffer_;  ///< What is not in the file yet; later, what was read.

@@ -10,6 +10,7 @@
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
+#include "io/volume_info.h"
 #include "io/zstd_bytes.h"
 
 namespace tagrid {
@@ -29,14 +30,6 @@ std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
   return std::min<std::uint64_t>(65536 + points * (1 + 2 * size_of(p.type)), 0xFFFFFFFFU);
 }
 
-// What the index says of all bricks: XXH3 of each checksum, bound to the one before. It finds a brick of
-// another file with the same header.
-std::uint64_t chained(std::uint64_t chain, std::uint64_t brick_checksum) {
-  FieldWriter field;
-  field.put(brick_checksum);
-  return checksum_of({field.bytes()}, chain);
-}
-
 std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
   return std::as_bytes(std::span(v));
 }
@@ -46,6 +39,7 @@ std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
 TagWriter::TagWriter(OutputFile& out, const TagHeader& header) : out_(out), parameters_(header.parameters) {
   const std::vector<std::byte> bytes = serialize_header(header);
   header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
+  last_checksum_ = header_checksum_;
   out_.write(bytes);
 }
 
@@ -59,8 +53,8 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   frame.put(static_cast<std::uint64_t>(brick.id));
   frame.put(static_cast<std::uint32_t>(brick.activity.size()));
   const std::uint64_t checksum =
-      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, header_checksum_);
-  chain_ = chained(chain_, checksum);
+      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, last_checksum_);
+  last_checksum_ = checksum;
   FieldWriter tail;
   tail.put(checksum);
   out_.write(frame.bytes());
@@ -78,9 +72,8 @@ void TagWriter::finish() {
   section.put(std::uint32_t{0});
   section.put(static_cast<std::uint64_t>(fields.size()));
   section.put(static_cast<std::uint64_t>(packed.size()));
-  section.put(chain_);
   section.put_bytes(packed);
-  section.put(checksum_of({section.bytes()}, header_checksum_));
+  section.put(checksum_of({section.bytes()}, last_checksum_));
   section.put(start);
   section.put(header_checksum_);
   section.put_bytes(std::as_bytes(std::span(end_magic)));
@@ -100,7 +93,13 @@ TagReader::TagReader(const std::string& path) : bytes_(path) {
   bytes.insert(bytes.end(), rest.begin(), rest.end());
   if (Status status = parse_header(bytes, header_, header_checksum_); !status.ok())
     throw BrokenInput(name() + ": " + status.what());
+  try {
+    geometry_of(header_.nrrd_fields);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(name() + ": the source's fields in the header: " + broken.what());
+  }
   header_size_ = size;
+  last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / smallest_brick)
     throw BrokenInput(name() + ": the file is too short for the bricks of its volume; it is truncated");
@@ -130,13 +129,25 @@ void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, co
   }
 }
 
+// What follows a brick is bound to it: read before the brick is handed out, it shows that the brick is of
+// this file.
 bool TagReader::read_brick(BrickBytes& brick) {
-  std::array<std::byte, 4> length_bytes;
-  if (next_brick_ == parameters().bricks().count()) {
-    bricks_read_ = true;
+  const std::int64_t count = parameters().bricks().count();
+  if (next_brick_ == 0) read_frame(ahead_);
+  if (ahead_.id < 0) return false;
+  brick = std::move(ahead_);
+  ahead_ = {};
+  if (next_brick_ < count) {
+    read_frame(ahead_);
+  } else {
+    ahead_.id = -1;
     read_index_section();
-    return false;
   }
+  return true;
+}
+
+void TagReader::read_frame(BrickBytes& brick) {
+  std::array<std::byte, 4> length_bytes;
   read_exactly(length_bytes.data(), length_bytes.size(), "a brick");
   const auto length = load_little_endian<std::uint32_t>(length_bytes.data());
   if (length < 12 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
@@ -146,8 +157,8 @@ bool TagReader::read_brick(BrickBytes& brick) {
   const auto id = reader.get<std::uint64_t>();
   const auto activity_size = reader.get<std::uint32_t>();
   const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
-  if (checksum_of({length_bytes, body}, header_checksum_) != checksum)
-    fail("the checksum does not fit: the brick is damaged, or of another file");
+  if (!checksums_agree(checksum, checksum_of({length_bytes, body}, last_checksum_)))
+    fail("the checksum does not fit: the brick is damaged, or it or the one before is of another file");
   if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
   const auto activity = reader.get_bytes(activity_size);
   if (reader.overrun()) fail("the activity is larger than the brick");
@@ -156,22 +167,20 @@ bool TagReader::read_brick(BrickBytes& brick) {
     const auto* first = reinterpret_cast<const std::uint8_t*>(from.data());
     to.assign(first, first + from.size());
   };
-  chain_ = chained(chain_, checksum);
+  last_checksum_ = checksum;
   sizes_.emplace_back(static_cast<std::uint32_t>(activity.size()), static_cast<std::uint32_t>(values.size()));
   brick.id = next_brick_++;
   copy(activity, brick.activity);
   copy(values, brick.values);
-  return true;
 }
 
 void TagReader::read_index_section() {
   const std::uint64_t start = bytes_.position();
-  std::vector<std::byte> head(4 + 8 + 8 + 8);
+  std::vector<std::byte> head(4 + 8 + 8);
   read_exactly(head.data(), head.size(), "the index");
   FieldReader reader(head);
   const auto marker = reader.get<std::uint32_t>();
-  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>(),
-             chain = reader.get<std::uint64_t>();
+  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
   const auto count = static_cast<std::uint64_t>(parameters().bricks().count());
   const int levels = max_level(parameters().cube_size);
   if (marker != 0) fail("there are more bricks than the volume has");
@@ -181,13 +190,13 @@ void TagReader::read_index_section() {
   std::vector<std::byte> packed, fields, tail;
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");
-  if (checksum_of({head, packed}, header_checksum_) != load_little_endian<std::uint64_t>(tail.data()))
-    fail("the index is damaged: its checksum does not fit");
+  if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
+                       checksum_of({head, packed}, last_checksum_)))
+    fail("the checksum does not fit: the index is damaged, or the last brick is of another file");
   if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
-      load_little_endian<std::uint64_t>(tail.data() + 16) != header_checksum_ ||
+      !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum_) ||
       !std::equal(tail.begin() + 24, tail.end(), std::as_bytes(std::span(end_magic)).begin()))
     fail("the footer is damaged");
-  if (bricks_read_ && chain != chain_) fail("not all bricks are of this file: one was exchanged");
   std::byte extra;
   if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
@@ -211,7 +220,10 @@ void TagReader::read_index() {
     if (!std::equal(footer.begin() + 16, footer.end(), std::as_bytes(std::span(end_magic)).begin()) ||
         start < header_size_ || start > *size - footer_size)
       throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
-    bytes_.seek(start);
+    std::vector<std::byte> before;
+    bytes_.seek(start - 8);
+    read_growing(before, 8, "the last brick");
+    last_checksum_ = load_little_endian<std::uint64_t>(before.data());
     next_brick_ = parameters().bricks().count();
     read_index_section();
     return;

@@ -44,7 +44,7 @@ class TagWriter {
   OutputFile& out_;
   CodingParameters parameters_;
   std::uint64_t header_checksum_ = 0;
-  std::uint64_t chain_ = 0;  ///< of the checksums of all bricks
+  std::uint64_t last_checksum_ = 0;  ///< of what was written last: the header, then each brick
   TagIndex index_;
 };
 
@@ -57,20 +57,23 @@ class TagReader {
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
   const std::string& name() const { return bytes_.name(); }
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { bytes_.stop_when(stop); }
 
-  /// Reads the next brick and checks its checksum. After the last one reads index and footer, makes sure that
-  /// nothing follows them, and returns false.
+  /// Hands out the next brick, once its checksum and that of what follows it have been checked: the next
+  /// brick, or index and footer, which nothing may follow. Returns false after the last one.
   bool read_brick(BrickBytes& brick);
 
   /// Gets index() without reading the bricks where the file can seek; else by reading them all.
   void read_index();
-  /// REQUIRES: read_brick() returned false, or read_index() was called.
+  /// REQUIRES: read_brick() gave the last brick, or read_index() was called.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const;
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
   void read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what);
+  void read_frame(BrickBytes& brick);
   void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
@@ -79,9 +82,9 @@ class TagReader {
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::int64_t next_brick_ = 0;
-  std::uint64_t chain_ = 0;
+  std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
+  BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
   std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes_;  ///< of activity and values, as read
-  bool bricks_read_ = false;                                    ///< all of them, so that the chain is known
   std::vector<std::byte> body_;
   TagIndex index_;
   std::uint64_t file_size_ = 0;

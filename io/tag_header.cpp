@@ -107,7 +107,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
     return status;
   if (bytes.size() != header_size) return Status::broken("the header ends too soon");
   checksum = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - checksum_size);
-  if (checksum != checksum_of({bytes.first(bytes.size() - checksum_size)}))
+  if (!checksums_agree(checksum, checksum_of({bytes.first(bytes.size() - checksum_size)})))
     return Status::broken("the header is damaged: its checksum does not fit");
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));

@@ -16,6 +16,9 @@ using Fields = std::map<std::string_view, std::string_view>;
 
 Fields fields_of(std::string_view nrrd_fields) {
   Fields fields;
+  // Otherwise they would not come back from a header that they are put into.
+  if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
+    throw BrokenInput("NRRD header: lines must end with a line feed alone here");
   while (!nrrd_fields.empty()) {
     const NrrdLine line = parse_nrrd_line(take_line(nrrd_fields));
     if (line.kind != NrrdLine::Kind::field) continue;

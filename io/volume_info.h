@@ -58,7 +58,7 @@ std::string spacings_line(const std::array<double, 3>& spacing);
 struct RawDescription {
   Index3 dims;
   SampleType type = SampleType::uint8;
-  bool big_endian = false;
+  std::optional<bool> big_endian;  ///< little where it is not said
   std::optional<std::array<double, 3>> spacing;
   /// Bytes before the first sample.
   std::uint64_t offset = 0;

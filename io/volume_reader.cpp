@@ -9,6 +9,9 @@
 #include "io/errors.h"
 #include "io/little_endian.h"
 #include "io/nrrd_header.h"
+#include "io/nrrd_line.h"
+
+#include "io/system_call.h"
 
 namespace tagrid {
 namespace {
@@ -29,6 +32,19 @@ std::string read_nrrd_header(FileBytes& file) {
 
 std::string described(const Index3& dims, SampleType type) {
   return fmt::format("{} x {} x {} {}", dims.x, dims.y, dims.z, name_of(type));
+}
+
+/// A header may come from anybody. What it names must be a file, not something that talks to this process or
+/// waits for another: not the standard input (which is what "-" means to teem), no pipe, no device.
+void require_plain_file(const std::string& header_name, const std::string& data_file,
+                        const std::string& path) {
+  const auto status = status_of(path);
+  const bool plain =
+      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // others: open() says why
+  if (data_file == "-" || !plain)
+    throw BrokenInput(
+        fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,
+                    tagrid::quoted(std::string_view(data_file))));
 }
 
 std::string beside(const std::string& header_path, const std::string& data_file) {
@@ -67,18 +83,31 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
   }
   info_ = header.info;
   big_endian_ = header.big_endian;
-  if (raw && (raw->dims != info_.dims || raw->type != info_.type))
-    throw BrokenInput(fmt::format("{}: its NRRD header says {}, the command line {}", header_name,
-                                  described(info_.dims, info_.type), described(raw->dims, raw->type)));
+  if (raw) check_against(*raw, header, header_name);
   bool notes_after_header = false;
   if (!header.data_file.empty()) {
     detached_header_bytes_ = file_->position();
     notes_after_header = !file_->peek(1).empty();
     files_.push_back(beside(path, header.data_file));
+    require_plain_file(header_name, header.data_file, files_.back());
     file_ = std::make_unique<FileBytes>(files_.back());
   }
   holds_other_bytes_ = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;
   go_to_samples(header);
+}
+
+/// What the caller says of an NRRD file must be what its header says.
+void VolumeReader::check_against(const RawDescription& raw, const NrrdHeader& header,
+                                 const std::string& name) const {
+  const std::string both = fmt::format("{}: its NRRD header says {}, the command line {}", name,
+                                       described(info_.dims, info_.type), described(raw.dims, raw.type));
+  if (raw.dims != info_.dims) throw BrokenInput(both);
+  if (raw.type != info_.type) throw UsageError(both);
+  if (raw.big_endian && size_of(info_.type) > 1 && *raw.big_endian != header.big_endian)
+    throw UsageError(fmt::format("{}: its NRRD header says endian {}; leave out --endian", name,
+                                 header.big_endian ? "big" : "little"));
+  if (raw.spacing && *raw.spacing != info_.geometry.spacing)
+    throw UsageError(name + ": its NRRD header says another spacing, or none; leave out --spacing");
 }
 
 void VolumeReader::open_raw(const RawDescription& raw) {
@@ -89,7 +118,7 @@ void VolumeReader::open_raw(const RawDescription& raw) {
   info_.type = raw.type;
   if (raw.spacing) info_.nrrd_fields = spacings_line(*raw.spacing);
   info_.geometry = geometry_of(info_.nrrd_fields);
-  big_endian_ = raw.big_endian;
+  big_endian_ = raw.big_endian.value_or(false);
   holds_other_bytes_ = raw.offset > 0;
   skip_to(raw.offset);
 }

@@ -36,6 +36,9 @@ class VolumeReader {
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
 
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { file_->stop_when(stop); }
+
   /// The files that it is in: its own, and that of the samples where the header is detached. "-" for the
   /// standard input.
   const std::vector<std::string>& files() const { return files_; }
@@ -49,6 +52,7 @@ class VolumeReader {
 
   VolumeReader() = default;
   void open_nrrd(const std::string& path, const std::optional<RawDescription>& raw);
+  void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) const;
   void open_raw(const RawDescription& raw);
   void go_to_samples(const NrrdHeader& header);
   void skip_to(std::uint64_t position);
@@ -70,8 +74,9 @@ class VolumeReader {
 };
 
 /// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one
-/// (unless `raw` has an offset), and must then agree with `raw`, if given, in size and type; anything else
-/// needs `raw`. The sizes of files are checked at once.
+/// (unless `raw` has an offset), and must then agree with what `raw` says, if given: another size is
+/// BrokenInput, another type, spacing or order of bytes UsageError. Anything else needs `raw`. The sizes of
+/// files are checked at once.
 VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw = std::nullopt);
 
 }  // namespace tagrid

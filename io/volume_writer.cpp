@@ -1,7 +1,5 @@
 #include "io/volume_writer.h"
 
-#include <unistd.h>
-
 #include <bit>
 #include <cassert>
 #include <filesystem>
@@ -30,6 +28,22 @@ std::string samples_path(const std::string& path, VolumeFormat format) {
   return format == VolumeFormat::nhdr ? std::filesystem::path(path).replace_extension(".raw").string() : path;
 }
 
+namespace {
+
+/// A header names the file of its samples in a line of text, without quotes: some names mean something else
+/// there.
+void require_name_in_header(const VolumeInfo& info, const std::string& data_file) {
+  try {
+    if (parse_nrrd_header(nrrd_header_text(info, data_file)).data_file == data_file) return;
+  } catch (const BrokenInput&) {
+    // Then it is not what a header can say.
+  }
+  throw UsageError(tagrid::quoted(data_file) +
+                   ": a detached header cannot name such a file; choose another name");
+}
+
+}  // namespace
+
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
                                 bool overwrite, const std::optional<FileAttributes>& like) {
   VolumeWriter writer;
@@ -44,9 +58,9 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
   const std::filesystem::path data = samples_path(path, format);
   if (data == std::filesystem::path(path))
     throw UsageError(path + ": a detached header cannot be named .raw");
-  writer.data_path_ = data.string();
+  require_name_in_header(info, data.filename().string());
   writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
-  writer.samples_ = std::make_unique<OutputFile>(writer.data_path_, overwrite, like);
+  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));
   return writer;
 }
@@ -67,18 +81,29 @@ std::uint64_t VolumeWriter::bytes_written() const {
   return samples_->position() + (header_ ? header_->position() : 0);
 }
 
-void VolumeWriter::commit() {
+void VolumeWriter::publish() {
   assert(bytes_left_ == 0);
-  if (!header_) return samples_->commit();
+  if (header_) header_->sync();
   // A header without samples would be taken for a volume, samples without a header are not.
-  header_->sync();
-  samples_->commit();
+  samples_->publish();
+  if (!header_) return;
   try {
-    header_->commit();
+    header_->publish();
   } catch (...) {
-    unlink(data_path_.c_str());
+    samples_.reset();
     throw;
   }
+}
+
+void VolumeWriter::keep() {
+  // One whose older file cannot be removed must not lose the other its name.
+  try {
+    samples_->keep();
+  } catch (...) {
+    if (header_) header_->keep();
+    throw;
+  }
+  if (header_) header_->keep();
 }
 
 }  // namespace tagrid

@@ -31,8 +31,14 @@ class VolumeWriter {
   /// Writes the next samples: of info().type in the machine's byte order, x fastest, in pieces of any whole
   /// number of samples.
   void write_slices(std::span<const std::byte> samples);
-  /// Makes the files durable and gives them their names. REQUIRES: all samples were written.
-  void commit();
+  /// Makes the files durable and gives them their names: all or none. Without keep() they lose them again.
+  /// See OutputFile. REQUIRES: all samples were written.
+  void publish();
+  void keep();
+  void commit() {
+    publish();
+    keep();
+  }
   /// Bytes of all files so far, headers included.
   std::uint64_t bytes_written() const;
 
@@ -44,7 +50,6 @@ class VolumeWriter {
   VolumeInfo info_;
   std::unique_ptr<OutputFile> samples_;
   std::unique_ptr<OutputFile> header_;  ///< A detached one only.
-  std::string data_path_;               ///< Of the file of samples, where the header is detached.
   std::uint64_t bytes_left_ = 0;
 };
 

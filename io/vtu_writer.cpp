@@ -154,7 +154,6 @@ void VtuWriter::finish() {
   write_spooled(output_, levels_);
   write_types(output_, levels_);
   output_.write("\n  </AppendedData>\n</VTKFile>\n");
-  output_.commit();
 }
 
 }  // namespace tagrid

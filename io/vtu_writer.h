@@ -18,7 +18,7 @@ namespace tagrid {
 ///
 /// The file has appended raw data, header_type="UInt64", little endian: Float64 points, Int64 connectivity
 /// and offsets, UInt8 types (10, VTK_TETRA); point data `value` of the sample type; cell data `level` and
-/// `type` (level % 3: the primitives I, II, III), both UInt8. It appears under its name in finish() only.
+/// `type` (level % 3: the primitives I, II, III), both UInt8. It appears under its name in commit() only.
 ///
 /// Every failure of the world is a WorldError; UsageError if the output exists and `overwrite` is false.
 class VtuWriter {
@@ -36,9 +36,11 @@ class VtuWriter {
   std::int64_t point_count() const { return points_; }
   std::int64_t tetrahedron_count() const { return tetrahedra_; }
 
-  /// Puts the file together and gives it its name. To be called once, last. REQUIRES: all indices are those
+  /// Puts the file together. To be called once, after the last tetrahedron. REQUIRES: all indices are those
   /// of points.
   void finish();
+  /// Makes it durable and gives it its name. REQUIRES: finish() was called.
+  void commit() { output_.commit(); }
   /// Bytes of the whole file. REQUIRES: finish() was called.
   std::uint64_t file_bytes() const { return output_.position(); }
 

@@ -3,10 +3,20 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <bit>
 #include <memory>
 #include <stdexcept>
+#include <string>
+
+#include "io/little_endian.h"
 
 namespace tagrid {
+namespace {
+
+// 2^10 is the smallest window that zstd knows; 2^27 is what its own program reads without being asked to.
+constexpr int smallest_window_log = 10, largest_window_log = 27;
+
+}  // namespace
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes) {
   std::vector<std::byte> out(ZSTD_compressBound(bytes.size()));
@@ -21,6 +31,13 @@ Status zstd_decompress(std::span<const std::byte> bytes, std::size_t size, std::
   const std::unique_ptr<ZSTD_DStream, std::size_t (*)(ZSTD_DStream*)> stream(ZSTD_createDStream(),
                                                                              ZSTD_freeDStream);
   if (!stream) throw std::bad_alloc();
+  if (bytes.size() < 4 || load_little_endian<std::uint32_t>(bytes.data()) != ZSTD_MAGICNUMBER)
+    return Status::broken("this is no zstd frame");
+  // A frame says how far it looks back, and that is allocated at once: no further than its content is long.
+  const auto window_log = std::clamp(static_cast<int>(std::bit_width(size > 0 ? size - 1 : 0)),
+                                     smallest_window_log, largest_window_log);
+  if (ZSTD_isError(ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log)))
+    throw std::logic_error("zstd does not know its own limits");
   ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
   const std::size_t step = ZSTD_DStreamOutSize();
   for (;;) {

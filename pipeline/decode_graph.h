@@ -4,13 +4,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "grid/coding_parameters.h"
 #include "grid/lattice_bits.h"
 #include "io/tag_file.h"
+#include "pipeline/decoded_layer.h"
 
 namespace tagrid {
 
@@ -27,14 +27,17 @@ struct DecodeStreams {
   std::string name;
   /// Reads the next brick, or returns false after the last one; never called at the same time.
   std::function<bool(BrickBytes&)> read_brick;
-  /// Takes whole slices in z order, one layer of bricks at a time; never called at the same time. Every brick
-  /// of the layer has been decoded without an error before.
-  std::function<void(std::span<const std::byte> samples)> write_slices;
-  /// Takes every brick, in the order of their numbers, before write_slices takes its layer. May be empty.
+  /// Takes one layer of bricks after the other, from z = 0; never called at the same time. Every brick of the
+  /// layer has been decoded without an error before.
+  std::function<void(const DecodedLayer& layer)> write_layer;
+  /// Takes every brick, in the order of their numbers, before write_layer takes its layer. May be empty.
   std::function<void(const DecodedBrick&)> inspect_brick;
+  /// See EncodeStreams.
+  std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory. Throws
+/// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory, and
+/// no more than the bricks that were read so far. Throws
 /// BrokenInput where a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, int threads, const DecodeStreams& streams);
 

@@ -27,7 +27,8 @@ class Samples {
     std::vector<std::byte> bytes(static_cast<std::size_t>(count) * size);
     file_.seek(raw_.offset + static_cast<std::uint64_t>(first) * size);
     file_.read(bytes.data(), bytes.size());
-    if (raw_.big_endian) swap_bytes_of_samples(bytes.data(), static_cast<std::size_t>(count), size);
+    if (raw_.big_endian.value_or(false))
+      swap_bytes_of_samples(bytes.data(), static_cast<std::size_t>(count), size);
     std::vector<double> values;
     with_sample_type(raw_.type, [&](auto type) {
       const auto* samples = reinterpret_cast<const decltype(type)*>(bytes.data());

@@ -129,8 +129,13 @@ void build_and_run(const CodingParameters& parameters, int threads, const Encode
       graph, workers, [&](const MarkJob& job) -> Arrival { return stages.mark(job); });
   flow::function_node<BrickJob, SubdividedBrick> subdivide_node(
       graph, workers, [&](const BrickJob& job) { return stages.subdivide_brick(job); });
-  flow::function_node<SubdividedBrick, EncodedBrick> encode(
-      graph, workers, [&](const SubdividedBrick& brick) { return stages.encode(brick); });
+  flow::function_node<SubdividedBrick, EncodedBrick> encode(graph, workers,
+                                                            [&](const SubdividedBrick& brick) {
+                                                              EncodedBrick encoded = stages.encode(brick);
+                                                              if (streams.brick_done)
+                                                                streams.brick_done(encoded.id);
+                                                              return encoded;
+                                                            });
   flow::sequencer_node<EncodedBrick> in_order(
       graph, [](const EncodedBrick& brick) { return static_cast<std::size_t>(brick.id); });
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {

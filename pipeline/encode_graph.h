@@ -15,6 +15,9 @@ struct EncodeStreams {
   std::function<SliceSamples()> read_slice;
   /// Takes the bricks in the order of their numbers, never two at the same time.
   std::function<void(std::int64_t brick, BrickCode code)> write_brick;
+  /// Told by a worker that it has encoded a brick, before that is put in order; called at the same time by
+  /// several. For tests, which wait here, so that bricks finish in any order. May be empty.
+  std::function<void(std::int64_t brick)> brick_done = {};
 };
 
 /// Runs the whole encoding on `threads` threads and returns when the last brick was written. What is in

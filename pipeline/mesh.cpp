@@ -29,29 +29,22 @@ class LayerSamples {
   explicit LayerSamples(const CodingParameters& parameters)
       : volume_(parameters.domain().volume()), size_(size_of(parameters.type)) {}
 
-  void begin_layer(std::span<const std::byte> slices) { slices_ = slices; }
+  void begin_layer(const DecodedLayer& layer) { layer_ = &layer; }
   // The sample nearest to a point of the layer.
   const std::byte* at(Index3 p) const {
     const Index3 q = volume_.nearest(p);
-    const auto in_slice = static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
-    if (q.z < first_slice_) return below_.data() + in_slice;
-    return slices_.data() + static_cast<std::size_t>(q.z - first_slice_) * slice_bytes() + in_slice;
+    if (q.z >= layer_->first_slice()) return layer_->at(q);
+    return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
   }
   void end_layer() {
-    const auto last = slices_.last(slice_bytes());
-    below_.assign(last.begin(), last.end());
-    first_slice_ += static_cast<std::int64_t>(slices_.size() / slice_bytes());
+    below_.resize(layer_->slice_bytes());
+    layer_->copy_slice(layer_->first_slice() + layer_->slices() - 1, below_);
   }
 
  private:
-  std::size_t slice_bytes() const {
-    return static_cast<std::size_t>(volume_.size().x * volume_.size().y) * size_;
-  }
-
   Box volume_;
   std::size_t size_;
-  std::int64_t first_slice_ = 0;
-  std::span<const std::byte> slices_;
+  const DecodedLayer* layer_ = nullptr;
   std::vector<std::byte> below_;
 };
 
@@ -164,15 +157,15 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
   };
-  streams.write_slices = [&](std::span<const std::byte> slices) {
-    samples.begin_layer(slices);
+  streams.write_layer = [&](const DecodedLayer& decoded) {
+    samples.begin_layer(decoded);
     for (BrickPoints& brick : layer) {
       add_brick(brick);
       brick = {};
     }
     layer.clear();
     samples.end_layer();
-    done += slices.size();
+    done += static_cast<std::uint64_t>(decoded.slices()) * decoded.slice_bytes();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);
@@ -181,7 +174,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
 }  // namespace
 
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      int threads, const Progress& progress) {
+                      int threads, const Progress& progress, const BeforeNaming<MeshResult>& before_naming) {
   if (output != "-" && !output.ends_with(".vtu"))
     throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
   refuse_same_file(input, output);
@@ -193,8 +186,11 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
   mesh_bricks(reader, mesh, threads, progress);
   writer.finish();
-  return {reader.header(),     reader.index(),       reader.sizes().file,
-          writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
+  const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
+                             writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
+  if (before_naming) before_naming(result);
+  writer.commit();
+  return result;
 }
 
 }  // namespace tagrid

@@ -1,6 +1,7 @@
 #include "pipeline/phantom.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -59,7 +60,8 @@ VolumeInfo info_of(const PhantomOptions& options) {
 }  // namespace
 
 std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
-                            bool overwrite, int threads, const Progress& progress) {
+                            bool overwrite, int threads, const Progress& progress,
+                            const BeforeNaming<std::uint64_t>& before_naming) {
   const VolumeInfo info = info_of(options);
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
   const MakeSlice make = slice_maker(options.type);
@@ -68,6 +70,8 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
   const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
   std::uint64_t done = 0;
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);
@@ -80,6 +84,7 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
     done += static_cast<std::uint64_t>(count) * slice_bytes;
     if (progress) progress(done, total);
   }
+  if (before_naming) before_naming(writer.bytes_written());
   writer.commit();
   return writer.bytes_written();
 }

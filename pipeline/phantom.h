@@ -19,6 +19,7 @@ struct PhantomOptions {
 /// in memory. The samples depend on the options alone. Returns the bytes written. Throws UsageError and
 /// WorldError; then nothing is left under the name of the output.
 std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
-                            bool overwrite, int threads, const Progress& progress = {});
+                            bool overwrite, int threads, const Progress& progress = {},
+                            const BeforeNaming<std::uint64_t>& before_naming = {});
 
 }  // namespace tagrid

@@ -12,11 +12,13 @@ void for_each_point_of(const Box& box, Visit visit) {
 
 }  // namespace
 
-PointIds::PointIds(const BrickGrid& bricks) : bricks_(bricks), row_(bricks.domain.padded().size().x) {
-  const Index3 brick = bricks.closed_box({0, 0, 0}).size();
-  const std::int64_t points[3] = {brick.y * brick.z, row_ * brick.z, row_ * bricks.domain.padded().size().y};
+PointIds::PointIds(const BrickGrid& bricks) : bricks_(bricks), row_(bricks.domain.padded().size().x) {}
+
+void PointIds::make_faces() {
+  const Index3 brick = bricks_.closed_box({0, 0, 0}).size();
+  const std::int64_t points[3] = {brick.y * brick.z, row_ * brick.z, row_ * bricks_.domain.padded().size().y};
   for (int axis = 0; axis < 3; ++axis)
-    if (bricks.bricks(axis) > 1) faces_[axis].assign(static_cast<std::size_t>(points[axis]), none);
+    if (bricks_.bricks(axis) > 1) faces_[axis].assign(static_cast<std::size_t>(points[axis]), none);
 }
 
 // The place of `p` in the face left behind along `axis`.
@@ -29,6 +31,7 @@ std::int64_t& PointIds::shared(int axis, Index3 p) {
 }
 
 void PointIds::begin_brick(Index3 position) {
+  if (position == Index3{0, 0, 0}) make_faces();
   position_ = position;
   box_ = bricks_.closed_box(position);
   ids_.assign(static_cast<std::size_t>(box_.count()), none);

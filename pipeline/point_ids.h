@@ -18,7 +18,8 @@ namespace tagrid {
 /// side of the x face if the point lies on it, else of the y face, else of the z face: faces are taken over
 /// in the order z, y, x, and one plane for each axis is enough.
 ///
-/// Memory: 8 bytes for every point of one brick and of one slice of the domain.
+/// Memory: 8 bytes for every point of one brick and of one slice of the domain, from the first brick on: not
+/// before there is one.
 class PointIds {
  public:
   static constexpr std::int64_t none = -1;
@@ -35,6 +36,7 @@ class PointIds {
   void end_brick();
 
  private:
+  void make_faces();
   std::int64_t& shared(int axis, Index3 p);
 
   BrickGrid bricks_;

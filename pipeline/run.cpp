@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/until_it_fails.h"
 #include "pipeline/verify.h"
 
 namespace tagrid {
@@ -20,7 +21,8 @@ int available_threads() {
 
 EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
-                           int threads, const Progress& progress) {
+                           int threads, const Progress& progress,
+                           const BeforeNaming<EncodeResult>& before_naming) {
   options.validate();
   refuse_same_file(input, output);
   check_output(output, overwrite);
@@ -36,6 +38,8 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   const std::size_t slice_bytes = static_cast<std::size_t>(reader.slice_samples()) * size_of(parameters.type);
   std::int64_t slices = 0;
   std::uint64_t done = 0;
+  UntilItFails output_works;
+  reader.stop_when(output_works.failed());
   EncodeStreams streams;
   streams.read_slice = [&] {
     auto slice = std::make_shared<std::vector<std::byte>>(slice_bytes);
@@ -47,20 +51,25 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
     done += code.statistics.samples * size_of(parameters.type);
-    writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    output_works.run([&] {
+      writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    });
     if (progress) progress(done, total);
   };
-  run_encode_graph(parameters, threads, streams);
+  output_works.rethrow_after([&] { run_encode_graph(parameters, threads, streams); });
   writer.finish();
   result.index = writer.index();
   result.bytes_in = reader.bytes_read();
   result.file_bytes = file.position();
+  result.temporary = file.temporary();
+  if (before_naming) before_naming(result);
   file.commit();
   return result;
 }
 
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
-                           bool overwrite, int threads, const Progress& progress) {
+                           bool overwrite, int threads, const Progress& progress,
+                           const BeforeNaming<DecodeResult>& before_naming) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
@@ -74,23 +83,29 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
+  UntilItFails output_works;
+  reader.stop_when(output_works.failed());
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  streams.write_slices = [&](std::span<const std::byte> samples) {
-    writer.write_slices(samples);
-    done += samples.size();
+  streams.write_layer = [&](const DecodedLayer& layer) {
+    layer.for_each_part([&](std::span<const std::byte> samples) {
+      output_works.run([&] { writer.write_slices(samples); });
+      done += samples.size();
+    });
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, threads, streams);
+  output_works.rethrow_after([&] { run_decode_graph(parameters, threads, streams); });
+  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+  if (before_naming) before_naming(result);
   writer.commit();
-  return {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+  return result;
 }
 
 void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& output, int threads) {
+                     const std::string& encoded, int threads) {
   try {
-    verify_file(output, input, raw, threads);
+    verify_file(encoded, input, raw, threads);
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -15,6 +15,11 @@ namespace tagrid {
 /// Told how many bytes of samples of how many are done; called by one thread at a time.
 using Progress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
+/// Told of a result when everything is written, just before the output gets its name: what has to succeed
+/// together with it goes here. What it throws leaves nothing of the output.
+template <class Result>
+using BeforeNaming = std::function<void(const Result&)>;
+
 /// Threads that this process may run on (its affinity).
 int available_threads();
 
@@ -23,6 +28,7 @@ struct EncodeResult {
   TagIndex index;
   std::uint64_t bytes_in = 0;    ///< read, headers included
   std::uint64_t file_bytes = 0;  ///< written
+  std::string temporary;         ///< where the file is before it gets its name; "" for pipes and devices
 };
 
 /// Encodes the volume at `input` into `output` ("-": the standard streams). From file to file the permissions
@@ -30,7 +36,8 @@ struct EncodeResult {
 /// under the name of the output.
 EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
-                           int threads, const Progress& progress = {});
+                           int threads, const Progress& progress = {},
+                           const BeforeNaming<EncodeResult>& before_naming = {});
 
 struct DecodeResult {
   TagHeader header;
@@ -42,11 +49,12 @@ struct DecodeResult {
 /// Decodes the .tag file `input` into the volume `output`. From file to file the permissions and the time are
 /// kept.
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
-                           bool overwrite, int threads, const Progress& progress = {});
+                           bool overwrite, int threads, const Progress& progress = {},
+                           const BeforeNaming<DecodeResult>& before_naming = {});
 
-/// What an encoding made, put to the test before its input may go: decodes `output` and compares it with the
+/// What an encoding made, put to the test before its input may go: decodes `encoded` and compares it with the
 /// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound.
 void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& output, int threads);
+                     const std::string& encoded, int threads);
 
 }  // namespace tagrid

@@ -37,14 +37,15 @@ class AgainstOriginal {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
 
-  void compare(std::span<const std::byte> decoded) {
-    const std::size_t slice = static_cast<std::size_t>(reader_.slice_samples()) * size_of(parameters_.type);
-    slice_.resize(slice);
-    for (; !decoded.empty(); decoded = decoded.subspan(slice), ++z_) {
+  void compare(const DecodedLayer& layer) {
+    slice_.resize(layer.slice_bytes());
+    decoded_.resize(layer.slice_bytes());
+    for (z_ = layer.first_slice(); z_ < layer.first_slice() + layer.slices(); ++z_) {
       reader_.read_slices(slice_.data(), 1);
+      layer.copy_slice(z_, decoded_);
       with_sample_type(parameters_.type, [&](auto type) {
         using T = decltype(type);
-        compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded.data()));
+        compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded_.data()));
       });
     }
     active_.clear();
@@ -91,7 +92,7 @@ class AgainstOriginal {
   VolumeReader reader_;
   std::vector<LatticeBits>
       active_;  ///< of the bricks of the layer; only where they have a bound of their own
-  std::vector<std::byte> slice_;
+  std::vector<std::byte> slice_, decoded_;  ///< of the original, and of the file
   std::int64_t z_ = 0;
   double worst_ = 0;
   Uint128 squares_ = 0;
@@ -167,9 +168,9 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
     statistics.add(brick);
     if (against) against->add_activity(brick.active);
   };
-  streams.write_slices = [&](std::span<const std::byte> samples) {
-    if (against) against->compare(samples);
-    done += samples.size();
+  streams.write_layer = [&](const DecodedLayer& layer) {
+    if (against) against->compare(layer);
+    done += static_cast<std::uint64_t>(layer.slices()) * layer.slice_bytes();
     if (progress) progress(done, total);
   };
   run_decode_graph(parameters, threads, streams);

@@ -40,12 +40,14 @@ class PointModel {
         dz_(box_.size().x * box_.size().y),
         models_(7 * contexts) {}
 
-  void run() {
-    code_root_corners();
+  /// False where the decoder has run out of bytes.
+  bool run() {
+    if (!code_root_corners()) return false;
     for (std::int64_t unit = cube_size_ / 2; unit >= 1; unit /= 2)
       for (int odd_count = 3; odd_count >= 1; --odd_count)
         for (unsigned axes = 1; axes < 8; ++axes)
-          if (std::popcount(axes) == odd_count) code_pass(unit, axes);
+          if (std::popcount(axes) == odd_count && !code_pass(unit, axes)) return false;
+    return true;
   }
 
  private:
@@ -54,10 +56,18 @@ class PointModel {
 
   T& at(Index3 p) { return values_[box_.offset(p)]; }
 
-  void code_root_corners() {
+  // Looked at once a row: what follows the end of the bytes is not worth decoding.
+  bool exhausted() const {
+    if constexpr (Coder::encoding)
+      return false;
+    else
+      return coder_.exhausted();
+  }
+
+  bool code_root_corners() {
     const std::int64_t s = cube_size_;
     for (std::int64_t z = box_.low.z; z <= box_.high.z; z += s)
-      for (std::int64_t y = box_.low.y; y <= box_.high.y; y += s)
+      for (std::int64_t y = box_.low.y; y <= box_.high.y; y += s) {
         for (std::int64_t x = box_.low.x; x <= box_.high.x; x += s) {
           std::int64_t guess = 0;
           if (x > box_.low.x)
@@ -68,9 +78,12 @@ class PointModel {
             guess = at({x, y, z - s});
           code(at({x, y, z}), guess, 0, 0);
         }
+        if (exhausted()) return false;
+      }
+    return true;
   }
 
-  void code_pass(std::int64_t unit, unsigned axes) {
+  bool code_pass(std::int64_t unit, unsigned axes) {
     const bool odd[3] = {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0};
     std::vector<std::uint64_t> mask(active_.words_per_row());
     for (std::int64_t x = odd[0] ? unit : 0; x < box_.size().x; x += 2 * unit)
@@ -82,7 +95,9 @@ class PointModel {
           for (std::uint64_t rest = row[i] & mask[i]; rest != 0; rest &= rest - 1)
             code_point({box_.low.x + static_cast<std::int64_t>(64 * i) + std::countr_zero(rest), y, z}, unit,
                        axes);
+        if (exhausted()) return false;
       }
+    return true;
   }
 
   // Predicts from the vertices of the diamond: the points one unit away along every even axis, all sign
@@ -168,7 +183,8 @@ Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& act
                      std::int64_t point_error, std::span<T> values) {
   assert(static_cast<std::int64_t>(values.size()) == active.box().count());
   RangeDecoder coder(bytes);
-  PointModel<T, RangeDecoder>(coder, active, cube_size, point_error, values.data()).run();
+  PointModel<T, RangeDecoder> model(coder, active, cube_size, point_error, values.data());
+  if (!model.run()) return Status::broken("the values of the grid end too soon");
   if (!coder.finished()) return Status::broken("the values of the grid have the wrong number of bytes");
   return {};
 }

@@ -107,19 +107,18 @@ def decode_brick(header, number, activity, values):
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 
-def check_index(data, at, header, chain, sizes):
-    require(len(data) >= at + 28, "the index is missing")
-    marker, size, packed_size, stored_chain = struct.unpack_from("<IQQQ", data, at)
+def check_index(data, at, header, last, sizes):
+    require(len(data) >= at + 20, "the index is missing")
+    marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
     n = len(sizes)
     require(marker == 0 and size == 32 * n + 8 * (3 * header.K + 1) + 56, "the index has an impossible size")
     require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
-    end = at + 28 + packed_size
+    end = at + 20 + packed_size
     require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
     checksum, start, header_checksum, magic = struct.unpack_from("<QQQ8s", data, end)
-    require(checksum == xxh3(data[at:end], header.checksum), "the index is damaged")
+    require(checksum == xxh3(data[at:end], last), "the index is damaged, or the last brick was exchanged")
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
-    require(stored_chain == chain, "a brick was exchanged")
-    fields = unpack(data[at + 28:end], size)
+    fields = unpack(data[at + 20:end], size)
     if fields is not None:
         columns = struct.unpack_from(f"<{2 * n}I", fields, 8 * (3 * header.K + 1) + 56)
         require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
@@ -128,7 +127,7 @@ def check_index(data, at, header, chain, sizes):
 def decode(data):
     header = Header(data)
     volume = {}
-    at, chain, sizes = header.size, 0, []
+    at, last, sizes = header.size, header.checksum, []
     for number in range(math.prod(header.bricks)):
         require(len(data) >= at + 24, "the file is truncated")
         length, stored_number, activity_size = struct.unpack_from("<IQI", data, at)
@@ -138,14 +137,14 @@ def decode(data):
         end = at + 4 + length
         require(len(data) >= end + 8, "the file is truncated")
         checksum = struct.unpack_from("<Q", data, end)[0]
-        require(checksum == xxh3(data[at:end], header.checksum), f"brick {number} is damaged")
+        require(checksum == xxh3(data[at:end], last), f"brick {number} is damaged")
         require(stored_number == number and activity_size <= length - 12, f"brick {number} is not in its place")
         middle = at + 16 + activity_size
         volume.update(decode_brick(header, number, data[at + 16:middle], data[middle:end]))
-        chain = xxh3(data[end:end + 8], chain)
+        last = checksum
         sizes.append((activity_size, length - 12 - activity_size))
         at = end + 8
-    check_index(data, at, header, chain, sizes)
+    check_index(data, at, header, last, sizes)
     whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())

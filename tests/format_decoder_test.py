@@ -102,17 +102,15 @@ def volume(sample_type, kind, dims):
 def with_right_checksums(data):
     """A file whose bricks were changed, made to look intact."""
     header = format_decoder.Header(data)
-    out, at, chain = bytearray(data[:header.size]), header.size, 0
+    out, at, last = bytearray(data[:header.size]), header.size, header.checksum
     for _ in range(math.prod(header.bricks)):
         length = struct.unpack_from("<I", data, at)[0]
         brick = data[at:at + 4 + length]
-        checksum = struct.pack("<Q", xxh3(brick, header.checksum))
-        out += brick + checksum
-        chain = xxh3(checksum, chain)
+        last = xxh3(brick, last)
+        out += brick + struct.pack("<Q", last)
         at += 12 + length
-    index = bytearray(data[at:-32])
-    index[20:28] = struct.pack("<Q", chain)
-    return bytes(out + index + struct.pack("<Q", xxh3(bytes(index), header.checksum)) + data[-24:])
+    index = data[at:-32]
+    return bytes(out + index + struct.pack("<Q", xxh3(index, last)) + data[-24:])
 
 
 def test_made(comparison):

@@ -29,18 +29,22 @@ struct DecodeCommand {
     if (remove) removed_after = removable_tag(input, path);
     RunReport report(run, output.overwrite, "decode", input, path);
 
-    const DecodeResult result = decode(path, chosen);
-    const CodingParameters& parameters = result.header.parameters;
-    report.write({parameters.dims, parameters.type, settings_json(parameters), result.bytes_in,
-                  result.bytes_out, achieved_json(result.index)});
+    const DecodeResult result = decode(path, chosen, [&](const DecodeResult& written) {
+      const CodingParameters& parameters = written.header.parameters;
+      report.write({parameters.dims, parameters.type, settings_json(parameters), written.bytes_in,
+                    written.bytes_out, achieved_json(written.index)});
+    });
+    report.keep();
     if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
     remove_files(removed_after);
   }
 
-  DecodeResult decode(const std::string& path, VolumeFormat chosen) const {
+  DecodeResult decode(const std::string& path, VolumeFormat chosen,
+                      const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    return decode_volume(input, path, chosen, output.overwrite, run.thread_count(),
-                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return decode_volume(
+        input, path, chosen, output.overwrite, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
 

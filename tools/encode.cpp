@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "io/errors.h"
 #include "pipeline/dims_order.h"
 #include "pipeline/run.h"
@@ -33,17 +31,8 @@ struct EncodeCommand {
       options.range_from_data = true;
       return;
     }
-    const auto number = [&](std::string_view text) {
-      double value = 0;
-      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-      if (error != std::errc{} || end != text.data() + text.size())
-        throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
-      return value;
-    };
-    const auto colon = range.find(':');
-    if (colon == std::string::npos) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
-    options.range = {number(std::string_view(range).substr(0, colon)),
-                     number(std::string_view(range).substr(colon + 1))};
+    options.range = value_range(range);
+    if (!options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
   }
 
   void execute() {
@@ -58,20 +47,23 @@ struct EncodeCommand {
     RunReport report(run, output.overwrite, "encode", input, path);
     if (description) warn_of_order(*description);
 
-    const EncodeResult result = encode(description, path);
-    report.write({result.header.parameters.dims, result.header.parameters.type,
-                  settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
-                  achieved_json(result.index)});
+    const EncodeResult result = encode(description, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, description, written.temporary, run.thread_count());
+      report.write({written.header.parameters.dims, written.header.parameters.type,
+                    settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
+                    achieved_json(written.index)});
+    });
+    report.keep();
     if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
-    if (!remove) return;
-    verify_encoding(input, description, path, run.thread_count());
     remove_files(removed_after);
   }
 
-  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path) const {
+  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path,
+                      const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    return encode_volume(input, description, path, output.overwrite, options, run.thread_count(),
-                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return encode_volume(
+        input, description, path, output.overwrite, options, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 
   void warn_of_order(const RawDescription& description) const {
@@ -87,15 +79,17 @@ struct EncodeCommand {
 
 void add_bounds(CLI::App& command, EncodeOptions& o) {
   const char* group = "What is kept";
-  command.add_option("--max-error", o.max_error, "Largest error of any voxel; 0, the default: lossless")
+  add_number_option(command, "--max-error", o.max_error,
+                    "Largest error of any voxel; 0, the default: lossless")
       ->option_text("E")
       ->group(group);
-  command.add_option("--surface-error", o.surface_error, "Tighter bound where the grid is refined")
+  add_number_option(command, "--surface-error", o.surface_error, "Tighter bound where the grid is refined")
       ->option_text("F")
       ->group(group);
   command.add_flag("--grid-only", o.grid_only, "Store the adaptive grid alone; voxels are interpolated")
       ->group(group);
-  command.add_option("--mesh-error", o.mesh_error, "Refine until the mesh is within E of every sample")
+  add_number_option(command, "--mesh-error", o.mesh_error,
+                    "Refine until the mesh is within E of every sample")
       ->option_text("E")
       ->group(group);
 }
@@ -103,13 +97,13 @@ void add_bounds(CLI::App& command, EncodeOptions& o) {
 void add_grid_options(CLI::App& command, EncodeCommand& c) {
   const char* group = "The grid";
   EncodeOptions& o = c.options;
-  command.add_option("--accuracy", o.accuracy, "m: as good as a circle's m-gon (20)")
+  add_number_option(command, "--accuracy", o.accuracy, "m: as good as a circle's m-gon (20)")
       ->option_text("m")
       ->group(group);
-  command.add_option("--cube", o.cube_size, "Edge of a root cube, a power of two, 4 .. 256 (32)")
+  add_number_option(command, "--cube", o.cube_size, "Edge of a root cube, a power of two, 4 .. 256 (32)")
       ->option_text("S")
       ->group(group);
-  command.add_option("--max-level", o.max_level, "Refine no further than this level")
+  add_number_option(command, "--max-level", o.max_level, "Refine no further than this level")
       ->option_text("n")
       ->group(group);
   command
@@ -117,11 +111,11 @@ void add_grid_options(CLI::App& command, EncodeCommand& c) {
                   "Value range that counts as 8 voxels of height, or auto: that of the data")
       ->option_text("lo:hi|auto")
       ->group(group);
-  command
-      .add_option("--field-scale", o.field_scale, "Voxels of height per unit of value, instead of --range")
+  add_number_option(command, "--field-scale", o.field_scale,
+                    "Voxels of height per unit of value, instead of --range")
       ->option_text("lambda")
       ->group(group);
-  command.add_option("--brick", o.brick_edge, "Root cubes an edge of a brick; default max(2, 64/S)")
+  add_number_option(command, "--brick", o.brick_edge, "Root cubes an edge of a brick; default max(2, 64/S)")
       ->option_text("N")
       ->group(group);
 }

@@ -12,7 +12,7 @@ Action add_info_command(CLI::App& app) {
   struct State {
     std::string input;
     bool json = false;
-    RunOptions run;  // for scripts that give them everywhere: reading an index needs no threads
+    RunOptions run;  // for scripts that give them everywhere; nothing to do with them here
   };
   auto state = std::make_shared<State>();
   CLI::App* command =

@@ -6,6 +6,7 @@
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/system_call.h"
 #include "io/volume_reader.h"
 
 namespace tagrid {
@@ -15,6 +16,9 @@ void require_removable(const std::string& file) {
   if (file == "-") throw UsageError("--rm: the standard input cannot be removed; leave out --rm");
   // What does not exist is found by whoever reads it.
   if (!is_regular_output(file)) throw UsageError("--rm: " + file + ": is not a file; leave out --rm");
+  // The link would go and the file stay.
+  if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
+    throw UsageError("--rm: " + file + ": is a symbolic link; give the file itself, or leave out --rm");
 }
 
 }  // namespace

@@ -1,15 +1,17 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that are named, where they are missing: ours, for building and testing.
-#   tools/install_packages.sh build|test
+# Installs the Debian packages that are named, where they are missing: ours, for building, testing and fuzzing.
+#   tools/install_packages.sh build|test|fuzz
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev)
-test=("${build[@]}" libgtest-dev librapidcheck-dev clang-format)
+test=("${build[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc zsh)
+fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;
   test) wanted=("${test[@]}") ;;
-  *) echo "usage: $0 build|test" >&2; exit 64 ;;
+  fuzz) wanted=("${fuzz[@]}") ;;
+  *) echo "usage: $0 build|test|fuzz" >&2; exit 64 ;;
 esac
 
 missing=()

@@ -25,22 +25,24 @@ struct MeshCommand {
     refuse_terminal(path, "meshes");
     options.overwrite = output.overwrite;
     RunReport report(run, output.overwrite, "mesh", input, path);
-    const MeshResult result = mesh(path);
-    const CodingParameters& parameters = result.header.parameters;
-    const std::uint64_t bytes_out = result.bytes_out;
-    nlohmann::ordered_json settings = settings_json(parameters);
-    settings["points"] = result.points;
-    settings["tetrahedra"] = result.tetrahedra;
-    report.write({parameters.dims, parameters.type, settings, result.bytes_in, bytes_out,
-                  achieved_json(result.index)});
+    const MeshResult result = mesh(path, [&](const MeshResult& written) {
+      const CodingParameters& parameters = written.header.parameters;
+      nlohmann::ordered_json settings = settings_json(parameters);
+      settings["points"] = written.points;
+      settings["tetrahedra"] = written.tetrahedra;
+      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
+                    achieved_json(written.index)});
+    });
+    report.keep();
     if (run.verbosity > 0 && !run.quiet)
       say(fmt::format("{} points, {} tetrahedra\n", result.points, result.tetrahedra));
   }
 
-  MeshResult mesh(const std::string& path) const {
+  MeshResult mesh(const std::string& path, const BeforeNaming<MeshResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    return write_mesh(input, path, options, run.thread_count(),
-                      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return write_mesh(
+        input, path, options, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
 
@@ -51,9 +53,8 @@ Action add_mesh_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a VTU mesh");
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
   add_output_options(*command, state->output);
-  command
-      ->add_option("--level", state->options.level,
-                   "The prefix of the grid at this level: no point of a higher one; default: all of it")
+  add_number_option(*command, "--level", state->options.level,
+                    "The prefix of the grid at this level: no point of a higher one; default: all of it")
       ->option_text("N");
   command->add_flag("--padded", state->options.padded,
                     "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");

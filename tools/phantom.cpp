@@ -10,7 +10,7 @@ namespace tagrid {
 namespace {
 
 struct PhantomCommand {
-  std::vector<std::int64_t> dims;
+  std::string dims;
   std::string type = "int16";
   std::uint64_t seed = 1;
   std::string format;
@@ -18,19 +18,23 @@ struct PhantomCommand {
   RunOptions run;
 
   void execute() const {
-    const PhantomOptions options = {checked_dims(dims), sample_type_option(type), seed};
+    const PhantomOptions options = {dims_option(dims), sample_type_option(type), seed};
     const std::string path = output.path.empty() ? "-" : output.path;
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
     RunReport report(run, output.overwrite, "phantom", "", path);
-    const std::uint64_t written = write(options, path, chosen);
-    report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+    write(options, path, chosen, [&](std::uint64_t written) {
+      report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+    });
+    report.keep();
   }
 
-  std::uint64_t write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen) const {
+  void write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen,
+             const BeforeNaming<std::uint64_t>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
-    return write_phantom(options, path, chosen, output.overwrite, run.thread_count(),
-                         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    write_phantom(
+        options, path, chosen, output.overwrite, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
 
@@ -39,18 +43,12 @@ struct PhantomCommand {
 Action add_phantom_command(CLI::App& app) {
   auto state = std::make_shared<PhantomCommand>();
   CLI::App* command = app.add_subcommand("phantom", "Make a CT-like volume of any size, for tests");
-  command->add_option("--dims", state->dims, "Samples along x (fastest), y and z")
-      ->delimiter(',')
-      ->expected(3)
-      ->required()
-      ->option_text("X,Y,Z REQUIRED");
+  add_dims_option(*command, state->dims)->required()->option_text("X,Y,Z REQUIRED");
   command
       ->add_option("--type", state->type,
                    "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
-  command->add_option("--seed", state->seed, "Another seed, another volume (1)")
-      ->check(CLI::NonNegativeNumber)
-      ->option_text("N");
+  add_number_option(*command, "--seed", state->seed, "Another seed, another volume (1)")->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);

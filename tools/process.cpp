@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "io/errors.h"
-#include "io/output_file.h"
+#include "io/temporaries.h"
 
 namespace tagrid {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "grid/lattice.h"
-#include "tools/shared_options.h"
+#include "tools/human_bytes.h"
 
 namespace tagrid {
 namespace {

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/file_bytes.h"
+#include "io/system_call.h"
 
 namespace tagrid {
 namespace {
@@ -18,8 +19,7 @@ nlohmann::ordered_json text_or_null(const std::string& text) {
 
 /// Whether two names are of one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
-  std::error_code ignored;
-  return std::filesystem::weakly_canonical(a, ignored) == std::filesystem::weakly_canonical(b, ignored);
+  return std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
 }
 
 }  // namespace
@@ -38,8 +38,8 @@ RunReport::RunReport(const RunOptions& run, bool overwrite, std::string command,
   // A report takes the place of an older report at most: -f is meant for the output, and a wrong name here
   // must not cost a volume. A file that is not there now, but is when the report is done, was written by this
   // run.
-  const bool exists = is_regular_output(path_) && std::filesystem::exists(path_);
-  if (exists && overwrite && std::ifstream(path_).peek() != '{')
+  const bool exists = is_regular_output(path_) && status_of_name(path_);
+  if (exists && overwrite && FileBytes(path_).peek(1) != "{")
     throw UsageError(fmt::format("--json {}: is there and is no JSON file; choose another name", path_));
   file_.emplace(path_, exists && overwrite);
 }
@@ -65,7 +65,11 @@ void RunReport::write(const RunFigures& figures) {
   json["achieved"] = figures.achieved;
   // File names may be of any bytes, JSON may not.
   file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-  file_->commit();
+  file_->publish();
+}
+
+void RunReport::keep() {
+  if (file_) file_->keep();
 }
 
 }  // namespace tagrid

@@ -31,8 +31,10 @@ class RunReport {
   RunReport(const RunOptions& run, bool overwrite, std::string command, std::string input,
             std::string output);
 
-  /// Ends the run: takes its time, and writes the report where one was asked for.
+  /// Ends the run: takes its time, and writes the report where one was asked for. Without keep() its file
+  /// goes again: a run is good when its output has its name, too.
   void write(const RunFigures& figures);
+  void keep();
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
-#include <map>
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
@@ -13,23 +14,42 @@
 
 namespace tagrid {
 
+namespace {
+
+ProgressStyle progress_style(const std::string& word) {
+  if (word == "bar") return ProgressStyle::bar;
+  if (word == "plain") return ProgressStyle::plain;
+  return word == "none" ? ProgressStyle::none : ProgressStyle::automatic;
+}
+
+}  // namespace
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& given) {
+        if (std::find(words.begin(), words.end(), given) != words.end()) return std::string();
+        return fmt::format("{}: must be one of {}", given, fmt::join(words, ", "));
+      },
+      "");
+}
+
 int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
 
 void add_run_options(CLI::App& command, RunOptions& options) {
-  command
-      .add_option("-T,--threads", options.threads,
-                  "Threads to use; 0, the default: all that the process may run on")
-      ->check(CLI::Range(0, 1024));
+  add_number_option(command, "-T,--threads", options.threads,
+                    "Threads to use; 0, the default: all that the process may run on")
+      ->check([](const std::string& text) {
+        const auto threads = whole_number<int>(text);
+        const bool good = threads && *threads >= 0 && *threads <= 1024;
+        return good ? std::string() : text + " is no whole number from 0 to 1024";
+      });
   command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
   command.add_flag("-v,--verbose", options.verbosity, "Say more");
-  static const std::map<std::string, ProgressStyle> styles = {{"auto", ProgressStyle::automatic},
-                                                              {"bar", ProgressStyle::bar},
-                                                              {"plain", ProgressStyle::plain},
-                                                              {"none", ProgressStyle::none}};
   command
-      .add_option("--progress", options.progress,
-                  "auto (a bar on a terminal, else nothing), bar, plain or none")
-      ->transform(CLI::CheckedTransformer(styles))
+      .add_option_function<std::string>(
+          "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
+          "auto (a bar on a terminal, else nothing), bar, plain (a line a minute) or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
 }
 
@@ -52,7 +72,7 @@ void add_format_option(CLI::App& command, std::string& format) {
   command
       .add_option("--format", format,
                   "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
-      ->check(CLI::IsMember({"nrrd", "nhdr", "raw"}))
+      ->check(one_of({"nrrd", "nhdr", "raw"}))
       ->option_text("nrrd|nhdr|raw");
 }
 
@@ -72,53 +92,54 @@ SampleType sample_type_option(const std::string& name) {
 
 void add_raw_options(CLI::App& command, RawOptions& options) {
   const char* group = "Headerless input";
-  command.add_option("--dims", options.dims, "Samples along x (fastest), y and z")
-      ->delimiter(',')
-      ->expected(3)
-      ->option_text("X,Y,Z")
-      ->group(group);
+  add_dims_option(command, options.dims)->group(group);
   command.add_option("--type", options.type, "uint8, int8, uint16, int16, uint32, int32, float32 or float64")
       ->option_text("TYPE")
       ->group(group);
   command.add_option("--endian", options.endian, "little (default) or big")
-      ->check(CLI::IsMember({"little", "big"}))
+      ->check(one_of({"little", "big"}))
       ->option_text("little|big")
       ->group(group);
   command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
-      ->delimiter(',')
-      ->expected(3)
       ->option_text("X,Y,Z")
       ->group(group);
-  command.add_option("--offset", options.offset, "Bytes before the first sample")
-      ->check(CLI::NonNegativeNumber)
+  command
+      .add_option("--offset", options.offset,
+                  "Bytes before the first sample; K, M, G: times 1024, 1024^2, 1024^3")
       ->option_text("BYTES")
       ->group(group);
 }
 
-Index3 checked_dims(const std::vector<std::int64_t>& dims) {
-  constexpr std::int64_t most = std::int64_t{1} << 31;
-  if (dims.size() != 3) throw UsageError("--dims must be three sizes: X,Y,Z");
-  for (const std::int64_t n : dims)
-    if (n < 1 || n > most) throw UsageError("--dims must be three sizes from 1 to 2^31: X,Y,Z");
-  return {dims[0], dims[1], dims[2]};
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {
+  return command.add_option("--dims", dims, "Samples along x (fastest), y and z")->option_text("X,Y,Z");
+}
+
+Index3 dims_option(const std::string& dims) {
+  const auto sizes = three_sizes(dims);
+  if (!sizes)
+    throw UsageError(fmt::format("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims));
+  return *sizes;
 }
 
 std::optional<RawDescription> RawOptions::description() const {
-  const bool nothing = dims.empty() && type.empty() && endian.empty() && spacing.empty() && offset == 0;
+  const bool nothing = dims.empty() && type.empty() && endian.empty() && spacing.empty() && offset.empty();
   if (nothing) return std::nullopt;
   if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
   RawDescription raw;
-  raw.dims = checked_dims(dims);
+  raw.dims = dims_option(dims);
   raw.type = sample_type_option(type);
-  raw.big_endian = endian == "big";
-  raw.offset = offset;
+  if (!endian.empty()) raw.big_endian = endian == "big";
+  if (!offset.empty()) {
+    const auto bytes = byte_count(offset);
+    if (!bytes)
+      throw UsageError(
+          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M or G", offset));
+    raw.offset = *bytes;
+  }
   if (!spacing.empty()) {
-    raw.spacing = std::array<double, 3>{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!(spacing[axis] > 0) || spacing[axis] > 1e300)
-        throw UsageError("--spacing must be three positive numbers: X,Y,Z");
-      (*raw.spacing)[axis] = spacing[axis];
-    }
+    raw.spacing = three_distances(spacing);
+    if (!raw.spacing)
+      throw UsageError(fmt::format("--spacing {}: must be three positive numbers: X,Y,Z", spacing));
   }
   return raw;
 }
@@ -141,18 +162,6 @@ void warn(const RunOptions& options, const std::string& message) {
 std::string output_beside(const std::string& input, const std::string& ending) {
   if (input == "-") return "-";
   return std::filesystem::path(input).replace_extension(ending).string();
-}
-
-std::string human_bytes(std::uint64_t bytes) {
-  if (bytes < 1000) return fmt::format("{} B", bytes);
-  double size = static_cast<double>(bytes);
-  const char* unit = "";
-  for (const char* next : {"kB", "MB", "GB", "TB", "PB"}) {
-    size /= 1000;
-    unit = next;
-    if (size < 1000) break;
-  }
-  return fmt::format("{:.{}f} {}", size, size < 10 ? 2 : size < 100 ? 1 : 0, unit);
 }
 
 }  // namespace tagrid

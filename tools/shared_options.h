@@ -1,13 +1,17 @@
 // Options that mean the same in every subcommand.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
-#include <array>
+#include <concepts>
 #include <optional>
 #include <string>
 
+#include "io/errors.h"
 #include "io/volume_info.h"
 #include "io/volume_writer.h"
+#include "tools/numbers.h"
 #include "tools/progress.h"
 
 namespace tagrid {
@@ -21,6 +25,38 @@ struct RunOptions {
 
   int thread_count() const;
 };
+
+/// What a Number may be, in words.
+template <class Number>
+std::string number_wanted() {
+  if constexpr (std::unsigned_integral<Number>)
+    return fmt::format("a whole number, not below 0 and below 2^{}", 8 * sizeof(Number));
+  else if constexpr (std::integral<Number>)
+    return "a whole number";
+  else
+    return "a finite number";
+}
+
+/// An option with a number as its value (T, or std::optional<T>), read as tools/numbers.h says; anything else
+/// is a UsageError. The option parser's own conversion takes 020 for 16.
+template <class Value>
+CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
+                               const std::string& description) {
+  using Number = typename decltype(std::optional(value))::value_type;
+  const std::string name = names.substr(names.rfind(',') + 1);
+  const auto set = [name, &value](const std::string& text) {
+    std::optional<Number> number;
+    if constexpr (std::integral<Number>)
+      number = whole_number<Number>(text);
+    else
+      number = finite_number(text);
+    if (!number) throw UsageError(fmt::format("{}: {}: must be {}", name, text, number_wanted<Number>()));
+    value = *number;
+  };
+  return command.add_option_function<std::string>(names, set, description);
+}
+/// For values that are one of a few words.
+CLI::Validator one_of(const std::vector<std::string>& words);
 
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);
@@ -41,11 +77,11 @@ void add_output_options(CLI::App& command, OutputOptions& options);
 
 /// --dims, --type, --endian, --spacing, --offset: how the samples of headerless input lie.
 struct RawOptions {
-  std::vector<std::int64_t> dims;
+  std::string dims;
   std::string type;
   std::string endian;
-  std::vector<double> spacing;
-  std::uint64_t offset = 0;
+  std::string spacing;
+  std::string offset;
 
   /// Nothing where --dims was not given. Throws UsageError where --type is missing, or values are out of
   /// range.
@@ -63,8 +99,11 @@ SampleType sample_type_option(const std::string& name);
 
 void add_raw_options(CLI::App& command, RawOptions& options);
 
-/// Dims from "X,Y,Z"; throws UsageError unless all are positive and their product is reasonable.
-Index3 checked_dims(const std::vector<std::int64_t>& dims);
+/// --dims
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
+
+/// Dims from "X,Y,Z"; throws UsageError unless each is from 1 to 2^31.
+Index3 dims_option(const std::string& dims);
 
 /// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
 void refuse_terminal(const std::string& output, const char* what);
@@ -77,8 +116,5 @@ void warn(const RunOptions& options, const std::string& message);
 
 /// `input` without its ending, with `ending`; "-" for "-".
 std::string output_beside(const std::string& input, const std::string& ending);
-
-/// "1.2 MB" and the like: powers of 1000, as file managers count.
-std::string human_bytes(std::uint64_t bytes);
 
 }  // namespace tagrid

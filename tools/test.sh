@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs every test.
-#   tools/test.sh          everything that fits in a few minutes
+#   tools/test.sh          everything that fits in some minutes, three of them for the fuzzers
 #   tools/test.sh --long   also what takes hours
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -10,5 +10,10 @@ cmake --preset release -DTAGRID_TESTS=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then
+  TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage
+  tools/same_bytes.sh --long
   tools/stream_test.sh
+  tools/fuzz.sh --long 1
+else
+  tools/fuzz.sh --seconds 60
 fi

@@ -34,6 +34,7 @@ struct VerifyCommand {
         original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
     report.write(
         {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
+    report.keep();
     if (run.quiet || run.json == "-") return;
     fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
                result.active_points);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "io/errors.h"
+#include "io/temporaries.h"
 #include "io/temporary_folder.h"
 
 namespace tagrid {

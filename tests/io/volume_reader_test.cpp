@@ -213,6 +213,25 @@ TEST_F(VolumeReaderTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
   message_of<WorldError>([&] { open_volume(folder_.string(), raw_int16()); });
 }
 
+// A header may come from anybody: it must not make a program wait, or read what was meant for something else.
+TEST_F(VolumeReaderTest, AHeaderNamesAFileAndNoStreamOrDevice) {
+  ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
+  for (const char* name : {"-", "/dev/stdin", "/dev/zero", "/dev/fd/0", "fifo", "./fifo"}) {
+    const std::string header = file("a.nhdr", little + "encoding: raw\ndata file: " + name + "\n");
+    const std::string message = message_of<BrokenInput>([&] { open_volume(header); });
+    EXPECT_NE(message.find("a.nhdr"), message.npos) << message;
+    EXPECT_NE(message.find("data file"), message.npos) << message;
+  }
+}
+
+// As teem reads them: a path that is not absolute begins where the header is.
+TEST_F(VolumeReaderTest, AHeaderNamesItsSamplesByAnyPath) {
+  std::filesystem::create_directory(path("sub"));
+  const std::string data = file("data", bytes_of(false));
+  EXPECT_EQ(read_all(file("a.nhdr", little + "encoding: raw\ndata file: " + data + "\n")), samples());
+  EXPECT_EQ(read_all(file("sub/a.nhdr", little + "encoding: raw\ndata file: ../data\n")), samples());
+}
+
 TEST_F(VolumeReaderTest, WithoutHeaderTheMessageSaysWhatToGive) {
   const std::string message = message_of<BrokenInput>([&] { open_volume(file("a.raw", bytes_of(false))); });
   EXPECT_NE(message.find("--dims"), message.npos) << message;
@@ -227,7 +246,7 @@ TEST_F(VolumeReaderTest, AHeaderAndTheCommandLineMustAgree) {
   message_of<BrokenInput>([&] { open_volume(name, other); });
   other = raw_int16();
   other.type = SampleType::uint16;
-  message_of<BrokenInput>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, other); });
 }
 
 TEST_F(VolumeReaderTest, SpacingOfTheCommandLineBecomesAField) {

@@ -13,6 +13,12 @@
 namespace tagrid {
 namespace {
 
+void make_empty(const std::string& path, SampleType type, bool overwrite) {
+  VtuWriter writer(path, type, overwrite);
+  writer.finish();
+  writer.commit();
+}
+
 using VtuWriterTest = TemporaryFolder;
 
 const std::vector<double> corner_points = {0, 0, 0, 1, 0, 0, 0, 1.5, 0, 0, 0, 0.1};
@@ -31,6 +37,7 @@ TEST_F(VtuWriterTest, EverythingComesBackExactly) {
   EXPECT_EQ(writer.point_count(), 5);
   EXPECT_EQ(writer.tetrahedron_count(), 2);
   writer.finish();
+  writer.commit();
 
   Vtu vtu(path("mesh.vtu"));
   EXPECT_EQ(vtu.number("NumberOfPoints"), 5u);
@@ -72,6 +79,7 @@ TEST_F(VtuWriterTest, MoreThanAnyBufferComesBackExactly) {
   }
   writer.add_tetrahedra(connectivity, levels);
   writer.finish();
+  writer.commit();
   Vtu vtu(path("mesh.vtu"));
   EXPECT_EQ(vtu.array<double>("Float64", "Points"), xyz);
   EXPECT_EQ(vtu.array<std::int64_t>("Int64", "connectivity"), connectivity);
@@ -84,6 +92,7 @@ TEST_F(VtuWriterTest, MoreThanAnyBufferComesBackExactly) {
 TEST_F(VtuWriterTest, AnEmptyMeshIsAFile) {
   VtuWriter writer(path("mesh.vtu"), SampleType::float64, false);
   writer.finish();
+  writer.commit();
   Vtu vtu(path("mesh.vtu"));
   EXPECT_EQ(vtu.number("NumberOfPoints"), 0u);
   EXPECT_TRUE(vtu.array<double>("Float64", "value").empty());
@@ -93,7 +102,7 @@ TEST_F(VtuWriterTest, TypesHaveVtkNames) {
   const char* vtk_names[] = {"UInt8", "Int8", "UInt16", "Int16", "UInt32", "Int32", "Float32", "Float64"};
   for (std::size_t i = 0; i < all_sample_types.size(); ++i) {
     const std::string name = std::string(vtk_names[i]) + ".vtu";
-    VtuWriter(path(name), all_sample_types[i], false).finish();
+    make_empty(path(name), all_sample_types[i], false);
     EXPECT_NO_THROW(Vtu(path(name)).array<std::byte>(vtk_names[i], "value"));
   }
 }
@@ -111,14 +120,15 @@ TEST_F(VtuWriterTest, NothingIsLeftWithoutFinish) {
 TEST_F(VtuWriterTest, OnlyTheMeshIsThereAfterFinish) {
   VtuWriter writer(path("mesh.vtu"), SampleType::uint8, false);
   writer.finish();
+  writer.commit();
   EXPECT_EQ(names(), std::vector<std::string>{"mesh.vtu"});
 }
 
 TEST_F(VtuWriterTest, DoesNotOverwriteUnlessTold) {
   const std::string target = path("mesh.vtu");
-  VtuWriter(target, SampleType::uint8, false).finish();
+  make_empty(target, SampleType::uint8, false);
   EXPECT_THROW(VtuWriter(target, SampleType::uint8, false), UsageError);
-  EXPECT_NO_THROW(VtuWriter(target, SampleType::int8, true).finish());
+  EXPECT_NO_THROW(make_empty(target, SampleType::int8, true));
   EXPECT_NO_THROW(Vtu(path("mesh.vtu")).array<std::byte>("Int8", "value"));
 }
 

@@ -1,12 +1,11 @@
 // Damaged files: an error every time, never other voxels.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "io/errors.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"
+#include "tests/pipeline/frames.h"
 #include "tests/pipeline/volumes.h"
 
 namespace tagrid {
@@ -48,25 +47,14 @@ TEST_F(Damage, EveryFlippedBitIsFound) {
 }
 
 TEST_F(Damage, EveryTruncationIsFound) {
-  const std::string whole = small_file(false);
-  for (std::size_t size = 0; size < whole.size(); ++size)
-    expect_broken(whole.substr(0, size), std::to_string(size));
+  for (const bool grid : {false, true}) {
+    const std::string whole = small_file(grid);
+    for (std::size_t size = 0; size < whole.size(); ++size)
+      expect_broken(whole.substr(0, size), std::to_string(size));
+  }
 }
 
 TEST_F(Damage, TrailingBytesAreFound) { expect_broken(small_file(false) + '\0', "one more byte"); }
-
-// The frames of the bricks of a file, as offset and size.
-std::vector<std::pair<std::size_t, std::size_t>> frames(const std::string& file) {
-  const auto u32 = [&](std::size_t at) {
-    std::uint32_t v;
-    std::memcpy(&v, file.data() + at, 4);
-    return v;
-  };
-  std::vector<std::pair<std::size_t, std::size_t>> result;
-  for (std::size_t at = u32(12); u32(at) != 0; at += result.back().second)
-    result.emplace_back(at, 4 + u32(at) + 8);
-  return result;
-}
 
 TEST_F(Damage, BricksSwappedRepeatedOrOfAnotherFileAreFound) {
   const std::string a = small_file(false, 1), b = small_file(false, 2);

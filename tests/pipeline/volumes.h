@@ -9,6 +9,7 @@
 
 #include "grid/sample_type.h"
 #include "io/volume_info.h"
+#include "io/volume_reader.h"
 #include "io/volume_writer.h"
 
 namespace tagrid {

@@ -102,6 +102,21 @@ TYPED_TEST(PointCoding, DamagedBytesNeverCrash) {
   }
 }
 
+// Bytes of a stranger that describe a large brick and end at once cost no time.
+TYPED_TEST(PointCoding, WhatFollowsTheEndOfTheBytesIsNotDecoded) {
+  const Box box{{0, 0, 0}, {32, 32, 32}};
+  LatticeBits active(box);
+  for_each_point(box, [&](Index3 p) { active.set(p); });
+  const auto values = random_volume<TypeParam>(box.size(), 2).samples;
+  std::vector<std::uint8_t> bytes;
+  encode_points<TypeParam>(values, active, 8, 0, bytes);
+  bytes.resize(bytes.size() / 10);
+  constexpr TypeParam untouched = 77;
+  std::vector<TypeParam> decoded(values.size(), untouched);
+  EXPECT_FALSE(decode_points<TypeParam>(bytes, active, 8, 0, decoded).ok());
+  EXPECT_GT(std::count(decoded.begin(), decoded.end(), untouched), std::ssize(decoded) / 2);
+}
+
 TEST(PointCodingSize, SmoothFieldsCostLittle) {
   const Box box{{0, 0, 0}, {32, 32, 32}};
   LatticeBits active(box);

@@ -69,6 +69,18 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
   const std::vector<Arguments> wrong = {{"--max-error", "-1"},
                                         {"--max-error", "nan"},
                                         {"--max-error", "much"},
+                                        {"--max-error", "inf"},
+                                        {"--max-error", "1e999"},
+                                        {"--max-error", "0x10"},
+                                        {"--max-error", "2,5"},
+                                        {"--max-error", " 2"},
+                                        {"--cube", "0x20"},
+                                        {"--cube", "32.0"},
+                                        {"--cube", "99999999999999999999"},
+                                        {"-T", "1025"},
+                                        {"-T", "2x"},
+                                        {"--range", "0:inf"},
+                                        {"--range", "0:1:2"},
                                         {"--accuracy", "2"},
                                         {"--cube", "33"},
                                         {"--cube", "2"},
@@ -83,6 +95,10 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
                                         {"--progress", "much"},
                                         {"--offset", "-1"},
                                         {"--dims", "4,4"},
+                                        {"--dims", "4,,4,4", "--type", "uint8"},
+                                        {"--dims", "4,4,4,", "--type", "uint8"},
+                                        {"--dims", "4,4,2147483649", "--type", "uint8"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--offset", "20000000000G"},
                                         {"--dims", "0,4,4", "--type", "uint8"},
                                         {"--dims", "4,4,4", "--type", "uint9"},
                                         {"--dims", "4,4,4", "--type", "uint8", "--endian", "middle"},
@@ -92,6 +108,23 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
     expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
   }
   EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, NumbersAreDecimalWhateverTheyBeginWith) {
+  expect_ok(tagrid({"phantom", "--dims", "052,040,036", "-o", "octal.nrrd", "-T", "02"}));
+  phantom("volume.nrrd");
+  EXPECT_EQ(content("octal.nrrd"), content("volume.nrrd"));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "016", "--accuracy=020", "-o", "zero.tag"}));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "16", "--max-error", "-0", "-o", "none.tag"}));
+  EXPECT_EQ(content("zero.tag"), content("none.tag"));
+}
+
+TEST_F(Options, BytesBeforeTheSamplesCanBeCountedInKibibytes) {
+  phantom("volume.raw");
+  file("more.raw", std::string(2048, 'x') + content("volume.raw"));
+  expect_ok(tagrid(with({"encode", "volume.raw"}, raw_)));
+  expect_ok(tagrid(with({"encode", "more.raw", "--offset", "2K"}, raw_)));
+  EXPECT_EQ(content("more.tag"), content("volume.tag"));
 }
 
 TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
@@ -111,6 +144,35 @@ TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
     expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
   }
   EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {{"phantom", "--dims", "4,4,4", "--seed", "-1"}, "--seed: -1: must be a whole number"},
+      {{"phantom", "--dims", "4,4,4", "--seed", "99999999999999999999"}, "below 2^64"},
+      {{"encode", "x", "--dims=1,1,1", "--type=int8", "--offset=-3"}, "--offset: -3: must be a whole number"},
+      {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
+      {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
+      {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
+      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw;"}};
+  for (const auto& [arguments, message] : wrong) {
+    const Ending ending = tagrid(arguments);
+    expect_error(ending, usage, message);
+    EXPECT_LT(ending.err.size(), 140U) << ending.err;
+  }
+}
+
+TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
+  phantom("volume.nrrd", {"--type", "int16"});
+  const std::vector<Arguments> wrong = {
+      {"--type", "uint16"}, {"--endian", "big"}, {"--spacing", "1,1,2"}, {"--spacing", "0.5,1,1"}};
+  for (const Arguments& options : wrong)
+    for (const char* input : {"volume.nrrd", "-"})
+      expect_error(
+          tagrid(with({"encode", input, "-o", "x.tag", "--dims", "52,40,36", "--type", "int16"}, options),
+                 content("volume.nrrd")),
+          usage, "its NRRD header says");
+  expect_ok(tagrid(with({"encode", "volume.nrrd", "--endian=little", "--spacing=1,1,1"}, raw_)));
 }
 
 TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {

@@ -144,6 +144,61 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
   EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
 }
 
+TEST_F(OutputFiles, NothingIsRemovedThroughALink) {
+  phantom("volume.nhdr");
+  make_tag();
+  expect_ok(
+      script("ln -s volume.nrrd link.nrrd; ln -s volume.tag link.tag; mkdir sub; mv volume.raw sub; "
+             "ln -s sub/volume.raw volume.raw"));
+  expect_error(tagrid({"encode", "link.nrrd", "-o", "x.tag", "--rm"}), usage,
+               "link.nrrd: is a symbolic link");
+  expect_error(tagrid({"decode", "link.tag", "-o", "x.nrrd", "--rm"}), usage, "link.tag: is a symbolic link");
+  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage,
+               "volume.raw: is a symbolic link");
+  EXPECT_EQ(names(), (Names{"link.nrrd", "link.tag", "sub", "volume.nhdr", "volume.nrrd", "volume.raw",
+                            "volume.tag"}));
+}
+
+TEST_F(OutputFiles, NamesThatADetachedHeaderCannotSayAreRefused) {
+  make_tag();
+  for (const char* name : {"a\nb.nhdr", " a.nhdr", "LIST .nhdr", "s%03d 1 9 1.nhdr"})
+    expect_error(tagrid({"decode", "volume.tag", "-o", name}), usage, "choose another name");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+  for (const std::string name : {"a b.nhdr", "LISTE.nhdr", "100 %.nhdr", "\xff.nhdr", "a:b.nhdr"}) {
+    expect_ok(tagrid({"decode", "volume.tag", "-fo", name}));
+    expect_ok(tagrid({"encode", name, "-fo", "again.tag"}));
+    EXPECT_EQ(content("again.tag"), content("volume.tag")) << name;
+  }
+}
+
+TEST_F(OutputFiles, TheStatisticsAndTheOutputAppearTogether) {
+  make_tag();
+  expect_error(tagrid({"encode", "volume.nrrd", "-o", "x.tag", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nhdr", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.vtu", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"phantom", "--dims=9,9,9", "-o", "x.raw", "--json", "/dev/full"}), world, "/dev/full");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AWriteErrorIsReportedWhileTheInputIsIdle) {
+  phantom("volume.nrrd", {"--dims", "40,40,100"});
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "8", "--brick", "1"}));
+  const auto stuck = [&](Arguments arguments, const std::string& start) {
+    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    Process process(arguments, folder_.string());
+    process.feed(start);
+    // The rest never comes.
+    return process.wait();
+  };
+  expect_error(stuck({"encode", "-", "--cube=8", "--brick=1", "-o", "/dev/full"},
+                     content("volume.nrrd").substr(0, 60000)),
+               world, "/dev/full: cannot write");
+  const std::string tag = content("volume.tag");
+  expect_error(
+      stuck({"decode", "-", "-o", "/dev/full"}, tag.substr(0, std::min<std::size_t>(tag.size() / 2, 60000))),
+      world, "/dev/full: cannot write");
+}
+
 TEST_F(OutputFiles, NothingIsRemovedAfterAFailure) {
   make_tag();
   const std::string tag = content("volume.tag");

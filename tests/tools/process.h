@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,6 +23,8 @@ struct Ending {
   int code = -1;   ///< -1 where a signal ended it
   int signal = 0;  ///< SIGKILL where it took too long
   std::string out, err;
+  std::size_t peak_bytes = 0;  ///< of its memory
+  double seconds = 0;          ///< that it took
 };
 
 /// A program that runs. Its standard streams are pipes; the output can be a terminal.
@@ -54,6 +57,18 @@ class Process {
   }
   void send(int signal) { kill(pid_, signal); }
 
+  /// Waits for the end with the standard input open, no longer than half a minute. REQUIRES: little output.
+  Ending wait() {
+    for (int i = 0; i < 3000; ++i) {
+      siginfo_t info = {};
+      if (waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+          info.si_pid == pid_)
+        return finish();
+      usleep(10000);
+    }
+    kill(pid_, SIGKILL);
+    return finish();
+  }
   /// Writes `input` and closes the standard input; waits for the end, no longer than a minute.
   Ending finish(std::string_view input = {}) {
     Ending ending;
@@ -66,8 +81,12 @@ class Process {
       exchange(input, ending);
     }
     int status = 0;
-    waitpid(pid_, &status, 0);
+    rusage usage = {};
+    wait4(pid_, &status, 0, &usage);
     pid_ = -1;
+    ending.peak_bytes = static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin_;
+    ending.seconds = took.count();
     if (WIFEXITED(status)) ending.code = WEXITSTATUS(status);
     if (WIFSIGNALED(status)) ending.signal = WTERMSIG(status);
     return ending;
@@ -124,6 +143,7 @@ class Process {
     if (ends[2].revents != 0) take(err_, ending.err);
   }
 
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   pid_t pid_ = -1;
   int in_ = -1, out_ = -1, err_ = -1;
 };

@@ -1,0 +1,27 @@
+// Calls of the operating system, with what it may answer besides yes and no.
+#pragma once
+
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <optional>
+#include <string>
+
+namespace tagrid {
+
+/// Makes a call, again as often as a signal interrupts it. Not for close(), which closes the file anyway.
+template <class Call>
+auto uninterrupted(Call call) {
+  for (;;) {
+    const auto result = call();
+    if (result >= 0 || errno != EINTR) return result;
+  }
+}
+
+/// What is known of a file; nothing where there is none. Throws WorldError where that cannot be found out:
+/// what cannot be looked at must not be taken for a name that is free.
+std::optional<struct stat> status_of(const std::string& path);
+/// The same of a name, even where that is a symbolic link.
+std::optional<struct stat> status_of_name(const std::string& path);
+
+}  // namespace tagrid

@@ -1,0 +1,90 @@
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "io/errors.h"
+#include "pipeline/decode_graph.h"
+#include "pipeline/mesh.h"
+#include "pipeline/verify.h"
+#include "tests/fuzz/memory_files.h"
+#include "tests/fuzz/targets.h"
+#include "tools/report.h"
+
+namespace tagrid::fuzz {
+namespace {
+
+// Larger volumes are not decoded: a file of a few bytes can describe them, but not many of them a second.
+constexpr std::int64_t most_samples = 1 << 11, most_brick_points = 1 << 12, most_bricks = 32;
+
+bool is_small(const CodingParameters& p) {
+  const Index3& n = p.dims;
+  return n.x <= most_samples && n.y <= most_samples && n.z <= most_samples && n.x * n.y <= most_samples &&
+         n.x * n.y * n.z <= most_samples && p.bricks().count() <= most_bricks &&
+         p.bricks().closed_box({0, 0, 0}).count() <= most_brick_points;
+}
+
+/// The samples, or nothing where the file is broken or large.
+std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
+  try {
+    TagReader reader(path);
+    if (!is_small(reader.parameters())) return std::nullopt;
+    std::vector<std::byte> samples;
+    DecodeStreams streams;
+    streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+    streams.write_layer = [&](const DecodedLayer& layer) {
+      layer.for_each_part(
+          [&](std::span<const std::byte> part) { samples.insert(samples.end(), part.begin(), part.end()); });
+    };
+    run_decode_graph(reader.parameters(), 1, streams);
+    claim(samples.size() == *sample_bytes(reader.parameters().dims, reader.parameters().type),
+          "a file that decodes has all its samples");
+    return samples;
+  } catch (const BrokenInput&) {
+    return std::nullopt;
+  }
+}
+
+/// Reads the index alone; true where the file is small, and its index whole.
+bool report(const std::string& path) {
+  try {
+    TagReader reader(path);
+    reader.read_index();
+    const TagSizes sizes = reader.sizes();
+    claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.index,
+          "the parts sum to the file");
+    claim(!info_json(reader.header(), reader.index(), sizes).dump().empty(), "any file can be reported");
+    claim(!info_text(reader.header(), reader.index(), sizes).empty(), "any file can be printed");
+    return is_small(reader.parameters());
+  } catch (const BrokenInput&) {
+    return false;
+  }
+}
+
+template <class Run>
+bool is_accepted(Run run) {
+  try {
+    run();
+    return true;
+  } catch (const BrokenInput&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+void file(Bytes bytes) {
+  const MemoryFile file(bytes);
+  const bool whole_index = report(file.path());
+  const auto samples = samples_of(file.path());
+  claim(!samples || whole_index, "a file that decodes has a whole index");
+  if (bytes.size() <= pipe_holds)
+    claim(samples == samples_of(MemoryPipe(bytes).path()), "a pipe decodes as a file does");
+  if (!whole_index) return;
+  const bool verified = is_accepted([&] { verify_file(file.path(), "", std::nullopt, 1); });
+  claim(samples || !verified, "what does not decode is not verified");
+  static const Folder folder;
+  const bool meshed = is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, 1); });
+  claim(meshed || !verified, "what is verified has a mesh");
+}
+
+}  // namespace tagrid::fuzz

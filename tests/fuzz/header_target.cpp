@@ -1,0 +1,45 @@
+#include "io/errors.h"
+#include "io/nrrd_header.h"
+#include "io/tag_header.h"
+#include "tests/fuzz/targets.h"
+
+namespace tagrid::fuzz {
+namespace {
+
+/// What the source said comes back in every header that is written of it.
+void fields_come_back(const TagHeader& header) {
+  VolumeInfo info;
+  info.dims = header.parameters.dims;
+  info.type = header.parameters.type;
+  info.nrrd_fields = header.nrrd_fields;
+  try {
+    info.geometry = geometry_of(info.nrrd_fields);
+  } catch (const BrokenInput&) {
+    return;
+  }
+  for (const char* data_file : {"", "x.raw"}) {
+    const NrrdHeader again = parse_nrrd_header(nrrd_header_text(info, data_file));
+    claim(again.info.nrrd_fields == info.nrrd_fields, "the source's fields come back in NRRD");
+    claim(again.info.dims == info.dims && again.info.type == info.type, "dims and type come back in NRRD");
+  }
+}
+
+}  // namespace
+
+void header(Bytes bytes) {
+  const auto input = std::as_bytes(bytes);
+  std::size_t size = 0;
+  if (input.size() < tag_preamble_size || !parse_preamble(input.first(tag_preamble_size), size).ok()) return;
+  TagHeader first;
+  std::uint64_t checksum = 0;
+  if (!parse_header(input, first, checksum).ok()) return;
+  claim(check_parameters(first.parameters).ok(), "a header that was accepted has possible parameters");
+  const std::vector<std::byte> written = serialize_header(first);
+  TagHeader second;
+  claim(parse_header(written, second, checksum).ok(), "a header that was written is read");
+  claim(serialize_header(second) == written, "a header that was read is written as it was");
+  claim(first.nrrd_fields == second.nrrd_fields, "the source's fields come back");
+  fields_come_back(first);
+}
+
+}  // namespace tagrid::fuzz

@@ -1,0 +1,207 @@
+#include "tests/fuzz/seeds.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string_view>
+
+#include "grid/lattice.h"
+#include "io/little_endian.h"
+#include "io/zstd_bytes.h"
+#include "pipeline/run.h"
+#include "stages/brick_codec.h"
+#include "stages/phantom.h"
+#include "tests/fuzz/memory_files.h"
+
+namespace tagrid::fuzz {
+namespace {
+
+using Input = std::vector<std::uint8_t>;
+
+Input input_of(std::string_view text) { return {text.begin(), text.end()}; }
+
+Input content_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A small file of a phantom: what the golden files are too large for.
+Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
+  static const Folder folder;
+  std::string raw;
+  with_sample_type(type, [&](auto t) {
+    using T = decltype(t);
+    std::vector<T> slice(static_cast<std::size_t>(dims.x * dims.y));
+    for (std::int64_t z = 0; z < dims.z; ++z) {
+      phantom_slice<T>(dims, 1, z, slice);
+      raw.append(reinterpret_cast<const char*>(slice.data()), slice.size() * sizeof(T));
+    }
+  });
+  RawDescription description;
+  description.dims = dims;
+  description.type = type;
+  description.spacing = {0.5, 0.5, 2};
+  const std::string from = folder.write("in", raw), to = folder.write("out.tag", "");
+  encode_volume(from, description, to, true, options, 1);
+  return content_of(to);
+}
+
+std::vector<Input> small_files() {
+  std::vector<Input> files;
+  for (const bool grid : {false, true})
+    for (const int error : {0, 3}) {
+      EncodeOptions options;
+      options.cube_size = 4;
+      options.brick_edge = error == 0 ? 1 : 2;
+      options.grid_only = grid;
+      options.max_error = error;
+      if (error > 0 && !grid) options.surface_error = 1;
+      files.push_back(small_file({9, 6, 7}, error == 0 ? SampleType::int16 : SampleType::uint8, options));
+    }
+  return files;
+}
+
+std::uint32_t u32(const Input& file, std::size_t at) {
+  return load_little_endian<std::uint32_t>(reinterpret_cast<const std::byte*>(file.data() + at));
+}
+
+/// The parts of a .tag file, each as the input of its target.
+void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
+  const std::size_t header_size = u32(file, 12);
+  seeds["header"].emplace_back(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(header_size));
+  std::size_t at = header_size;
+  while (u32(file, at) != 0) at += 4 + u32(file, at) + 8;
+  const std::size_t size = u32(file, at + 4), packed = u32(file, at + 12);
+  const int cube_size = file[42] | file[43] << 8;
+  std::uint8_t kind = 0;
+  while (4 << kind != cube_size) ++kind;
+  const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 20);
+  Input input = {static_cast<std::uint8_t>(kind | 8), static_cast<std::uint8_t>(size / 8)};
+  input.insert(input.end(), first, first + static_cast<std::ptrdiff_t>(packed));
+  seeds["index"].push_back(input);
+  std::vector<std::byte> fields;
+  const auto bytes = std::as_bytes(std::span(file)).subspan(at + 20, packed);
+  if (!zstd_decompress(bytes, size, fields).ok()) throw std::runtime_error("a whole file is broken");
+  input = {kind, 0};
+  for (const std::byte b : fields) input.push_back(static_cast<std::uint8_t>(b));
+  seeds["index"].push_back(input);
+}
+
+/// Bricks behind the bytes that brick_target.cpp expects: of the first one of a small file.
+void add_bricks(std::map<std::string, Seeds>& seeds) {
+  for (unsigned kind = 0; kind < 32; ++kind) {
+    const std::uint8_t error = kind & 1 ? 4 : 0;
+    const auto type = static_cast<SampleType>(1 + kind % 4);
+    EncodeOptions options;
+    options.cube_size = (kind & 16) ? 8 : 4;
+    options.brick_edge = (kind & 16) ? 1 : 2;
+    options.grid_only = (kind & 4) != 0;
+    options.max_error = error;
+    if (error > 0 && !options.grid_only && (kind & 8)) options.surface_error = 1;
+    const Input file = small_file({12, 11, 10}, type, options);
+    const std::size_t at = u32(file, 12), activity = u32(file, at + 12), all = u32(file, at) - 12;
+    Input input = {static_cast<std::uint8_t>((kind % 4) | (kind & 4) | ((kind & 16) ? 8 : 16)),
+                   255,
+                   11,
+                   10,
+                   9,
+                   static_cast<std::uint8_t>(options.grid_only ? error / 2 : error),
+                   static_cast<std::uint8_t>(options.surface_error ? 1 : 255),
+                   0,
+                   static_cast<std::uint8_t>(activity),
+                   static_cast<std::uint8_t>(activity >> 8)};
+    const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 16);
+    input.insert(input.end(), first, first + static_cast<std::ptrdiff_t>(all));
+    seeds["brick"].push_back(input);
+  }
+}
+
+std::string gzipped(std::string_view text) {
+  z_stream z = {};
+  if (deflateInit2(&z, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK) throw std::bad_alloc();
+  std::string out(1000 + text.size(), '\0');
+  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+  z.avail_in = static_cast<uInt>(text.size());
+  z.next_out = reinterpret_cast<Bytef*>(out.data());
+  z.avail_out = static_cast<uInt>(out.size());
+  deflate(&z, Z_FINISH);
+  out.resize(z.total_out);
+  deflateEnd(&z);
+  return out;
+}
+
+void add_volumes(Seeds& seeds) {
+  const std::string shape = "NRRD0005\ntype: short\ndimension: 3\nsizes: 3 4 2\nendian: big\n";
+  const std::string more =
+      "# a comment\ncontent: a foot\nspace: left-posterior-superior\n"
+      "space directions: (0.5,0,0) (0,0.5,0) (0,0,-2)\nspace origin: (1,2,-3.5)\nkinds: domain domain "
+      "domain\n"
+      "space units: \"mm\" \"mm\" \"mm\"\nmeasurement frame: (1,0,0) (0,1,0) (0,0,1)\nkey:=value\n";
+  const std::string axes = "spacings: 1 nan 2.5\naxis mins: 0 1 2\ncenters: node cell node\n";
+  std::string samples(48, '\x5');
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<char>(i * 37);
+  const std::string zipped = gzipped(samples);
+  seeds.push_back(input_of(shape + "encoding: raw\n\n" + samples));
+  seeds.push_back(input_of(shape + more + "encoding: raw\n\n" + samples));
+  seeds.push_back(input_of(shape + axes + "encoding: gzip\n\n" + zipped));
+  seeds.push_back(input_of(shape + "encoding: gz\n\n" + zipped.substr(0, 20) + zipped));
+  seeds.push_back(input_of(shape + "encoding: gz\nbyte skip: 2\n\n" + gzipped("ab" + samples)));
+  seeds.push_back(
+      input_of(shape + "encoding: gzip\n\n" + gzipped(samples.substr(0, 9)) + gzipped(samples.substr(9))));
+  seeds.push_back(input_of(shape + "encoding: raw\nline skip: 1\nbyte skip: 3\n\na line\nxyz" + samples));
+  seeds.push_back(input_of(shape + "encoding: raw\nbyte skip: -1\ndata file: d\n\nanything" + samples));
+  seeds.push_back(input_of(shape + axes + "encoding: raw\ndata file: d\n\n" + samples));
+  seeds.push_back(input_of(shape + more + "encoding: gzip\nline skip: 1\nbyte skip: 2\ndatafile: d\n\nx\n" +
+                           gzipped("ab" + samples)));
+}
+
+void add_numbers(Seeds& seeds) {
+  for (const char* text : {"0",
+                           "020",
+                           "-17",
+                           "+3",
+                           "9223372036854775807",
+                           "1.5",
+                           "-0",
+                           "1e300",
+                           ".5",
+                           "5.",
+                           "4K",
+                           "17M",
+                           "17179869183G",
+                           "512,512,300",
+                           "2147483648,1,1",
+                           "0.5,0.5,1e-3",
+                           "-1024:3072",
+                           "0:1e3",
+                           "nan",
+                           "inf",
+                           "0x1F",
+                           "1,,2"})
+    seeds.push_back(input_of(text));
+}
+
+}  // namespace
+
+std::map<std::string, Seeds> make_seeds(const std::string& golden) {
+  std::map<std::string, Seeds> seeds;
+  for (const auto& entry : std::filesystem::directory_iterator(golden)) {
+    if (entry.path().extension() != ".tag") continue;
+    const Input file = content_of(entry.path());
+    add_parts(file, seeds);
+  }
+  for (const Input& file : small_files()) {
+    add_parts(file, seeds);
+    seeds["file"].push_back(file);
+  }
+  add_bricks(seeds);
+  add_volumes(seeds["nrrd"]);
+  add_numbers(seeds["numbers"]);
+  return seeds;
+}
+
+}  // namespace tagrid::fuzz

@@ -1,0 +1,38 @@
+// What is done with any bytes at all. A target returns where all is as it should be; a crash, a sanitizer's
+// finding or a broken claim ends the program. The same functions run under libFuzzer and, on the inputs in
+// tests/regressions, as tests.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace tagrid::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// The header of a .tag file, and the source's fields in it.
+void header(Bytes bytes);
+/// One brick, behind a few bytes that say its parameters; see brick_target.cpp.
+void brick(Bytes bytes);
+/// The fields of the index, packed and not.
+void index(Bytes bytes);
+/// A volume in NRRD: attached, detached, raw, gzip.
+void nrrd(Bytes bytes);
+/// The numbers of the command line.
+void numbers(Bytes bytes);
+/// A whole .tag file: from a file and from a pipe, decoded, verified, meshed.
+void file(Bytes bytes);
+
+struct Target {
+  std::string_view name;
+  void (*run)(Bytes);
+};
+
+inline constexpr Target targets[] = {{"header", header}, {"brick", brick},     {"index", index},
+                                     {"nrrd", nrrd},     {"numbers", numbers}, {"file", file}};
+
+/// Ends the program with `what` where a claim does not hold.
+void claim(bool holds, const char* what);
+
+}  // namespace tagrid::fuzz

@@ -1,0 +1,125 @@
+// Bricks that finish in any order come out in theirs, the same byte for byte.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstring>
+#include <mutex>
+#include <random>
+#include <thread>
+
+#include "pipeline/decode_graph.h"
+#include "pipeline/encode_graph.h"
+#include "tests/pipeline/volumes.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Index3 dims{50, 41, 45};
+constexpr int threads = 7;
+
+CodingParameters parameters_of(FileMode mode) {
+  CodingParameters p;
+  p.dims = dims;
+  p.type = SampleType::int16;
+  p.mode = mode;
+  p.cube_size = 8;
+  p.brick_edge = 1;
+  p.max_level = 9;
+  p.max_error = mode == FileMode::voxels ? 3 : -1;
+  p.field_scale = 0.1;
+  return p;
+}
+
+/// Makes every brick wait for a while that depends on the seed, and sees in which order they get on.
+class Shuffle {
+ public:
+  explicit Shuffle(unsigned seed) : random_(seed) {}
+
+  void operator()(std::int64_t brick) {
+    int wait;
+    {
+      const std::lock_guard lock(mutex_);
+      wait = static_cast<int>(random_() % 6);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+    const std::lock_guard lock(mutex_);
+    order_.push_back(brick);
+  }
+  bool in_order() const { return std::is_sorted(order_.begin(), order_.end()); }
+  std::size_t count() const { return order_.size(); }
+
+ private:
+  std::mutex mutex_;
+  std::mt19937 random_;
+  std::vector<std::int64_t> order_;
+};
+
+using Bricks = std::vector<BrickBytes>;
+
+Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* shuffle) {
+  const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
+  const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y) * 2;
+  std::size_t z = 0;
+  Bricks bricks;
+  EncodeStreams streams;
+  streams.read_slice = [&] {
+    auto bytes = std::make_shared<std::vector<std::byte>>(slice);
+    std::memcpy(bytes->data(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
+    return bytes;
+  };
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    bricks.push_back({id, std::move(code.activity), std::move(code.values)});
+  };
+  if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
+  run_encode_graph(parameters, thread_count, streams);
+  return bricks;
+}
+
+std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks& bricks, int thread_count,
+                               Shuffle* shuffle) {
+  std::size_t next = 0;
+  std::vector<std::byte> samples;
+  DecodeStreams streams;
+  streams.read_brick = [&](BrickBytes& brick) {
+    if (next == bricks.size()) return false;
+    brick = bricks[next++];
+    return true;
+  };
+  streams.write_layer = [&](const DecodedLayer& layer) {
+    layer.for_each_part([&](std::span<const std::byte> slices) {
+      samples.insert(samples.end(), slices.begin(), slices.end());
+    });
+  };
+  if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
+  run_decode_graph(parameters, thread_count, streams);
+  return samples;
+}
+
+bool same(const Bricks& a, const Bricks& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const BrickBytes& x, const BrickBytes& y) {
+    return x.id == y.id && x.activity == y.activity && x.values == y.values;
+  });
+}
+
+class Shuffled : public testing::TestWithParam<FileMode> {};
+
+TEST_P(Shuffled, BricksAreTheSameInWhateverOrderTheyFinish) {
+  const CodingParameters parameters = parameters_of(GetParam());
+  const Bricks expected = encoded(parameters, 1, nullptr);
+  const std::vector<std::byte> samples = decoded(parameters, expected, 1, nullptr);
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    Shuffle encoding(seed), decoding(seed);
+    EXPECT_TRUE(same(encoded(parameters, threads, &encoding), expected)) << seed;
+    EXPECT_TRUE(decoded(parameters, expected, threads, &decoding) == samples) << seed;
+    EXPECT_EQ(encoding.count(), expected.size());
+    EXPECT_EQ(decoding.count(), expected.size());
+    EXPECT_FALSE(encoding.in_order()) << "nothing is tested";
+    EXPECT_FALSE(decoding.in_order()) << "nothing is tested";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Mode, Shuffled, testing::Values(FileMode::voxels, FileMode::grid),
+                         [](const auto& test) { return test.param == FileMode::grid ? "grid" : "voxels"; });
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,36 @@
+// A race on purpose: does ThreadSanitizer, with what it is told in tbb_edges.cpp, see into the pipeline? The
+// node that reads slices and the node that writes bricks count in one variable without a lock. With "locked"
+// as its argument the same is done properly, and nothing may be reported.
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+
+#include "pipeline/encode_graph.h"
+
+using namespace tagrid;
+
+int main(int argc, char** argv) {
+  const bool locked = argc > 1 && std::strcmp(argv[1], "locked") == 0;
+  CodingParameters parameters;
+  parameters.dims = {20, 20, 400};
+  parameters.cube_size = 8;
+  parameters.max_level = 9;
+  parameters.field_scale = 1;
+  std::atomic<long> proper{0};
+  long improper = 0;
+  const auto count = [&] {
+    if (locked)
+      ++proper;
+    else
+      ++improper;
+  };
+  EncodeStreams streams;
+  streams.read_slice = [&]() -> SliceSamples {
+    count();
+    return std::make_shared<std::vector<std::byte>>(400);
+  };
+  streams.write_brick = [&](std::int64_t, BrickCode) { count(); };
+  run_encode_graph(parameters, 3, streams);
+  std::printf("%ld slices and bricks\n", proper + improper);
+  return 0;
+}

@@ -1,0 +1,145 @@
+// What ThreadSanitizer has to know of oneTBB. The library comes from Debian and is not instrumented: that a
+// task is handed from one thread to another inside it, and that waiting for a task ends after it, is
+// invisible, and every value that goes along with a task would be reported. The functions below stand before
+// those of the library, do the same, and say what happens before what:
+//
+//   spawn, submit, enqueue     before   the task is executed, by whatever thread
+//   the last task that ends    before   wait() returns
+//   memory is allocated        before   it is freed (the library itself does both, in different threads)
+//
+// All else (how nodes hand on messages, counters, locks) is in oneTBB's headers, thus instrumented. Memory
+// for tasks comes from malloc(), which ThreadSanitizer knows, and not from pools that it cannot see into.
+// Nothing is suppressed: race_check.cpp shows that a race in the pipeline is still found.
+#include <dlfcn.h>
+#include <oneapi/tbb/detail/_small_object_pool.h>
+#include <oneapi/tbb/detail/_task.h>
+#include <oneapi/tbb/task_arena.h>
+#include <sanitizer/tsan_interface.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+namespace tbb::detail {
+namespace {
+
+/// A task that knows who handed it over.
+class HandedOver final : public d1::task {
+ public:
+  explicit HandedOver(d1::task& handed) : handed_(handed) { __tsan_release(this); }
+
+  d1::task* execute(d1::execution_data& data) override {
+    __tsan_acquire(this);
+    d1::task* const next = handed_.execute(data);
+    // Not after an exception: the library then cancels this task.
+    delete this;
+    return next;
+  }
+  d1::task* cancel(d1::execution_data& data) override {
+    __tsan_acquire(this);
+    d1::task* const next = handed_.cancel(data);
+    delete this;
+    return next;
+  }
+
+ private:
+  ~HandedOver() override = default;
+  d1::task& handed_;
+};
+
+template <class Function>
+Function library_function(const char* mangled) {
+  void* const found = dlsym(RTLD_NEXT, mangled);
+  if (found == nullptr) std::abort();  // another version of oneTBB
+  return reinterpret_cast<Function>(found);
+}
+
+/// The counter of the tasks to wait for: the last one to end has released it.
+void acquire(d1::wait_context& context) {
+  static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
+  __tsan_acquire(reinterpret_cast<std::uint64_t*>(&context) + 1);
+}
+
+}  // namespace
+
+namespace r1 {
+
+void spawn(d1::task& task, d1::task_group_context& context) {
+  using Function = void (*)(d1::task&, d1::task_group_context&);
+  static const auto original =
+      library_function<Function>("_ZN3tbb6detail2r15spawnERNS0_2d14taskERNS2_18task_group_contextE");
+  original(*new HandedOver(task), context);
+}
+
+void spawn(d1::task& task, d1::task_group_context& context, d1::slot_id slot) {
+  using Function = void (*)(d1::task&, d1::task_group_context&, d1::slot_id);
+  static const auto original =
+      library_function<Function>("_ZN3tbb6detail2r15spawnERNS0_2d14taskERNS2_18task_group_contextEt");
+  original(*new HandedOver(task), context, slot);
+}
+
+void submit(d1::task& task, d1::task_group_context& context, arena* to, std::uintptr_t as_critical) {
+  using Function = void (*)(d1::task&, d1::task_group_context&, arena*, std::uintptr_t);
+  static const auto original = library_function<Function>(
+      "_ZN3tbb6detail2r16submitERNS0_2d14taskERNS2_18task_group_contextEPNS1_5arenaEm");
+  original(*new HandedOver(task), context, to, as_critical);
+}
+
+void enqueue(d1::task& task, d1::task_arena_base* to) {
+  using Function = void (*)(d1::task&, d1::task_arena_base*);
+  static const auto original =
+      library_function<Function>("_ZN3tbb6detail2r17enqueueERNS0_2d14taskEPNS2_15task_arena_baseE");
+  original(*new HandedOver(task), to);
+}
+
+void enqueue(d1::task& task, d1::task_group_context& context, d1::task_arena_base* to) {
+  using Function = void (*)(d1::task&, d1::task_group_context&, d1::task_arena_base*);
+  static const auto original = library_function<Function>(
+      "_ZN3tbb6detail2r17enqueueERNS0_2d14taskERNS2_18task_group_contextEPNS2_15task_arena_baseE");
+  original(*new HandedOver(task), context, to);
+}
+
+void wait(d1::wait_context& tasks, d1::task_group_context& context) {
+  using Function = void (*)(d1::wait_context&, d1::task_group_context&);
+  static const auto original =
+      library_function<Function>("_ZN3tbb6detail2r14waitERNS0_2d112wait_contextERNS2_18task_group_contextE");
+  original(tasks, context);
+  acquire(tasks);
+}
+
+void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::wait_context& tasks,
+                      d1::task_group_context& wait_context) {
+  using Function = void (*)(d1::task&, d1::task_group_context&, d1::wait_context&, d1::task_group_context&);
+  static const auto original = library_function<Function>(
+      "_ZN3tbb6detail2r116execute_and_waitERNS0_2d14taskERNS2_18task_group_contextERNS2_12wait_contextES6_");
+  original(task, task_context, tasks, wait_context);
+  acquire(tasks);
+}
+
+void* cache_aligned_allocate(std::size_t size) {
+  constexpr std::size_t line = 128;
+  void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
+  if (memory == nullptr) throw std::bad_alloc();
+  __tsan_release(memory);
+  return memory;
+}
+void cache_aligned_deallocate(void* memory) {
+  __tsan_acquire(memory);
+  std::free(memory);
+}
+
+void* allocate(d1::small_object_pool*& pool, std::size_t size) {
+  static char no_pool;
+  pool = reinterpret_cast<d1::small_object_pool*>(&no_pool);
+  return cache_aligned_allocate(size);
+}
+void* allocate(d1::small_object_pool*& pool, std::size_t size, const d1::execution_data&) {
+  return allocate(pool, size);
+}
+void deallocate(d1::small_object_pool&, void* object, std::size_t) { cache_aligned_deallocate(object); }
+void deallocate(d1::small_object_pool&, void* object, std::size_t, const d1::execution_data&) {
+  cache_aligned_deallocate(object);
+}
+
+}  // namespace r1
+}  // namespace tbb::detail

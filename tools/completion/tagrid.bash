@@ -1,0 +1,49 @@
+# Completion of tagrid for bash; to be installed as bash-completion/completions/tagrid.
+
+_tagrid_options() {
+  local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
+  local output='-o --output -f --force' removal='-k --keep --rm'
+  local headerless='--dims --type --endian --spacing --offset'
+  case $1 in
+    encode)
+      echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error" \
+        "--accuracy --cube --max-level --range --field-scale --brick"
+      ;;
+    decode) echo "$run $output $removal --format" ;;
+    info) echo "$run" ;;
+    verify) echo "$run $headerless --against -f --force" ;;
+    mesh) echo "$run $output --level --padded" ;;
+    phantom) echo "$run $output --dims --type --seed --format" ;;
+    *) echo "-h --help -V --version" ;;
+  esac
+}
+
+_tagrid() {
+  local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} command='' word
+  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
+    [[ $word != -* ]] && command=$word && break
+  done
+  COMPREPLY=()
+  # --option=value comes as three words.
+  [[ $current == = ]] && current=''
+  [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
+  case $before in
+    --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
+    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw' -- "$current") && return ;;
+    --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
+    --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;
+    --type)
+      mapfile -t COMPREPLY < <(compgen -W 'uint8 int8 uint16 int16 uint32 int32 float32 float64' -- "$current")
+      return
+      ;;
+  esac
+  if [[ $current == -* ]]; then
+    mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
+  elif [[ -z $command ]]; then
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh phantom' -- "$current")
+  else
+    mapfile -t COMPREPLY < <(compgen -f -- "$current")
+  fi
+}
+
+complete -o filenames -F _tagrid tagrid

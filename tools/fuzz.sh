@@ -1,0 +1,69 @@
+#!/usr/bin/env bash
+# Fuzzes what reads bytes of strangers: builds the targets of tests/fuzz with clang and sanitizers, makes seeds from the
+# golden files, and runs the targets, two at a time. Fails on any crash, hang or excess of memory; the input is then in
+# build/fuzz/findings and belongs into tests/regressions/<target>/. What was learned stays in build/fuzz/corpus.
+#   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
+#     --seconds N   of every target (60)
+#     --long HOURS  the same in hours
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+seconds=60
+targets=()
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --seconds) seconds=$2; shift 2 ;;
+    --long) seconds=$(($2 * 3600)); shift 2 ;;
+    -*) echo "usage: $0 [--seconds N] [--long HOURS] [TARGET ...]" >&2; exit 64 ;;
+    *) targets+=("$1"); shift ;;
+  esac
+done
+[ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd numbers file)
+
+tools/install_packages.sh fuzz
+cmake --preset fuzz >/dev/null
+cmake --build --preset fuzz --target make_fuzz_seeds "${targets[@]/#/fuzz_}"
+build=$PWD/build/fuzz
+"$build/tests/make_fuzz_seeds" tests/golden "$build/seeds"
+mkdir -p "$build/findings" "$build/logs"
+
+# Inputs of golden files are the largest there are; the rest is small, for many runs a second.
+declare -A longest=([header]=2048 [brick]=2048 [index]=4096 [nrrd]=4096 [numbers]=64 [file]=8192)
+
+fuzz() {
+  local target=$1
+  mkdir -p "$build/corpus/$target" "tests/regressions/$target"
+  # Findings of the corpus, of the seeds and of earlier troubles come first. Leaks are looked for as well.
+  "$build/tests/fuzz_$target" -max_total_time="$seconds" -max_len="${longest[$target]}" -timeout=10 \
+    -rss_limit_mb=1024 -malloc_limit_mb=256 -print_final_stats=1 -artifact_prefix="$build/findings/$target-" \
+    "$build/corpus/$target" "$build/seeds/$target" "tests/regressions/$target" >"$build/logs/$target" 2>&1
+}
+
+failed=0
+report() {
+  local target=$1 status=$2 log=$build/logs/$1
+  local runs coverage edges
+  runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
+  coverage=$(grep -o 'cov: [0-9]* ft: [0-9]*' "$log" | tail -1 || true)
+  edges=$(sed -n 's/.*(\([0-9]*\) inline 8-bit counters).*/\1/p' "$log" | head -1)
+  printf '%-8s %12s executions in %s s, %s, of %s edges of the whole program\n' \
+    "$target" "${runs:-no}" "$seconds" "${coverage:-no coverage}" "${edges:-?}"
+  [ "$status" -eq 0 ] && return
+  failed=1
+  echo "$target: failed with status $status; the end of $log:"
+  tail -40 "$log"
+}
+
+for ((i = 0; i < ${#targets[@]}; i += 2)); do
+  declare -A running=()
+  for target in "${targets[@]:i:2}"; do
+    fuzz "$target" &
+    running[$target]=$!
+  done
+  for target in "${targets[@]:i:2}"; do
+    status=0
+    wait "${running[$target]}" || status=$?
+    report "$target" "$status"
+  done
+done
+exit "$failed"

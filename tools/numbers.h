@@ -1,0 +1,42 @@
+// Numbers as they are written on the command line: decimal, whatever the locale says, and nothing around
+// them. What is no such number is no value, and the caller says which option it was given to.
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "grid/box.h"
+
+namespace tagrid {
+
+/// A whole number that `Whole` holds: "20", "-3", "+3", and "020", which is 20. No number in another base.
+template <class Whole>
+std::optional<Whole> whole_number(std::string_view text) {
+  // Of "+-3" the sign is not taken.
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  Whole number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// A finite number: "2", "-0.5", "1e3". Zero has no sign.
+std::optional<double> finite_number(std::string_view text);
+
+/// A number of bytes: a whole number, and K, M or G for that many times 1024, 1024^2 or 1024^3.
+std::optional<std::uint64_t> byte_count(std::string_view text);
+
+/// "X,Y,Z", the sizes of a volume: each from 1 to 2^31.
+std::optional<Index3> three_sizes(std::string_view text);
+
+/// "X,Y,Z", the distances of samples: each positive, and at most 1e300.
+std::optional<std::array<double, 3>> three_distances(std::string_view text);
+
+/// "lo:hi", two finite numbers.
+std::optional<std::pair<double, double>> value_range(std::string_view text);
+
+}  // namespace tagrid

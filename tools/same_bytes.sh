@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# Equal input gives equal files: builds the program with gcc, with gcc without vector code, and with clang, and
+# compares the files that they write, for threads 1, 2, 3 and 7, from files and pipes, twice, in every mode.
+#   tools/same_bytes.sh           phantoms of every type; some minutes, most of them for the builds
+#   tools/same_bytes.sh --long    larger phantoms and the real volumes that are there (../shared/data), too
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+long=${1:-}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+declare -A options=([gcc]="-DCMAKE_CXX_COMPILER=g++" [gcc-scalar]="-DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON"
+  [clang]="-DCMAKE_CXX_COMPILER=clang++")
+builds=(gcc gcc-scalar clang)
+for build in "${builds[@]}"; do
+  echo "Building with $build"
+  # shellcheck disable=SC2086
+  cmake -S . -B "build/same-bytes/$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_TESTS=OFF \
+    -DTAGRID_WERROR=ON ${options[$build]} >/dev/null
+  cmake --build "build/same-bytes/$build" --target tagrid >"$folder/log" || { cat "$folder/log"; exit 1; }
+done
+tagrid() { local build=$1; shift; "build/same-bytes/$build/tagrid" "$@"; }
+
+# Fails unless all hashes of the file are one: a line "what hash" each.
+hashes=$folder/hashes
+expect_one_hash() {
+  if [ "$(cut -d' ' -f2 "$hashes" | sort -u | wc -l)" -ne 1 ]; then
+    echo "FAILED: $1 differs:" >&2
+    cat "$hashes" >&2
+    exit 1
+  fi
+  echo "$1: $(wc -l <"$hashes") runs, $(head -1 "$hashes" | cut -d' ' -f2)"
+  : >"$hashes"
+}
+note() { echo "$1 $(sha256sum | cut -c1-16)" >>"$hashes"; }
+: >"$hashes"
+
+# Every way to encode one volume, in one mode.
+encodings() {
+  local volume=$1 name=$2; shift 2
+  local build threads
+  for build in "${builds[@]}"; do
+    for threads in 1 2 3 7; do
+      tagrid "$build" encode "$volume" "$@" -T $threads -o - | note "$build/$threads/file"
+    done
+    tagrid "$build" encode "$volume" "$@" -T 3 -o - | note "$build/3/again"
+    # A detached header names a file: only what is in one piece goes through a pipe.
+    case $volume in *.nrrd) tagrid "$build" encode - "$@" -T 3 <"$volume" | note "$build/3/pipe" ;; esac
+  done
+  expect_one_hash "$name $*"
+  # What one build wrote, all decode alike.
+  tagrid gcc encode "$volume" "$@" -o "$folder/x.tag" -f
+  for build in "${builds[@]}"; do
+    tagrid "$build" decode "$folder/x.tag" -T 3 -o - | note "$build/decode"
+    tagrid "$build" mesh "$folder/x.tag" -T 3 -o - | sha256sum >"$folder/mesh.$build"
+    cmp "$folder/mesh.gcc" "$folder/mesh.$build"
+  done
+  expect_one_hash "  decoded"
+}
+modes() {
+  encodings "$1" "$2"
+  encodings "$1" "$2" --max-error 3
+  encodings "$1" "$2" --max-error 6 --surface-error 1
+  encodings "$1" "$2" --mesh-error 9 --max-error 1
+  encodings "$1" "$2" --grid-only
+  encodings "$1" "$2" --grid-only --max-error 4
+}
+
+dims=70,61,75 cube=8
+[ "$long" = --long ] && dims=150,140,160 cube=16
+for type in uint8 int8 uint16 int16; do
+  for build in "${builds[@]}"; do
+    tagrid "$build" phantom --dims $dims --type $type --seed 3 --format nrrd -f -o "$folder/$type.nrrd"
+    note "$build" <"$folder/$type.nrrd"
+  done
+  expect_one_hash "phantom $type"
+done
+for type in uint8 int16; do modes "$folder/$type.nrrd" "phantom $type"; done
+for type in int8 uint16; do
+  encodings "$folder/$type.nrrd" "phantom $type" --cube $cube --brick 3 --max-error 2
+  encodings "$folder/$type.nrrd" "phantom $type" --cube $cube --brick 2 --grid-only --max-level 9
+done
+if [ "$long" = --long ]; then
+  for volume in ../shared/data/*.nhdr; do
+    [ -e "$volume" ] || { echo "no real volumes: there is no ../shared/data"; break; }
+    modes "$volume" "$(basename "$volume")"
+  done
+fi
+echo "the same bytes in every way"
