@@ -5,7 +5,7 @@
 
 #include "grid/lattice.h"
 #include "stages/mixer.h"
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 
 namespace tagrid {
 namespace {
@@ -300,7 +300,7 @@ void code_activity(Coder& coder, LatticeBits& active, int cube_size, int max_lev
 
 void encode_activity(const LatticeBits& active, int cube_size, int max_level,
                      std::vector<std::uint8_t>& out) {
-  RangeEncoder coder(out);
+  RansEncoder coder(out);
   LatticeBits coded(active.box());
   code_activity(coder, coded, cube_size, max_level, &active);
   coder.finish();
@@ -308,8 +308,8 @@ void encode_activity(const LatticeBits& active, int cube_size, int max_level,
 
 Status decode_activity(std::span<const std::uint8_t> bytes, int cube_size, int max_level,
                        LatticeBits& active) {
-  RangeDecoder coder(bytes);
-  code_activity<RangeDecoder>(coder, active, cube_size, max_level, nullptr);
+  RansDecoder coder(bytes);
+  code_activity<RansDecoder>(coder, active, cube_size, max_level, nullptr);
   if (!coder.finished()) return Status::broken("the activity has the wrong number of bytes");
   return {};
 }

@@ -7,7 +7,7 @@
 
 #include "grid/lattice.h"
 #include "stages/integer_model.h"
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 
 namespace tagrid {
 namespace {
@@ -172,9 +172,9 @@ template <class T>
 void encode_points(std::span<const T> values, const LatticeBits& active, int cube_size,
                    std::int64_t point_error, std::vector<std::uint8_t>& out) {
   assert(static_cast<std::int64_t>(values.size()) == active.box().count());
-  RangeEncoder coder(out);
+  RansEncoder coder(out);
   // The model writes to its values only when it decodes.
-  PointModel<T, RangeEncoder>(coder, active, cube_size, point_error, const_cast<T*>(values.data())).run();
+  PointModel<T, RansEncoder>(coder, active, cube_size, point_error, const_cast<T*>(values.data())).run();
   coder.finish();
 }
 
@@ -182,8 +182,8 @@ template <class T>
 Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
                      std::int64_t point_error, std::span<T> values) {
   assert(static_cast<std::int64_t>(values.size()) == active.box().count());
-  RangeDecoder coder(bytes);
-  PointModel<T, RangeDecoder> model(coder, active, cube_size, point_error, values.data());
+  RansDecoder coder(bytes);
+  PointModel<T, RansDecoder> model(coder, active, cube_size, point_error, values.data());
   if (!model.run()) return Status::broken("the values of the grid end too soon");
   if (!coder.finished()) return Status::broken("the values of the grid have the wrong number of bytes");
   return {};

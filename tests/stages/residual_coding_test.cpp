@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 
 namespace tagrid {
 namespace {
@@ -34,41 +34,55 @@ TEST(ResidualCoding, AdaptiveBitStaysWithinItsBits) {
 RC_GTEST_PROP(ResidualCoding, IntegersComeBack, (std::vector<std::int64_t> values)) {
   for (auto& v : values) v %= std::int64_t{1} << 38;
   std::vector<std::uint8_t> bytes;
-  RangeEncoder encoder(bytes);
+  RansEncoder encoder(bytes);
   IntegerModel writer, reader;
   for (const auto v : values) writer.code_signed(encoder, v);
   encoder.finish();
-  RangeDecoder decoder(bytes);
+  RansDecoder decoder(bytes);
   for (const auto v : values) RC_ASSERT(reader.code_signed(decoder, 0) == v);
   RC_ASSERT(decoder.finished());
 }
 
 RC_GTEST_PROP(ResidualCoding, ResidualsOfAnySizeComeBackInAnyContext, ()) {
   struct Item {
-    std::int64_t residual;
+    std::int32_t residual;
+    bool flat;
     ResidualContext context;
   };
-  const std::int64_t largest = *rc::gen::element<std::int64_t>(1, 3, 255, 65535, (std::int64_t{1} << 33) - 1);
+  const auto largest = *rc::gen::element<std::int32_t>(1, 3, 255, 65536);
   std::vector<Item> items(*rc::gen::inRange<std::size_t>(0, 200));
   for (Item& item : items) {
-    item.residual = *rc::gen::inRange<std::int64_t>(-largest, largest + 1);
-    ResidualContext& c = item.context;
-    for (std::size_t i = 0; i < c.magnitude.size(); ++i) {
-      c.magnitude[i] = static_cast<std::uint16_t>(*rc::gen::inRange(0, magnitude_contexts[i]));
-      c.sign[i] = static_cast<std::uint16_t>(*rc::gen::inRange(0, sign_contexts[i]));
-    }
-    c.mixer = static_cast<std::uint8_t>(*rc::gen::inRange(0, mixer_contexts));
-    c.low_bits = static_cast<std::uint8_t>(*rc::gen::inRange(0, 20));
-    c.flat = *rc::gen::inRange(0, 5) == 0;
+    item.residual = *rc::gen::inRange<std::int32_t>(-largest, largest + 1);
+    item.flat = *rc::gen::inRange(0, 5) == 0;
+    item.context = {*rc::gen::inRange<std::uint32_t>(0, energy_contexts),
+                    *rc::gen::inRange<std::uint32_t>(0, spread_contexts),
+                    *rc::gen::inRange<std::uint32_t>(0, level_contexts), *rc::gen::inRange(0, 11),
+                    *rc::gen::inRange(0, 2) == 1};
   }
   std::vector<std::uint8_t> bytes;
-  RangeEncoder encoder(bytes);
+  RansEncoder encoder(bytes);
   const auto writer = std::make_unique<ResidualModel>(), reader = std::make_unique<ResidualModel>();
-  for (const Item& item : items) writer->code(encoder, item.residual, largest, item.context);
+  const auto code = [&](ResidualModel& model, auto& coder, const Item& item, std::int32_t residual) {
+    return item.flat ? model.code_flat(coder, residual, largest)
+                     : model.code(coder, residual, largest, item.context);
+  };
+  for (const Item& item : items) RC_ASSERT(code(*writer, encoder, item, item.residual) == item.residual);
   encoder.finish();
-  RangeDecoder decoder(bytes);
-  for (const Item& item : items) RC_ASSERT(reader->code(decoder, 0, largest, item.context) == item.residual);
+  RansDecoder decoder(bytes);
+  for (const Item& item : items) RC_ASSERT(code(*reader, decoder, item, 0) == item.residual);
   RC_ASSERT(decoder.finished());
+}
+
+TEST(ResidualCoding, ClassesOfEnergyAgreeWithTheirMembers) {
+  for (std::uint32_t energy = 0; energy <= 16 * 4095; ++energy) {
+    const std::uint32_t in = log_scale<2>(energy);
+    ASSERT_LT(in, energy_classes);
+    const EnergyClass& size = energy_class_table[in];
+    const std::uint32_t coarse = std::min<std::uint32_t>(log_scale<1>(energy), 15);
+    ASSERT_EQ(size.of_8, coarse / 2) << energy;
+    ASSERT_EQ(size.of_4, coarse / 4) << energy;
+    ASSERT_EQ(size.low_bits, std::max(0, static_cast<int>(std::bit_width(energy >> 4)) - 2)) << energy;
+  }
 }
 
 }  // namespace
