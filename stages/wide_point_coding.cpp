@@ -180,7 +180,7 @@ class WidePointModel {
     r.negative = exact < guess;
     r.magnitude = r.negative ? static_cast<std::uint64_t>(guess) - static_cast<std::uint64_t>(exact)
                              : static_cast<std::uint64_t>(exact) - static_cast<std::uint64_t>(guess);
-    r = models_[kind].code(coder_, r, {log_steps<2>(spread), log_steps<1>(spread), 0});
+    r = models_[kind].code(coder_, r, {log_steps<2>(spread), {}, {}});
     const Int128 sum = Int128{guess} + (r.negative ? -Int128{r.magnitude} : Int128{r.magnitude});
     number(at) = static_cast<std::int64_t>(std::clamp<Int128>(sum, lattice_.least(), lattice_.most()));
     if constexpr (!Coder::encoding) values_[at] = lattice_.value_of(number(at));

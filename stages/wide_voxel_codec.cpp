@@ -118,13 +118,13 @@ class WidePass {
       if (escaped && !p_.escapes) return false;
       if (p_.escapes && code_adaptive(coder_, escaped, escape_[window_.escape_context(x)], 1000)) {
         result = code_escaped(original);
-        window_.commit(x, prediction.value, 0, true);
+        window_.commit_escape(x, prediction);
         return true;
       }
     }
     residuals_->code(coder_, r, window_.context(x, prediction, p_.error[which]));
     if (corrected) result = code_correction(original, result);
-    window_.commit(x, v, signed_residual(r), false);
+    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
     return true;
   }
 
@@ -133,7 +133,7 @@ class WidePass {
     if constexpr (std::is_floating_point_v<T>)
       if (p_.escapes && code_adaptive(coder_, false, escape_[window_.escape_context(x)], 1000)) {
         result = code_escaped(T{});
-        window_.commit(x, prediction.value, 0, true);
+        window_.commit_escape(x, prediction);
         return;
       }
     const std::size_t which = active(x);
@@ -141,7 +141,7 @@ class WidePass {
     const std::int64_t v = decoded(prediction, r, which);
     result = sample_of(v);
     if (p_.corrected && which == 1) result = code_correction(T{}, result);
-    window_.commit(x, v, signed_residual(r), false);
+    window_.commit(x, prediction, v, signed_residual(r), step_[which]);
   }
 
   // The bits of a sample that has no number; often those of the one before.
@@ -155,7 +155,7 @@ class WidePass {
   // From a sample on the lattice of fixed-point numbers to the exact one, by their keys.
   T code_correction(T original, T lattice) {
     const WideResidual d = corrections_->code(coder_, difference(key_of(original), key_of(lattice)),
-                                              {log_steps<2>(last_correction_), 0, 0});
+                                              {log_steps<2>(last_correction_), {}, {}});
     last_correction_ = d.magnitude;
     using Limits = std::numeric_limits<std::make_signed_t<BitsOf<T>>>;
     const Int128 key = Int128{key_of(lattice)} + (d.negative ? -Int128{d.magnitude} : Int128{d.magnitude});
