@@ -59,7 +59,7 @@ class PointLattice {
   /// Numbers that a decoder accepts.
   std::int64_t least() const { return -most() - (std::is_floating_point_v<T> && spacing_ == 0); }
   std::int64_t most() const {
-    if constexpr (std::is_integral_v<T>) return std::int64_t{1} << 32;
+    if constexpr (std::is_integral_v<T>) return (std::int64_t{1} << 32) / step_ + 1;
     if constexpr (std::is_floating_point_v<T>)
       return spacing_ != 0 ? largest_fixed : std::numeric_limits<std::make_signed_t<BitsOf<T>>>::max();
   }
