@@ -6,9 +6,27 @@ from itertools import product
 
 from .coding import RATE, Bits, Broken, Decoder, IntegerModel, clamp
 from .grid import add, along, base_edge, passes, steps
-from .voxels import TAPS, Prediction, log_scale, trit
 
 LARGEST_FIXED = 1 << 46
+TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
+        (0, 0, -1), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1), (-1, -1, -1), (1, -1, -1), (-1, 1, -1),
+        (1, 1, -1), (0, 0, -2))
+
+
+def trit(v):
+    return (v > 0) - (v < 0) + 1
+
+
+def log_scale(m, v):
+    if v < 2 << m:
+        return v
+    octave = v.bit_length() - (m + 1)
+    return (octave << m) + (v >> octave)
+
+
+class Prediction:
+    value = fraction = texture = spread = before = 0
+    biases = ()
 
 
 def float_of(bits, size):
