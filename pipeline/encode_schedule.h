@@ -58,7 +58,6 @@ class EncodeSchedule {
   void add_layer(std::int64_t layer, std::vector<BrickJob>& jobs);
 
   BrickGrid bricks_;
-  FileMode mode_;
   std::int64_t halo_;
   SliceWindow window_;
   std::int64_t root_layers_;
