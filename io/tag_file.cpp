@@ -66,7 +66,8 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
 
 void TagWriter::finish() {
   const std::uint64_t start = out_.position();
-  const std::vector<std::byte> fields = serialize_index(index_, max_level(parameters_.cube_size));
+  const std::vector<std::byte> fields =
+      serialize_index(index_, max_level(parameters_.cube_size), is_float_type(parameters_.type));
   const std::vector<std::byte> packed = zstd_compress(fields);
   FieldWriter section;
   section.put(std::uint32_t{0});
@@ -200,7 +201,9 @@ void TagReader::read_index_section() {
   std::byte extra;
   if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
-  if (Status status = parse_index(fields, count, levels, index_); !status.ok()) fail(status.what());
+  if (Status status = parse_index(fields, count, levels, is_float_type(parameters().type), index_);
+      !status.ok())
+    fail(status.what());
   next_brick_ = parameters().bricks().count();
   constexpr std::uint64_t frame_size = 4 + 8 + 4 + 8;
   std::uint64_t bricks_size = count * frame_size;

@@ -30,7 +30,7 @@ Status check_parameters(const CodingParameters& p) {
   constexpr std::int64_t most = std::int64_t{1} << 60;
   if (p.dims.x > most / p.dims.y || p.dims.x * p.dims.y > most / p.dims.z)
     return Status::broken("the volume has too many samples");
-  if (!is_supported(p.type)) return Status::broken("the sample type is not known to this version");
+  if (!is_sample_type(p.type)) return Status::broken("the sample type is not known to this version");
   if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is not known");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))

@@ -1,13 +1,13 @@
 #include "io/tag_index.h"
 
-#include <cmath>
+#include <bit>
 
 #include "io/byte_fields.h"
 
 namespace tagrid {
 
 void TagIndex::add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick) {
-  const double mean = brick.samples == 0 ? 0 : brick.sum / static_cast<double>(brick.samples);
+  const double mean = brick.finite == 0 ? 0 : brick.sum / static_cast<double>(brick.finite);
   bricks.push_back({static_cast<std::uint32_t>(activity_bytes), static_cast<std::uint32_t>(value_bytes),
                     brick.low, brick.high, mean});
   total.add(brick);
@@ -17,13 +17,18 @@ std::uint64_t index_size(std::uint64_t bricks, int levels) {
   return bricks * (2 * 4 + 3 * 8) + static_cast<std::uint64_t>(levels + 1) * 8 + 7 * 8;
 }
 
-std::vector<std::byte> serialize_index(const TagIndex& index, int levels) {
+std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool floats) {
   FieldWriter fields;
   for (int level = 0; level <= levels; ++level)
     fields.put(index.total.active[static_cast<std::size_t>(level)]);
   fields.put(index.total.max_error);
-  fields.put(static_cast<std::uint64_t>(index.total.sum_squared_error));
-  fields.put(static_cast<std::uint64_t>(index.total.sum_squared_error >> 64));
+  if (floats) {
+    fields.put(index.total.sum_squared_real);
+    fields.put(std::uint64_t{0});
+  } else {
+    fields.put(static_cast<std::uint64_t>(index.total.sum_squared_error));
+    fields.put(static_cast<std::uint64_t>(index.total.sum_squared_error >> 64));
+  }
   fields.put(index.total.low);
   fields.put(index.total.high);
   fields.put(index.total.sum);
@@ -37,7 +42,8 @@ std::vector<std::byte> serialize_index(const TagIndex& index, int levels) {
   return std::move(fields.bytes());
 }
 
-Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, TagIndex& index) {
+Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, bool floats,
+                   TagIndex& index) {
   if (bytes.size() != index_size(bricks, levels))
     return Status::broken("the index is not that of so many bricks");
   FieldReader reader(bytes);
@@ -45,8 +51,11 @@ Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int l
   for (int level = 0; level <= levels; ++level)
     index.total.active[static_cast<std::size_t>(level)] = reader.get<std::uint64_t>();
   index.total.max_error = reader.get<double>();
-  index.total.sum_squared_error = reader.get<std::uint64_t>();
-  index.total.sum_squared_error |= Uint128{reader.get<std::uint64_t>()} << 64;
+  const auto low_half = reader.get<std::uint64_t>(), high_half = reader.get<std::uint64_t>();
+  if (floats)
+    index.total.sum_squared_real = std::bit_cast<double>(low_half);
+  else
+    index.total.sum_squared_error = Uint128{high_half} << 64 | low_half;
   index.total.low = reader.get<double>();
   index.total.high = reader.get<double>();
   index.total.sum = reader.get<double>();

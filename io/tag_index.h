@@ -14,7 +14,7 @@ namespace tagrid {
 struct IndexEntry {
   std::uint32_t activity_bytes = 0;
   std::uint32_t value_bytes = 0;
-  double low = 0, high = 0, mean = 0;  ///< of the brick's original samples
+  double low = 0, high = 0, mean = 0;  ///< of the brick's finite original samples
 };
 
 struct TagIndex {
@@ -24,11 +24,13 @@ struct TagIndex {
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
 };
 
-/// The fields of the index, not yet compressed.
-std::vector<std::byte> serialize_index(const TagIndex& index, int levels);
+/// The fields of the index, not yet compressed. `floats`: of a volume of floats, whose squared errors have a
+/// real sum.
+std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool floats);
 
-/// Reads them back. `bricks` and `levels` are those of the header; any other number is broken.
-Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, TagIndex& index);
+/// Reads them back. `bricks`, `levels` and `floats` are those of the header; any other size is broken.
+Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, bool floats,
+                   TagIndex& index);
 
 /// Bytes of a serialized index.
 std::uint64_t index_size(std::uint64_t bricks, int levels);

@@ -75,8 +75,7 @@ bool fits(FileBytes& file, const RawDescription& raw) {
 std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw) {
   std::array<std::int64_t, 3> sizes = {raw.dims.x, raw.dims.y, raw.dims.z};
   std::sort(sizes.begin(), sizes.end());
-  if (path == "-" || !is_supported(raw.type) || sizes[0] < least_size || sizes[0] == sizes[2])
-    return std::nullopt;
+  if (path == "-" || sizes[0] < least_size || sizes[0] == sizes[2]) return std::nullopt;
   FileBytes file(path);
   if (!fits(file, raw)) return std::nullopt;
   Samples samples(file, raw);

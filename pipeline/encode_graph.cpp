@@ -8,6 +8,7 @@
 
 #include "pipeline/encode_schedule.h"
 #include "stages/curvature.h"
+#include "stages/heights.h"
 #include "stages/marking.h"
 #include "stages/mesh_criterion.h"
 #include "stages/subdivide.h"
@@ -48,12 +49,19 @@ class Stages {
       const Box cubes = schedule_.tile_box(job.tile);
       const auto samples = gathered<T>(job.slices, cubes.grown(mark_halo(parameters_)));
       CurvatureField field;
-      evaluate_curvature(samples.view, cubes, parameters_.field_scale, field);
-      mark_curvature(field, parameters_.domain(),
-                     {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
+      // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
+      if constexpr (is_wide<T>) {
+        const std::vector<double> heights =
+            heights_of<T>(samples.values, parameters_.range_low, parameters_.field_scale);
+        evaluate_curvature(Samples<double>{samples.view.box, heights.data()}, cubes, 1, field);
+        mark_curvature(field, parameters_.domain(), {parameters_.accuracy, 1, parameters_.max_level}, *marks);
+      } else {
+        evaluate_curvature(samples.view, cubes, parameters_.field_scale, field);
+        mark_curvature(field, parameters_.domain(),
+                       {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
+      }
       if (parameters_.mesh_error >= 0)
-        mark_mesh_error(samples.view, parameters_.domain(),
-                        static_cast<std::int64_t>(std::min(parameters_.mesh_error, 1e9)), *marks);
+        mark_mesh_error(samples.view, parameters_.domain(), mesh_bound<T>(), *marks);
     });
     return {job.tile, std::move(marks)};
   }
@@ -77,6 +85,13 @@ class Stages {
   }
 
  private:
+  // No integer sample is further than this from any other.
+  template <class T>
+  MeshBound<T> mesh_bound() const {
+    if constexpr (std::is_floating_point_v<T>) return parameters_.mesh_error;
+    return static_cast<MeshBound<T>>(std::min(parameters_.mesh_error, 4294967296.0));
+  }
+
   template <class T>
   struct Gathered {
     std::vector<T> values;

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "grid/lattice.h"
@@ -38,7 +39,10 @@ std::pair<double, double> usual_range(SampleType type) {
     case SampleType::int16:
       return {-1024, 3072};
     default:
-      throw UsageError("volumes of this type need --range or --field-scale");
+      throw UsageError(
+          fmt::format("a pipe of {} samples needs --range lo:hi or --field-scale: what matters in it cannot "
+                      "be known before it was read",
+                      name_of(type)));
   }
 }
 
@@ -51,14 +55,23 @@ std::pair<double, double> range_of_data(VolumeReader& reader) {
     std::vector<T> slice(static_cast<std::size_t>(reader.slice_samples()));
     for (std::int64_t z = 0; z < reader.info().dims.z; ++z) {
       reader.read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
-      const auto [least, most] = std::minmax_element(slice.begin(), slice.end());
-      low = std::min(low, static_cast<double>(*least));
-      high = std::max(high, static_cast<double>(*most));
+      if constexpr (std::is_integral_v<T>) {
+        const auto [least, most] = std::minmax_element(slice.begin(), slice.end());
+        low = std::min(low, static_cast<double>(*least));
+        high = std::max(high, static_cast<double>(*most));
+      } else {
+        for (const T v : slice) {
+          if (!std::isfinite(v)) continue;
+          low = std::min(low, static_cast<double>(v));
+          high = std::max(high, static_cast<double>(v));
+        }
+      }
     }
   });
   reader.finish();
   reader.rewind();
-  if (low == high) ++high;  // a constant volume: any scale will do
+  if (low > high) low = high = 0;  // nothing is finite
+  if (low == high) ++high;         // a constant volume: any scale will do
   return {low, high};
 }
 
@@ -67,28 +80,37 @@ void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingP
     p.field_scale = *options.field_scale;
     return;
   }
-  const auto [low, high] = options.range             ? *options.range
-                           : options.range_from_data ? range_of_data(reader)
-                                                     : usual_range(p.type);
+  const bool from_data = options.range_from_data || (is_wide_type(p.type) && reader.seekable());
+  const auto [low, high] = options.range ? *options.range
+                           : from_data   ? range_of_data(reader)
+                                         : usual_range(p.type);
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
+  // Ranges of floats may be too wide for their width to be a number, or too narrow for its reciprocal.
+  if (!std::isfinite(high - low)) p.field_scale = 1 / (high / voxels_per_range - low / voxels_per_range);
+  if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
 }
 
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
-  // Samples are integers: so are errors.
-  const auto whole = [](const std::optional<double>& e) { return e ? std::floor(*e) : -1.0; };
+  // Where samples are integers, so are errors.
+  const bool real = is_float_type(p.type);
+  const auto whole = [real](const std::optional<double>& e) {
+    return !e ? -1.0 : real ? *e : std::floor(*e);
+  };
   p.mesh_error = whole(options.mesh_error);
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(options.max_error), 0.0);
     p.surface_error = whole(options.surface_error);
+    require(p.surface_error < p.max_error || p.surface_error < 0,
+            "--surface-error must be below --max-error, in whole units");
     return;
   }
   p.max_error = whole(options.max_error);
   if (p.max_error < 0) return;
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
-  // that is within E of an integer keeps it within E.
-  p.point_error = std::floor(p.max_error / 2);
+  // that is within E of an integer keeps it within E. Of floats the mesh criterion takes off what is rounded.
+  p.point_error = real ? p.max_error / 2 : std::floor(p.max_error / 2);
   const double left = p.max_error - p.point_error;
   p.mesh_error = p.mesh_error < 0 ? left : std::min(p.mesh_error, left);
 }
@@ -100,7 +122,7 @@ void EncodeOptions::validate() const {
   require_bound(surface_error, "--surface-error");
   require_bound(mesh_error, "--mesh-error");
   require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
-  require(!surface_error || (max_error && std::floor(*surface_error) < std::floor(*max_error)),
+  require(!surface_error || (max_error && *surface_error < *max_error),
           "--surface-error must be below --max-error, in whole units");
   require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
@@ -129,9 +151,6 @@ CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
   CodingParameters p;
   p.dims = reader.info().dims;
   p.type = reader.info().type;
-  require(is_supported(p.type),
-          fmt::format("samples of type {} cannot be encoded yet: only uint8, int8, uint16 and int16",
-                      name_of(p.type)));
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.cube_size = options.cube_size;
   p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));

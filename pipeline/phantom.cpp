@@ -22,27 +22,8 @@ void make_slice(const PhantomOptions& options, std::int64_t z, std::byte* out) {
 
 using MakeSlice = void (*)(const PhantomOptions&, std::int64_t, std::byte*);
 
-// Also of the types that cannot be encoded.
 MakeSlice slice_maker(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return make_slice<std::uint8_t>;
-    case SampleType::int8:
-      return make_slice<std::int8_t>;
-    case SampleType::uint16:
-      return make_slice<std::uint16_t>;
-    case SampleType::int16:
-      return make_slice<std::int16_t>;
-    case SampleType::uint32:
-      return make_slice<std::uint32_t>;
-    case SampleType::int32:
-      return make_slice<std::int32_t>;
-    case SampleType::float32:
-      return make_slice<float>;
-    case SampleType::float64:
-      break;
-  }
-  return make_slice<double>;
+  return with_sample_type(type, [](auto sample) -> MakeSlice { return make_slice<decltype(sample)>; });
 }
 
 VolumeInfo info_of(const PhantomOptions& options) {

@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cstdlib>
+#include <cmath>
 #include <limits>
 
 #include "grid/lattice.h"
 #include "stages/activity_coding.h"
 #include "stages/interpolation.h"
 #include "stages/point_coding.h"
+#include "stages/sample_statistics.h"
 #include "stages/voxel_codec.h"
+#include "stages/wide_point_coding.h"
+#include "stages/wide_voxel_codec.h"
 
 namespace tagrid {
 namespace {
@@ -23,32 +26,60 @@ std::int64_t integer_bound(double bound) {
   return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
 }
 
+// Bounds as the coder of the voxels of T takes them.
 template <class T>
-VoxelBounds voxel_bounds(const CodingParameters& parameters) {
-  return {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
+auto voxel_bounds(const CodingParameters& parameters) {
+  if constexpr (is_wide<T>)
+    return WideBounds{parameters.max_error, parameters.surface_error};
+  else
+    return VoxelBounds{integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
+}
+
+// The coders of narrow and of wide types, under one name.
+template <class T>
+void encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
+                         const CodingParameters& parameters, std::vector<std::uint8_t>& out,
+                         std::span<T> decoded) {
+  if constexpr (is_wide<T>)
+    encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
+  else
+    encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
 }
 
 template <class T>
-void measure_samples(std::span<const T> original, std::span<const T> decoded, Statistics& statistics) {
-  T low = original[0], high = original[0];
-  std::int64_t sum = 0, worst = 0;
-  std::uint64_t squares = 0;
-  for (std::size_t i = 0; i < original.size(); ++i) {
-    const std::int64_t error = std::abs(std::int64_t{original[i]} - std::int64_t{decoded[i]});
-    low = std::min(low, original[i]);
-    high = std::max(high, original[i]);
-    sum += original[i];
-    worst = std::max(worst, error);
-    squares += static_cast<std::uint64_t>(error * error);
-  }
-  Statistics brick;
-  brick.low = low;
-  brick.high = high;
-  brick.sum = static_cast<double>(sum);
-  brick.max_error = static_cast<double>(worst);
-  brick.sum_squared_error = squares;
-  brick.samples = original.size();
-  statistics.add(brick);
+Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
+                           const CodingParameters& parameters, std::span<T> samples) {
+  if constexpr (is_wide<T>)
+    return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+  else
+    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+}
+
+template <class T>
+T stored(T value, double point_error) {
+  if constexpr (is_wide<T>)
+    return stored_wide_point(value, point_error);
+  else
+    return stored_point(value, integer_bound<T>(point_error));
+}
+
+template <class T>
+void encode_brick_points(std::span<const T> points, const LatticeBits& active,
+                         const CodingParameters& parameters, std::vector<std::uint8_t>& out) {
+  if constexpr (is_wide<T>)
+    encode_wide_points<T>(points, active, parameters.cube_size, parameters.point_error, out);
+  else
+    encode_points<T>(points, active, parameters.cube_size, integer_bound<T>(parameters.point_error), out);
+}
+
+template <class T>
+Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, std::span<T> points) {
+  if constexpr (is_wide<T>)
+    return decode_wide_points<T>(bytes, active, parameters.cube_size, parameters.point_error, points);
+  else
+    return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
+                            points);
 }
 
 // The part `owned` of the values of `box`.
@@ -62,18 +93,47 @@ std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) 
   return out;
 }
 
+// The values of all points of the box, rounded to samples, from those of the active ones. In integers,
+// exactly.
+template <class T>
+std::vector<T> interpolate_integers(std::span<const T> points, const LatticeBits& active, int cube_size) {
+  using Fixed = std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>;
+  std::vector<Fixed> fixed(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) fixed[i] = to_fixed<Fixed>(points[i], cube_size);
+  interpolate<Fixed>(active, active.box(), cube_size, fixed);
+  std::vector<T> rounded(points.size());
+  round_to_samples<T, Fixed>(fixed, cube_size, rounded);
+  return rounded;
+}
+
+// The same of floats, in doubles. Active points keep every bit; a NaN in between has no payload, so that it
+// is the same on every machine.
+template <class T>
+std::vector<T> interpolate_floats(std::span<const T> points, const LatticeBits& active, int cube_size) {
+  std::vector<double> values(points.begin(), points.end());
+  interpolate<double>(active, active.box(), cube_size, values);
+  std::vector<T> samples(points.size());
+  const Box& box = active.box();
+  std::size_t i = 0;
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+      for (std::int64_t x = box.low.x; x <= box.high.x; ++x, ++i)
+        samples[i] = active.test({x, y, z})  ? points[i]
+                     : std::isnan(values[i]) ? std::numeric_limits<T>::quiet_NaN()
+                                             : static_cast<T>(values[i]);
+  return samples;
+}
+
 // Every sample that the brick owns, from the values of its active points.
 template <class T>
 std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
                                  const CodingParameters& parameters, Index3 brick) {
-  const Box& box = active.box();
-  std::vector<std::int32_t> fixed(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    fixed[i] = to_fixed<std::int32_t>(points[i], parameters.cube_size);
-  interpolate<std::int32_t>(active, box, parameters.cube_size, fixed);
-  std::vector<T> rounded(points.size());
-  round_to_samples<T, std::int32_t>(fixed, parameters.cube_size, rounded);
-  return cut<T>(rounded, box, parameters.bricks().owned_box(brick));
+  std::vector<T> samples;
+  if constexpr (std::is_integral_v<T>)
+    samples = interpolate_integers(points, active, parameters.cube_size);
+  else
+    samples = interpolate_floats(points, active, parameters.cube_size);
+  return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
 }
 
 }  // namespace
@@ -93,14 +153,13 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels) {
     std::vector<T> decoded(n);
-    encode_voxels<T>(original, samples.box, active, voxel_bounds<T>(parameters), code.values, decoded);
+    encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded);
     measure_samples<T>(original, decoded, code.statistics);
     return;
   }
-  const std::int64_t point_error = integer_bound<T>(parameters.point_error);
   std::vector<T> points(n);
-  for (std::size_t i = 0; i < n; ++i) points[i] = stored_point(original[i], point_error);
-  encode_points<T>(points, active, parameters.cube_size, point_error, code.values);
+  for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
+  encode_brick_points<T>(points, active, parameters, code.values);
   const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
   measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
 }
@@ -119,12 +178,11 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
     const Box owned = parameters.bricks().owned_box(brick);
     points.clear();
     samples.resize(static_cast<std::size_t>(owned.count()));
-    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+    return decode_brick_voxels<T>(bytes, owned, active, parameters, samples);
   }
   assert(active.box() == parameters.bricks().closed_box(brick));
   points.assign(static_cast<std::size_t>(active.box().count()), 0);
-  const std::int64_t point_error = integer_bound<T>(parameters.point_error);
-  Status status = decode_points<T>(bytes, active, parameters.cube_size, point_error, points);
+  Status status = decode_brick_points<T>(bytes, active, parameters, points);
   if (status.ok()) samples = interpolate_owned<T>(points, active, parameters, brick);
   return status;
 }
@@ -163,10 +221,7 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
                              BrickCode&);                                                            \
   template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
                                       const CodingParameters&, Index3, std::vector<T>&, std::vector<T>&);
-TAGRID_INSTANTIATE(std::uint8_t)
-TAGRID_INSTANTIATE(std::int8_t)
-TAGRID_INSTANTIATE(std::uint16_t)
-TAGRID_INSTANTIATE(std::int16_t)
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

@@ -3,16 +3,19 @@
 #include <cassert>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
+#include "grid/sample_type.h"
 #include "stages/vector_code.h"
 
 namespace tagrid {
 namespace {
 
 // Sums over the 3x3 rows around a row, each with a stencil in y and one in z: b = (1,4,1), d = (-1,0,1),
-// c = (1,-2,1).
+// c = (1,-2,1). Exact: integers of up to 16 bits a sample in 32 bits, heights in 53.
+template <class Sum>
 struct RowSums {
-  std::vector<std::int32_t> bb, db, bd, cb, bc, dd;
+  std::vector<Sum> bb, db, bd, cb, bc, dd;
 
   void resize(std::size_t n) {
     for (auto* v : {&bb, &db, &bd, &cb, &bc, &dd}) v->resize(n);
@@ -24,20 +27,21 @@ struct NineRows {
   std::array<const T*, 9> at;  // [3 * (z + 1) + (y + 1)]
 };
 
-template <class T>
-inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std::int64_t n, RowSums& sums) {
+template <class T, class Sum>
+inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std::int64_t n,
+                                                    RowSums<Sum>& sums) {
   const auto& r = rows.at;
-  std::int32_t* __restrict bb = sums.bb.data();
-  std::int32_t* __restrict db = sums.db.data();
-  std::int32_t* __restrict bd = sums.bd.data();
-  std::int32_t* __restrict cb = sums.cb.data();
-  std::int32_t* __restrict bc = sums.bc.data();
-  std::int32_t* __restrict dd = sums.dd.data();
+  Sum* __restrict bb = sums.bb.data();
+  Sum* __restrict db = sums.db.data();
+  Sum* __restrict bd = sums.bd.data();
+  Sum* __restrict cb = sums.cb.data();
+  Sum* __restrict bc = sums.bc.data();
+  Sum* __restrict dd = sums.dd.data();
   for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t b0 = r[0][i] + 4 * r[1][i] + r[2][i], d0 = r[2][i] - r[0][i];
-    const std::int32_t b1 = r[3][i] + 4 * r[4][i] + r[5][i], d1 = r[5][i] - r[3][i];
-    const std::int32_t b2 = r[6][i] + 4 * r[7][i] + r[8][i], d2 = r[8][i] - r[6][i];
-    const std::int32_t c0 = b0 - 6 * r[1][i], c1 = b1 - 6 * r[4][i], c2 = b2 - 6 * r[7][i];
+    const Sum b0 = r[0][i] + 4 * r[1][i] + r[2][i], d0 = r[2][i] - r[0][i];
+    const Sum b1 = r[3][i] + 4 * r[4][i] + r[5][i], d1 = r[5][i] - r[3][i];
+    const Sum b2 = r[6][i] + 4 * r[7][i] + r[8][i], d2 = r[8][i] - r[6][i];
+    const Sum c0 = b0 - 6 * r[1][i], c1 = b1 - 6 * r[4][i], c2 = b2 - 6 * r[7][i];
     bb[i] = b0 + 4 * b1 + b2;
     db[i] = d0 + 4 * d1 + d2;
     cb[i] = c0 + 4 * c1 + c2;
@@ -49,20 +53,21 @@ inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std
 
 // The rows of the ten components at one (y, z), from the sums. Entry i of the output is at sample 2i + 1 of
 // the sums, which start one sample before the box.
-inline __attribute__((always_inline)) void finish_row(const RowSums& sums, std::int64_t n, float scale,
+template <class Sum>
+inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, std::int64_t n, float scale,
                                                       const std::array<float*, 10>& out) {
   const float first = scale / 72, second = scale / 36, mixed = scale / 24;
-  const std::int32_t* __restrict bb = sums.bb.data();
-  const std::int32_t* __restrict db = sums.db.data();
-  const std::int32_t* __restrict bd = sums.bd.data();
-  const std::int32_t* __restrict cb = sums.cb.data();
-  const std::int32_t* __restrict bc = sums.bc.data();
-  const std::int32_t* __restrict dd = sums.dd.data();
+  const Sum* __restrict bb = sums.bb.data();
+  const Sum* __restrict db = sums.db.data();
+  const Sum* __restrict bd = sums.bd.data();
+  const Sum* __restrict cb = sums.cb.data();
+  const Sum* __restrict bc = sums.bc.data();
+  const Sum* __restrict dd = sums.dd.data();
   float* __restrict o[10];
   for (std::size_t c = 0; c < 10; ++c) o[c] = out[c];
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t l = 2 * i, m = l + 1, r = l + 2;
-    const std::int32_t ends = bb[l] + bb[r];
+    const Sum ends = bb[l] + bb[r];
     o[CurvatureField::value][i] = static_cast<float>(ends + 4 * bb[m]);
     o[CurvatureField::gx][i] = static_cast<float>(bb[r] - bb[l]) * first;
     o[CurvatureField::hxx][i] = static_cast<float>(ends - 2 * bb[m]) * second;
@@ -89,7 +94,7 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
 
   const std::int64_t width = box.size().x + 2;
   const auto scale = static_cast<float>(field_scale);
-  RowSums sums;
+  RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums;
   sums.resize(static_cast<std::size_t>(width));
   std::array<float*, 10> target;
   std::size_t position = 0;
@@ -107,9 +112,10 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
     }
 }
 
-template void evaluate_curvature(const Samples<std::uint8_t>&, const Box&, double, CurvatureField&);
-template void evaluate_curvature(const Samples<std::int8_t>&, const Box&, double, CurvatureField&);
-template void evaluate_curvature(const Samples<std::uint16_t>&, const Box&, double, CurvatureField&);
-template void evaluate_curvature(const Samples<std::int16_t>&, const Box&, double, CurvatureField&);
+#define TAGRID_INSTANTIATE(T) \
+  template void evaluate_curvature(const Samples<T>&, const Box&, double, CurvatureField&);
+TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
+TAGRID_INSTANTIATE(double)
+#undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

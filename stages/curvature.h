@@ -35,6 +35,7 @@ struct CurvatureField {
 
 /// Evaluates the field on `box` (even corners). REQUIRES: samples.box contains box.grown(halo).
 /// field_scale: voxels per unit of field value (the paper's plane of curves needs it).
+/// T: the narrow sample types; or double, for the heights of wide samples (heights.h), with a scale of 1.
 template <class T>
 void evaluate_curvature(const Samples<T>& samples, const Box& box, double field_scale, CurvatureField& out);
 

@@ -1,13 +1,25 @@
 #include "stages/interpolation.h"
 
 #include <array>
+#include <cmath>
+#include <limits>
 
 namespace tagrid {
 namespace {
 
+// Where one end is not finite the other stands for both, and where the sum is too large, halves are added.
+template <class Number>
+Number unusual_mean(Number a, Number b) {
+  if (!std::isfinite(a)) return std::isfinite(b) ? b : std::numeric_limits<Number>::quiet_NaN();
+  return std::isfinite(b) ? a * Number{0.5} + b * Number{0.5} : a;
+}
+
 template <class Number>
 Number mean(Number a, Number b) {
-  if constexpr (std::is_floating_point_v<Number>) return (a + b) * Number{0.5};
+  if constexpr (std::is_floating_point_v<Number>) {
+    const Number sum = a + b;
+    return std::isfinite(sum) ? sum * Number{0.5} : unusual_mean(a, b);
+  }
   // No overflow: the K fractional bits leave room for a sum of two. Exact: see the top of the header.
   if constexpr (std::is_integral_v<Number>) return (a + b) >> 1;
 }

@@ -41,7 +41,8 @@ constexpr T from_fixed(Fixed value, int cube_size) {
 /// `values` holds box.count() numbers, x fastest; those of the active points are read, all others written.
 /// Root corners are active whatever the bits say. Number is std::int32_t (fixed point, for samples of up to
 /// 16 bits), std::int64_t (up to 32 bits), or float or double: there (left + right) * 0.5, each operation
-/// rounded, which is the same on every machine.
+/// rounded, which is the same on every machine; left * 0.5 + right * 0.5 where that sum is not finite, but
+/// the ends are; and where only one end is finite, that end.
 ///
 /// About a nanosecond or two a point. Any bits are safe, and for conforming ones the result is the linear
 /// interpolation. REQUIRES: active.box() contains box; box is a closed box of whole root cubes.

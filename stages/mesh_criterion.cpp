@@ -3,139 +3,25 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <vector>
 
+#include "grid/diamond.h"
 #include "grid/lattice.h"
+#include "stages/diamond_samples.h"
 
 namespace tagrid {
 namespace {
 
-// The interpolation error in one diamond. In each formula the weights of the four vertices of a tetrahedron
-// are integers that sum to 2u, so everything is exact.
 template <class T>
-class DiamondError {
- public:
-  DiamondError(const Samples<T>& samples, const Domain& domain, Index3 p, const PointClass& c,
-               std::int64_t enough)
-      : samples_(samples),
-        volume_(domain.volume()),
-        p_(p),
-        u_(c.unit),
-        class_(c),
-        edge_(base_edge(p, c, domain.cube_size)),
-        enough_(enough) {
-    const Index3 size = samples.box.size();
-    stride_[0] = 1;
-    stride_[1] = size.x;
-    stride_[2] = size.x * size.y;
-    here_ = samples.data + samples.box.offset(p);
-  }
-
-  std::int64_t largest() {
-    if (class_.odd == 3) in_cube();
-    if (class_.odd == 2) in_octahedron();
-    if (class_.odd == 1) around_edge();
-    return worst_;
-  }
-
- private:
-  // Offset from the point in units of samples.
-  std::int64_t value(std::int64_t offset) const { return here_[offset]; }
-
-  // Compares 2u times the sample at `offset` with the weighted sum.
-  bool see(std::int64_t offset, std::int64_t sum) {
-    worst_ = std::max(worst_, std::abs(2 * u_ * value(offset) - sum));
-    return worst_ > enough_;
-  }
-
-  // Signs of the base edge along the axes: +1 where it runs from low to high.
-  std::int64_t sign(int axis) const { return edge_.right[axis] > edge_.left[axis] ? 1 : -1; }
-  // Range of offsets from p along an axis, cut to the volume.
-  std::int64_t lowest(int axis, std::int64_t reach) const {
-    return std::max(-reach, volume_.low[axis] - p_[axis]);
-  }
-  std::int64_t highest(int axis, std::int64_t reach) const {
-    return std::min(reach, volume_.high[axis] - p_[axis]);
-  }
-
-  // Six tetrahedra around the diagonal of a cell: the order of the coordinates along it tells which one.
-  void in_cube() {
-    std::int64_t step[3];  // of one sample along the diagonal's direction, an axis
-    for (int axis = 0; axis < 3; ++axis) step[axis] = sign(axis) * stride_[axis];
-    const std::int64_t left = -u_ * (step[0] + step[1] + step[2]), v0 = value(left), v3 = value(-left);
-    for (std::int64_t z = lowest(2, u_); z <= highest(2, u_); ++z)
-      for (std::int64_t y = lowest(1, u_); y <= highest(1, u_); ++y)
-        for (std::int64_t x = lowest(0, u_); x <= highest(0, u_); ++x) {
-          // Coordinates from the left end of the diagonal, 0 .. 2u, in falling order.
-          std::int64_t a = u_ + sign(0) * x, b = u_ + sign(1) * y, c = u_ + sign(2) * z;
-          std::int64_t sa = step[0], sb = step[1], sc = step[2];
-          if (a < b) std::swap(a, b), std::swap(sa, sb);
-          if (b < c) std::swap(b, c), std::swap(sb, sc);
-          if (a < b) std::swap(a, b), std::swap(sa, sb);
-          const std::int64_t v1 = value(left + 2 * u_ * sa), v2 = value(left + 2 * u_ * (sa + sb));
-          if (see(x + y * stride_[1] + z * stride_[2],
-                  v0 * (2 * u_ - a) + v1 * (a - b) + v2 * (b - c) + v3 * c))
-            return;
-        }
-  }
-
-  // Two tetrahedra on either side of a face, each over one half of it, with the cube centre as its apex.
-  void in_octahedron() {
-    const int normal = !class_.is_odd[0] ? 0 : !class_.is_odd[1] ? 1 : 2;
-    const int i = normal == 0 ? 1 : 0, j = normal == 2 ? 1 : 2;
-    const std::int64_t si = sign(i) * stride_[i], sj = sign(j) * stride_[j];
-    const std::int64_t left = -u_ * (si + sj);
-    const std::int64_t v_left = value(left), v_right = value(-left), v_i = value(left + 2 * u_ * si),
-                       v_j = value(left + 2 * u_ * sj);
-    for (std::int64_t h = lowest(normal, u_); h <= highest(normal, u_); ++h) {
-      const std::int64_t height = std::abs(h),
-                         apex = h == 0 ? 0 : value((h > 0 ? u_ : -u_) * stride_[normal]);
-      const std::int64_t reach = u_ - height;
-      for (std::int64_t s = lowest(i, reach); s <= highest(i, reach); ++s)
-        for (std::int64_t t = lowest(j, reach); t <= highest(j, reach); ++t) {
-          const std::int64_t a = reach + sign(i) * s, b = reach + sign(j) * t;
-          const std::int64_t middle = a > b ? v_i * (a - b) : v_j * (b - a);
-          const std::int64_t sum =
-              2 * height * apex + v_left * (2 * reach - std::max(a, b)) + middle + v_right * std::min(a, b);
-          if (see(h * stride_[normal] + s * stride_[i] + t * stride_[j], sum)) return;
-        }
-    }
-  }
-
-  // Eight tetrahedra around an axis-parallel edge, each with a face centre and a cube centre beside it.
-  void around_edge() {
-    const int along = class_.is_odd[0] ? 0 : class_.is_odd[1] ? 1 : 2;
-    const int i = along == 0 ? 1 : 0, j = along == 2 ? 1 : 2;
-    const std::int64_t v_left = value(-u_ * stride_[along]), v_right = value(u_ * stride_[along]);
-    for (std::int64_t s = lowest(i, u_); s <= highest(i, u_); ++s)
-      for (std::int64_t t = lowest(j, u_); t <= highest(j, u_); ++t) {
-        const std::int64_t as = std::abs(s), at = std::abs(t), big = std::max(as, at),
-                           small = std::min(as, at);
-        const std::int64_t side_i = s < 0 ? -u_ * stride_[i] : u_ * stride_[i],
-                           side_j = t < 0 ? -u_ * stride_[j] : u_ * stride_[j];
-        const std::int64_t v_cube = small > 0 ? value(side_i + side_j) : 0;
-        const std::int64_t v_face = big > small ? value(as > at ? side_i : side_j) : 0;
-        const std::int64_t ring = 2 * small * v_cube + 2 * (big - small) * v_face, reach = u_ - big;
-        for (std::int64_t a = lowest(along, reach); a <= highest(along, reach); ++a)
-          if (see(a * stride_[along] + s * stride_[i] + t * stride_[j],
-                  ring + v_left * (reach - a) + v_right * (reach + a)))
-            return;
-      }
-  }
-
-  const Samples<T>& samples_;
-  Box volume_;
-  Index3 p_;
-  std::int64_t u_;
-  PointClass class_;
-  BaseEdge edge_;
-  std::int64_t enough_;
-  std::int64_t stride_[3];
-  const T* here_;
-  std::int64_t worst_ = 0;
-};
+std::int64_t largest_error(const Samples<T>& samples, const Domain& domain, Index3 p, const PointClass& c,
+                           std::int64_t enough) {
+  IntegerErrors<T> errors(samples.data + samples.box.offset(p), c.unit, enough);
+  DiamondSamples<T, IntegerErrors<T>>(samples, domain, p, c, errors).show();
+  return errors.worst();
+}
 
 // Bottom-up over the levels. For every point a bound on the error in its diamond, in half sample units:
 // its midpoint error plus the largest bound of its children. Only where that is above E_m are the
@@ -143,7 +29,7 @@ class DiamondError {
 template <class T>
 class MeshMarker {
  public:
-  MeshMarker(const Samples<T>& samples, const Domain& domain, std::int64_t mesh_error, LatticeBits& marks)
+  MeshMarker(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error, LatticeBits& marks)
       : samples_(samples),
         domain_(domain),
         volume_(domain.volume()),
@@ -227,23 +113,42 @@ class MeshMarker {
     const Bound below = largest_child(p, at, unit);
     if (below < marked) {
       const PointClass c = classify(p, domain_.cube_size);
-      bound = below + midpoint_error(p, base_edge(p, c, domain_.cube_size));
-      if (bound <= 2 * mesh_error_) return;
-      const std::int64_t enough = 2 * unit * mesh_error_;
-      const std::int64_t error = DiamondError<T>(samples_, domain_, p, c, enough).largest();
-      if (error <= enough) {
-        bound = std::min(bound, (error + unit - 1) / unit);
-        return;
+      if constexpr (std::is_floating_point_v<T>) {
+        if (!violates(p, c, unit)) return;
+      } else {
+        bound = below + midpoint_error(p, base_edge(p, c, domain_.cube_size));
+        if (bound <= 2 * mesh_error_) return;
+        const std::int64_t enough = 2 * unit * mesh_error_;
+        const std::int64_t error = largest_error(samples_, domain_, p, c, enough);
+        if (error <= enough) {
+          bound = std::min(bound, (error + unit - 1) / unit);
+          return;
+        }
       }
     }
     marks_.set(p);
     bound = marked;
   }
 
+  // Bounds that are themselves rounded would save little here: the samples are looked at always.
+  bool violates(Index3 p, const PointClass& c, std::int64_t unit) {
+    const Diamond d = diamond(p, c, domain_.cube_size);
+    const auto offset_of = [&](Index3 q) {
+      return (q.x - p.x) * sample_stride_[0] + (q.y - p.y) * sample_stride_[1] +
+             (q.z - p.z) * sample_stride_[2];
+    };
+    vertices_.assign({offset_of(d.edge.left), offset_of(d.edge.right)});
+    for (const Index3 q : d.ring) vertices_.push_back(offset_of(q));
+    FloatErrors<T> errors(samples_.data + samples_.box.offset(p), unit, mesh_error_, vertices_);
+    DiamondSamples<T, FloatErrors<T>>(samples_, domain_, p, c, errors).show();
+    return errors.violated();
+  }
+
   const Samples<T>& samples_;
   Domain domain_;
   Box volume_;
-  std::int64_t mesh_error_;
+  MeshBound<T> mesh_error_;
+  std::vector<std::int64_t> vertices_;
   LatticeBits& marks_;
   Box box_;
   std::vector<Bound> bounds_;
@@ -256,7 +161,7 @@ class MeshMarker {
 }  // namespace
 
 template <class T>
-void mark_mesh_error(const Samples<T>& samples, const Domain& domain, std::int64_t mesh_error,
+void mark_mesh_error(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error,
                      LatticeBits& marks) {
   assert(samples.box.contains(marks.box().grown(mesh_criterion_halo(domain.cube_size))));
   MeshMarker<T>(samples, domain, mesh_error, marks).run();
@@ -264,16 +169,19 @@ void mark_mesh_error(const Samples<T>& samples, const Domain& domain, std::int64
 
 template <class T>
 std::int64_t diamond_error(const Samples<T>& samples, const Domain& domain, Index3 p, std::int64_t enough) {
-  return DiamondError<T>(samples, domain, p, classify(p, domain.cube_size), enough).largest();
+  return largest_error(samples, domain, p, classify(p, domain.cube_size), enough);
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                  \
-  template void mark_mesh_error(const Samples<T>&, const Domain&, std::int64_t, LatticeBits&); \
+#define TAGRID_INSTANTIATE(T) \
+  template void mark_mesh_error(const Samples<T>&, const Domain&, MeshBound<T>, LatticeBits&);
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
+
+#define TAGRID_INSTANTIATE(T) \
   template std::int64_t diamond_error(const Samples<T>&, const Domain&, Index3, std::int64_t);
-TAGRID_INSTANTIATE(std::uint8_t)
-TAGRID_INSTANTIATE(std::int8_t)
-TAGRID_INSTANTIATE(std::uint16_t)
-TAGRID_INSTANTIATE(std::int16_t)
+TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
+TAGRID_INSTANTIATE(std::uint32_t)
+TAGRID_INSTANTIATE(std::int32_t)
 #undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

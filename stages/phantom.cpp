@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "grid/sample_type.h"
 #include "stages/phantom_anatomy.h"
 
 namespace tagrid {
@@ -180,13 +181,9 @@ void phantom_slice(const Index3& dims, std::uint64_t seed, std::int64_t z, std::
   }
 }
 
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::uint8_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::int8_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::uint16_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::int16_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::uint32_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<std::int32_t>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<float>);
-template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<double>);
+#define TAGRID_INSTANTIATE(T) \
+  template void phantom_slice(const Index3&, std::uint64_t, std::int64_t, std::span<T>);
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "grid/lattice.h"
+#include "grid/sample_type.h"
 #include "stages/integer_model.h"
 #include "stages/rans_coder.h"
 
@@ -195,10 +196,7 @@ Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& act
                               std::vector<std::uint8_t>&);                                            \
   template Status decode_points(std::span<const std::uint8_t>, const LatticeBits&, int, std::int64_t, \
                                 std::span<T>);
-TAGRID_INSTANTIATE(std::uint8_t)
-TAGRID_INSTANTIATE(std::int8_t)
-TAGRID_INSTANTIATE(std::uint16_t)
-TAGRID_INSTANTIATE(std::int16_t)
+TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

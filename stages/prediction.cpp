@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <vector>
+#include "grid/sample_type.h"
 
 #include "stages/vector_code.h"
 
@@ -194,9 +195,9 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   return fallback;
 }
 
-template Weights fit_weights(std::span<const std::uint8_t>, Index3, int, std::int64_t, double);
-template Weights fit_weights(std::span<const std::int8_t>, Index3, int, std::int64_t, double);
-template Weights fit_weights(std::span<const std::uint16_t>, Index3, int, std::int64_t, double);
-template Weights fit_weights(std::span<const std::int16_t>, Index3, int, std::int64_t, double);
+#define TAGRID_INSTANTIATE(T) \
+  template Weights fit_weights(std::span<const T>, Index3, int, std::int64_t, double);
+TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <memory>
 
+#include "grid/sample_type.h"
 #include "stages/prediction.h"
 #include "stages/rans_coder.h"
 #include "stages/residual_coding.h"
@@ -265,10 +266,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
                               std::vector<std::uint8_t>&, std::span<T>);                              \
   template Status decode_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,        \
                                 const VoxelBounds&, std::span<T>);
-TAGRID_INSTANTIATE(std::uint8_t)
-TAGRID_INSTANTIATE(std::int8_t)
-TAGRID_INSTANTIATE(std::uint16_t)
-TAGRID_INSTANTIATE(std::int16_t)
+TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

@@ -15,6 +15,7 @@ import sys
 from second_decoder.coding import Broken
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
 from second_decoder.voxels import decode_voxels
+from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
 from second_decoder.xxh3 import xxh3
 
 
@@ -25,9 +26,10 @@ def require(condition, what):
 
 class SampleType:
     def __init__(self, number):
-        require(1 <= number <= 4, "the sample type is not of version 1")
-        self.size = (number + 1) // 2
-        self.is_signed = number % 2 == 0
+        require(1 <= number <= 8, "the sample type is not of version 1")
+        self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
+        self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
+        self.is_signed = number in (2, 4, 6)
         half = 1 << (8 * self.size - 1)
         self.limits = (-half, half - 1) if self.is_signed else (0, 2 * half - 1)
 
@@ -59,9 +61,10 @@ class Header:
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
-        widest = 255 if self.type.size == 1 else 65535
+        widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
-            -1 if e < 0 else int(min(e, widest)) for e in (max_error, surface_error, point_error))
+            e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
+            for e in (max_error, surface_error, point_error))
         unpack(data[120:120 + packed_size], text_size)
         self.cubes = [max(1, (n - 1 + self.S - 1) // self.S) for n in self.dims]
         self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
@@ -91,6 +94,11 @@ def decode_brick(header, number, activity, values):
     active = None
     if header.mode == 1 or header.surface_error >= 0:
         active = decode_activity(activity, closed, header.S, header.level_limit)
+    if header.mode == 1 and header.type.is_wide:
+        points = decode_wide_points(values, closed, active, header.S, header.point_error, header.type)
+        interpolated = interpolate_floats if header.type.is_float else interpolate
+        samples = interpolated(points, closed, header.S, *([header.type] if header.type.is_float else []))
+        return {p: samples[p] for p in owned.raster()}
     if header.mode == 1:
         points = decode_points(values, closed, active, header.S, header.point_error, header.type.limits)
         samples = interpolate(points, closed, header.S)
@@ -103,7 +111,11 @@ def decode_brick(header, number, activity, values):
 
     smallest = min(header.max_error, header.surface_error) if two else header.max_error
     size = tuple(owned.high[a] - owned.low[a] + 1 for a in range(3))
-    samples = decode_voxels(values, size, header.type, error_at, smallest)
+    if header.type.is_wide:
+        samples = decode_wide_voxels(values, size, header.type, two and (
+            lambda x, y, z: (x0 + x, y0 + y, z0 + z) in active))
+    else:
+        samples = decode_voxels(values, size, header.type, error_at, smallest)
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 

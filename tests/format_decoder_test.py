@@ -19,7 +19,9 @@ import format_decoder
 from second_decoder.coding import Broken
 from second_decoder.xxh3 import xxh3
 
-LIMITS = {"uint8": (0, 255), "int8": (-128, 127), "uint16": (0, 65535), "int16": (-32768, 32767)}
+LIMITS = {"uint8": (0, 255), "int8": (-128, 127), "uint16": (0, 65535), "int16": (-32768, 32767),
+          "uint32": (0, (1 << 32) - 1), "int32": (-(1 << 31), (1 << 31) - 1)}
+FLOATS = {"float32": ("<f", 4), "float64": ("<d", 8)}
 
 # type, what is in the volume, dims, options
 MADE = [
@@ -40,6 +42,28 @@ MADE = [
     ("uint16", "phantom", (14, 15, 13), ["--cube=16", "--max-error=2"]),
     ("uint8", "sparse", (60, 12, 10), ["--cube=32"]),  # many flat neighbourhoods
     ("int8", "noise", (1, 1, 1), []),
+    ("uint32", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--max-error=5"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=3"]),
+    ("int32", "noise", (9, 10, 11), ["--cube=8"]),
+    ("uint32", "noise", (9, 10, 11), ["--cube=4", "--grid-only", "--max-error=1000000"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--grid-only"]),
+    ("uint32", "blocks", (20, 17, 9), ["--cube=8", "--max-error=3000000000"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=2.5"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=0"]),
+    ("float64", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=0.01"]),
+    ("float64", "phantom", (14, 15, 13), ["--cube=8", "--brick=1"]),
+    ("float64", "phantom", (14, 15, 13), ["--cube=8", "--grid-only", "--max-error=20"]),
+    ("float32", "phantom", (14, 15, 13), ["--cube=8", "--grid-only"]),
+    ("float32", "odd", (13, 9, 8), ["--cube=4"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=0.5"]),
+    ("float32", "odd", (13, 9, 8), ["--cube=4", "--grid-only", "--max-error=0.25"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=8", "--grid-only"]),
+    ("float32", "whole", (13, 9, 8), ["--cube=8"]),
+    ("float64", "bits", (7, 8, 9), ["--cube=4"]),
+    ("float32", "bits", (7, 8, 9), ["--cube=4", "--grid-only", "--max-error=1e30"]),
+    ("float32", "constant", (9, 9, 9), ["--cube=4", "--max-error=1"]),
 ]
 
 
@@ -80,9 +104,30 @@ class Comparison:
         return ours is not None
 
 
+def float_volume(sample_type, kind, dims):
+    """odd: smooth, with holes that are not finite and zeros of both signs; whole: whole numbers; bits: any."""
+    code, size = FLOATS[sample_type]
+    chance = random.Random(7)
+    out = bytearray()
+    for z in range(dims[2]):
+        for y in range(dims[1]):
+            for x in range(dims[0]):
+                value = 3 * math.sin(0.5 * x + 0.3 * y) + 0.2 * z
+                if kind == "odd" and (x // 3 + y // 2 + z // 3) % 4 == 1:
+                    value = chance.choice((math.nan, math.inf, -math.inf, -0.0, 0.0))
+                if kind == "whole":
+                    value = float(chance.randint(-20, 20) + 5 * x)
+                if kind == "constant":
+                    value = 0.1
+                out += chance.randbytes(size) if kind == "bits" else struct.pack(code, value)
+    return bytes(out)
+
+
 def volume(sample_type, kind, dims):
+    if sample_type in FLOATS:
+        return float_volume(sample_type, kind, dims)
     low, high = LIMITS[sample_type]
-    size = 1 if sample_type.endswith("int8") else 2
+    size = (high - low).bit_length() // 8
     chance = random.Random(7)
     samples = []
     for z in range(dims[2]):
@@ -130,7 +175,10 @@ def test_broken(comparison):
     chance = random.Random(1)
     for case in (("uint8", "phantom", (10, 9, 11), ["--cube=8"]),
                  ("int16", "phantom", (10, 9, 11), ["--cube=4", "--max-error=9", "--surface-error=1"]),
-                 ("int16", "noise", (6, 9, 5), ["--cube=4", "--grid-only"])):
+                 ("int16", "noise", (6, 9, 5), ["--cube=4", "--grid-only"]),
+                 ("int32", "phantom", (10, 9, 11), ["--cube=8"]),
+                 ("float32", "odd", (10, 9, 11), ["--cube=4", "--max-error=1", "--surface-error=0"]),
+                 ("float64", "odd", (6, 9, 5), ["--cube=4", "--grid-only", "--max-error=1"])):
         whole = comparison.encode(*case)
         first = format_decoder.Header(whole).size
         length, _, activity_size = struct.unpack_from("<IQI", whole, first)

@@ -18,9 +18,12 @@ struct Achieved {
 Achieved achieved(const TagIndex& index) {
   Achieved a;
   a.max_error = index.total.max_error;
-  a.rmse = std::sqrt(static_cast<double>(index.total.sum_squared_error) /
-                     static_cast<double>(index.total.samples));
-  a.psnr = a.rmse == 0 ? NAN : 20 * std::log10((index.total.high - index.total.low) / a.rmse);
+  const double squares = static_cast<double>(index.total.sum_squared_error) + index.total.sum_squared_real;
+  a.rmse = std::sqrt(squares / static_cast<double>(index.total.samples));
+  const double peak = index.total.high - index.total.low;
+  // Undefined also where nothing is finite, or all the same.
+  a.psnr = a.rmse > 0 && peak > 0 ? 20 * std::log10(peak / a.rmse) : NAN;
+  if (!std::isfinite(a.psnr)) a.psnr = NAN;
   return a;
 }
 
@@ -90,7 +93,7 @@ nlohmann::ordered_json achieved_json(const TagIndex& index) {
   const Achieved a = achieved(index);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
-          {"psnr", a.rmse == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
+          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
 }
 
 nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {

@@ -18,18 +18,28 @@ struct Statistics {
   std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
   double max_error = 0;                                  ///< largest |decoded - original|
   Uint128 sum_squared_error = 0;                         ///< of integer samples, exactly
-  double low = std::numeric_limits<double>::infinity();  ///< smallest and largest original sample
+  double sum_squared_real = 0;                           ///< of floats; at most the largest double
+  double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
   double high = -std::numeric_limits<double>::infinity();
-  double sum = 0;  ///< of the original samples
-  std::uint64_t samples = 0;
+  double sum = 0;             ///< of the original samples that are finite
+  std::uint64_t finite = 0;   ///< number of them
+  std::uint64_t samples = 0;  ///< of all
+
+  /// No sum is infinite: it ends at the largest double.
+  static double limited(double v) {
+    constexpr double most = std::numeric_limits<double>::max();
+    return std::clamp(v, -most, most);
+  }
 
   void add(const Statistics& other) {
     for (std::size_t i = 0; i < active.size(); ++i) active[i] += other.active[i];
     max_error = std::max(max_error, other.max_error);
     sum_squared_error += other.sum_squared_error;
+    sum_squared_real = limited(sum_squared_real + other.sum_squared_real);
     low = std::min(low, other.low);
     high = std::max(high, other.high);
-    sum += other.sum;
+    sum = limited(sum + other.sum);
+    finite += other.finite;
     samples += other.samples;
   }
 };

@@ -28,11 +28,23 @@ inline constexpr std::array<SampleType, 8> all_sample_types = {
     SampleType::uint8,  SampleType::int8,  SampleType::uint16,  SampleType::int16,
     SampleType::uint32, SampleType::int32, SampleType::float32, SampleType::float64};
 
-/// The types whose volumes can be encoded by this version.
-constexpr bool is_supported(SampleType type) {
-  return type == SampleType::uint8 || type == SampleType::int8 || type == SampleType::uint16 ||
-         type == SampleType::int16;
+/// Every C++ type of samples: M(T) for each. The narrow ones have their whole range in 16 bits; the others
+/// are wide, and coded in another way. Explicit instantiations are made with these, so that none is
+/// forgotten.
+#define TAGRID_FOR_EACH_NARROW_TYPE(M) M(std::uint8_t) M(std::int8_t) M(std::uint16_t) M(std::int16_t)
+#define TAGRID_FOR_EACH_WIDE_TYPE(M) M(std::uint32_t) M(std::int32_t) M(float) M(double)
+#define TAGRID_FOR_EACH_TYPE(M) TAGRID_FOR_EACH_NARROW_TYPE(M) TAGRID_FOR_EACH_WIDE_TYPE(M)
+
+template <class T>
+inline constexpr bool is_wide = sizeof(T) >= 4;
+
+/// Whether a number, from a file, is that of a sample type.
+constexpr bool is_sample_type(SampleType type) {
+  return type >= SampleType::uint8 && type <= SampleType::float64;
 }
+
+constexpr bool is_wide_type(SampleType type) { return type >= SampleType::uint32; }
+constexpr bool is_float_type(SampleType type) { return type >= SampleType::float32; }
 
 constexpr std::size_t size_of(SampleType type) {
   switch (type) {
@@ -93,7 +105,7 @@ constexpr SampleType sample_type_of() {
   if constexpr (std::is_same_v<T, double>) return SampleType::float64;
 }
 
-/// Calls `f(T{})` with T the C++ type of a supported sample type, and returns what it returns.
+/// Calls `f(T{})` with T the C++ type of a sample type, and returns what it returns.
 template <class F>
 decltype(auto) with_sample_type(SampleType type, F&& f) {
   switch (type) {
@@ -105,9 +117,16 @@ decltype(auto) with_sample_type(SampleType type, F&& f) {
       return f(std::uint16_t{});
     case SampleType::int16:
       return f(std::int16_t{});
-    default:
-      throw std::logic_error("with_sample_type: type is not supported");
+    case SampleType::uint32:
+      return f(std::uint32_t{});
+    case SampleType::int32:
+      return f(std::int32_t{});
+    case SampleType::float32:
+      return f(float{});
+    case SampleType::float64:
+      return f(double{});
   }
+  throw std::logic_error("with_sample_type: no sample type");
 }
 
 }  // namespace tagrid

@@ -1,17 +1,19 @@
 // The first bytes of the input say how the rest is to be read:
-//   0 sample type, mode, cube size, root cubes an edge    1 level limit    2 3 4 dims    5 largest error of
-//   voxels or points    6 that of active voxels    7 number of the brick    8 9 bytes of the activity
+//   0 sample type (two low bits, the highest), mode, cube size, root cubes an edge    1 level limit    2 3 4
+//   dims    5 largest error of voxels or points    6 that of active voxels    7 number of the brick    8 9
+//   bytes of the activity
 // Bricks are small, at most 9 points an edge: many runs a second.
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include "grid/conformity.h"
 #include "grid/lattice.h"
 #include "stages/activity_coding.h"
 #include "stages/brick_codec.h"
-#include "stages/point_coding.h"
-#include "stages/voxel_codec.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {
@@ -20,9 +22,11 @@ namespace {
 constexpr std::size_t head_size = 10;
 
 CodingParameters parameters_of(Bytes head) {
-  constexpr std::array types = {SampleType::uint8, SampleType::int8, SampleType::uint16, SampleType::int16};
+  constexpr std::array types = {SampleType::uint8,   SampleType::int8,   SampleType::uint16,
+                                SampleType::int16,   SampleType::uint32, SampleType::int32,
+                                SampleType::float32, SampleType::float64};
   CodingParameters p;
-  p.type = types[head[0] & 3];
+  p.type = types[(head[0] & 3) | (head[0] & 128) >> 5];
   p.mode = (head[0] & 4) ? FileMode::grid : FileMode::voxels;
   p.cube_size = (head[0] & 8) ? 8 : 4;
   p.brick_edge = (head[0] & 24) == 16 ? 2 : 1;
@@ -44,39 +48,41 @@ void activity_comes_back(const LatticeBits& active, const CodingParameters& p) {
   claim(again == active, "activity comes back");
 }
 
+/// True if `value` is within the bound of `original`; what is not finite, or bound by 0, must be the same
+/// bits.
 template <class T>
-void voxels_come_back(const std::vector<T>& samples, const LatticeBits& active, const CodingParameters& p,
-                      Index3 position) {
-  const Box owned = p.bricks().owned_box(position);
-  std::vector<T> made(samples.size()), again(samples.size());
-  for (const std::int64_t error : {std::int64_t{0}, static_cast<std::int64_t>(p.max_error)}) {
-    const VoxelBounds bounds{error, error > 0 ? static_cast<std::int64_t>(p.surface_error) : -1};
-    std::vector<std::uint8_t> bytes;
-    encode_voxels<T>(samples, owned, active, bounds, bytes, made);
-    claim(decode_voxels<T>(bytes, owned, active, bounds, again).ok(), "voxels that were written are read");
-    claim(again == made, "voxels are decoded as the encoder said");
-    for (std::size_t i = 0; i < samples.size(); ++i)
-      claim(std::abs(int{again[i]} - int{samples[i]}) <= error, "every voxel is within its bound");
-  }
+bool is_within(T value, T original, double error) {
+  if (std::memcmp(&value, &original, sizeof value) == 0) return true;
+  if constexpr (std::is_floating_point_v<T>)
+    if (!std::isfinite(value) || !std::isfinite(original)) return false;
+  return error > 0 && std::abs(static_cast<long double>(value) - static_cast<long double>(original)) <= error;
 }
 
+/// What was decoded, of the box that encode_brick() wants, is encoded again.
 template <class T>
-void points_come_back(const std::vector<T>& points, const LatticeBits& active, const CodingParameters& p) {
-  for (const std::int64_t error : {std::int64_t{0}, static_cast<std::int64_t>(p.point_error)}) {
-    std::vector<T> stored(points), again(points.size());
-    const Box& box = active.box();
+void values_come_back(const std::vector<T>& values, const LatticeBits& active, const CodingParameters& given,
+                      Index3 position) {
+  const bool grid = given.mode == FileMode::grid;
+  const Box box = samples_to_encode(given, position);
+  const double bound = grid ? given.point_error : given.max_error;
+  for (const double error : {0.0, bound}) {
+    CodingParameters p = given;
+    (grid ? p.point_error : p.max_error) = error;
+    if (grid) p.max_error = -1;
+    if (error == 0) p.surface_error = -1;
+    BrickCode code;
+    encode_brick<T>({box, values.data()}, active, p, position, code);
+    std::vector<T> samples, points;
+    claim(decode_brick_values<T>(code.values, active, p, position, samples, points).ok(),
+          "values that were written are read");
+    const std::vector<T>& again = grid ? points : samples;
+    claim(again.size() == values.size(), "as many values come back");
+    std::size_t i = 0;
     for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
       for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
-          T& point = stored[static_cast<std::size_t>(box.offset({x, y, z}))];
-          point = active.test({x, y, z}) ? stored_point(point, error) : T{0};
-        }
-    claim(error > 0 || stored == points, "points that are not active are zero");
-    std::vector<std::uint8_t> bytes;
-    encode_points<T>(stored, active, p.cube_size, error, bytes);
-    claim(decode_points<T>(bytes, active, p.cube_size, error, again).ok(),
-          "points that were written are read");
-    claim(again == stored, "points come back");
+        for (std::int64_t x = box.low.x; x <= box.high.x; ++x, ++i)
+          claim((grid && !active.test({x, y, z})) || is_within(again[i], values[i], error),
+                "every value is within its bound");
   }
 }
 
@@ -103,10 +109,7 @@ void brick(Bytes bytes) {
     activity_comes_back(active, p);
     claim(samples.size() == static_cast<std::size_t>(p.bricks().owned_box(position).count()),
           "a brick has the samples that it owns");
-    if (p.mode == FileMode::voxels)
-      voxels_come_back<T>(samples, active, p, position);
-    else
-      points_come_back<T>(points, active, p);
+    values_come_back<T>(p.mode == FileMode::voxels ? samples : points, active, p, position);
   });
 }
 

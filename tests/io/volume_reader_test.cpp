@@ -303,7 +303,7 @@ TEST_F(VolumeReaderTest, RealVolumesOpen) {
   int volumes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(data)) {
     if (entry.path().extension() != ".nhdr") continue;
-    EXPECT_TRUE(is_supported(open_volume(entry.path().string()).info().type)) << entry.path();
+    EXPECT_TRUE(is_sample_type(open_volume(entry.path().string()).info().type)) << entry.path();
     ++volumes;
   }
   EXPECT_GT(volumes, 0);

@@ -41,7 +41,8 @@ class Run : public TemporaryFolder {
 
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag"), out_ = path("out.nrrd");
   std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
-               std::vector<std::int16_t>>
+               std::vector<std::int16_t>, std::vector<std::uint32_t>, std::vector<std::int32_t>,
+               std::vector<float>, std::vector<double>>
       samples_;
 };
 
@@ -50,7 +51,8 @@ const Index3 awkward[] = {{1, 1, 1},    {1, 1, 40},  {37, 1, 1},  {1, 29, 31},
 
 template <class T>
 class EveryType : public Run {};
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t>;
+using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
+                             std::int32_t, float, double>;
 TYPED_TEST_SUITE(EveryType, Types);
 
 TYPED_TEST(EveryType, LosslessComesBackIdentical) {

@@ -116,6 +116,25 @@ class Decoder:
             bits[i].learn(bit, limit)
         return bit
 
+    def mixed_several(self, bits, weights, limit):
+        """Section 11.1: any number of adaptive bits."""
+        s = [STRETCH[b.state >> 20] for b in bits]
+        p = SQUASH[clamp(sum(a * w for a, w in zip(s, weights)) >> 16, -2047, 2047) + 2048]
+        bit = self.decode(p)
+        error = (65535 if bit else 0) - p
+        for i, b in enumerate(bits):
+            weights[i] = clamp(weights[i] + ((s[i] * error + 32768) >> 16), -(1 << 30), 1 << 30)
+            b.learn(bit, limit)
+        return bit
+
+    def raw_bits(self, n):
+        """Section 11.1: the upper bits first, 16 at a time."""
+        value = 0
+        while n > 0:
+            now = min(n, 16)
+            value, n = value << now | self.raw(now), n - now
+        return value
+
     def integer(self, m):
         n = 0
         while n < 40 and self.adaptive(m.longer[n], 60):

@@ -1,0 +1,78 @@
+// What a brick's statistics say of its samples.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <type_traits>
+
+#include "grid/brick_statistics.h"
+#include "stages/wide_numbers.h"
+
+namespace tagrid {
+
+/// |a - b| as statistics and checks take it. A sample that is not finite is right bit by bit, or infinitely
+/// wrong.
+template <class T>
+double sample_error(T a, T b) {
+  if constexpr (std::is_integral_v<T>) {
+    return static_cast<double>(std::abs(std::int64_t{a} - std::int64_t{b}));
+  } else {
+    if (identical(a, b)) return 0;
+    if (!std::isfinite(a) || !std::isfinite(b)) return std::numeric_limits<double>::infinity();
+    return std::fabs(static_cast<double>(a) - static_cast<double>(b));
+  }
+}
+
+template <class T>
+void measure_integers(std::span<const T> original, std::span<const T> decoded, Statistics& brick) {
+  using Squares = std::conditional_t<is_wide<T>, Uint128, std::uint64_t>;
+  T low = original[0], high = original[0];
+  std::int64_t sum = 0, worst = 0;
+  Squares squares = 0;
+  for (std::size_t i = 0; i < original.size(); ++i) {
+    const std::int64_t error = std::abs(std::int64_t{original[i]} - std::int64_t{decoded[i]});
+    low = std::min(low, original[i]);
+    high = std::max(high, original[i]);
+    sum += original[i];
+    worst = std::max(worst, error);
+    squares += static_cast<std::uint64_t>(error) * static_cast<std::uint64_t>(error);
+  }
+  brick.low = low;
+  brick.high = high;
+  brick.sum = static_cast<double>(sum);
+  brick.finite = original.size();
+  brick.max_error = static_cast<double>(worst);
+  brick.sum_squared_error = squares;
+}
+
+template <class T>
+void measure_floats(std::span<const T> original, std::span<const T> decoded, Statistics& brick) {
+  for (std::size_t i = 0; i < original.size(); ++i) {
+    const auto v = static_cast<double>(original[i]);
+    const double error = sample_error(original[i], decoded[i]);
+    brick.max_error = std::max(brick.max_error, error);
+    brick.sum_squared_real = Statistics::limited(brick.sum_squared_real + error * error);
+    if (!std::isfinite(v)) continue;
+    brick.low = std::min(brick.low, v);
+    brick.high = std::max(brick.high, v);
+    brick.sum = Statistics::limited(brick.sum + v);
+    ++brick.finite;
+  }
+}
+
+/// Adds the errors of the samples of a brick, and the range and sum of the originals. REQUIRES: equal sizes,
+/// not empty.
+template <class T>
+void measure_samples(std::span<const T> original, std::span<const T> decoded, Statistics& statistics) {
+  Statistics brick;
+  if constexpr (std::is_integral_v<T>)
+    measure_integers(original, decoded, brick);
+  else
+    measure_floats(original, decoded, brick);
+  brick.samples = original.size();
+  statistics.add(brick);
+}
+
+}  // namespace tagrid
