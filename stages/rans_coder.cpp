@@ -34,8 +34,10 @@ RansDecoder::RansDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
   state_ = take();
   state_ |= take() << 16;
   state_ |= take() << 32;
-  // No encoder leaves such a state. It would do no harm, but ask for more words than a right one.
-  if (state_ < rans_low || state_ >= rans_low << 16) state_ = rans_low;
+  if (state_ >= rans_low && state_ < rans_low << 16) return;
+  // No encoder leaves such a state. Events can still be asked for, but all of the stream is broken.
+  state_ = rans_low;
+  position_ = bytes.size() + 2;
 }
 
 }  // namespace tagrid

@@ -5,7 +5,7 @@
 
 #include "grid/sample_type.h"
 #include "stages/integer_model.h"
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 #include "stages/wide_residual_model.h"
 
 namespace tagrid {
@@ -213,8 +213,8 @@ bool code_wide_parameters(Coder& coder, bool two_bounds, WideParameters& p) {
 
 #define TAGRID_INSTANTIATE(T)                                                                             \
   template WideParameters choose_parameters(std::span<const T>, Index3, const WideBounds&, WideNumbers&); \
-  template bool code_wide_parameters<T>(RangeEncoder&, bool, WideParameters&);                            \
-  template bool code_wide_parameters<T>(RangeDecoder&, bool, WideParameters&);
+  template bool code_wide_parameters<T>(RansEncoder&, bool, WideParameters&);                            \
+  template bool code_wide_parameters<T>(RansDecoder&, bool, WideParameters&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

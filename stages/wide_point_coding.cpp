@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "grid/sample_type.h"
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 #include "stages/wide_numbers.h"
 #include "stages/wide_residual_model.h"
 
@@ -249,7 +249,7 @@ void encode_wide_points(std::span<const T> values, const LatticeBits& active, in
                                                            !identical(lattice.value_of(number), *value)));
         }
   }
-  RangeEncoder coder(out);
+  RansEncoder coder(out);
   // The model writes to its values only when it decodes.
   run_model<T>(coder, active, cube_size, point_error, const_cast<T*>(values.data()), escapes);
   coder.finish();
@@ -259,7 +259,7 @@ template <class T>
 Status decode_wide_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
                           double point_error, std::span<T> values) {
   assert(static_cast<std::int64_t>(values.size()) == active.box().count());
-  RangeDecoder coder(bytes);
+  RansDecoder coder(bytes);
   run_model<T>(coder, active, cube_size, point_error, values.data(), false);
   if (!coder.finished()) return Status::broken("the values of the grid have the wrong number of bytes");
   return {};

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numeric>
 
-#include "stages/range_coder.h"
+#include "stages/rans_coder.h"
 #include "stages/wide_parameters.h"
 #include "stages/wide_residual_model.h"
 #include "stages/wide_window.h"
@@ -225,7 +225,7 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
   for (;; parameters.escapes = true) {
     out.resize(start);
     out.push_back(coded_brick);
-    RangeEncoder coder(out);
+    RansEncoder coder(out);
     code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters);
     if (!run_pass(coder, owned, activity, bounds, parameters, samples.data(), &numbers,
                   reconstruction.data()))
@@ -250,7 +250,7 @@ Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned,
     return {};
   }
   if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
-  RangeDecoder coder(bytes.subspan(1));
+  RansDecoder coder(bytes.subspan(1));
   WideParameters parameters;
   if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
     return Status::broken("values with impossible parameters");

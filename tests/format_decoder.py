@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format_decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 1 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 2 into samples, x fastest, little endian. It was written from docs/format.md and
 follows its sections; nothing is shared with the program. Slow: a few thousand samples a second.
 Exit code 65 where the file is broken.
 """
@@ -26,7 +26,7 @@ def require(condition, what):
 
 class SampleType:
     def __init__(self, number):
-        require(1 <= number <= 8, "the sample type is not of version 1")
+        require(1 <= number <= 8, "the sample type is not of version 2")
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -41,7 +41,7 @@ class Header:
     def __init__(self, data):
         require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
         version, self.size = struct.unpack_from("<II", data, 8)
-        require(version == 1, "the version is not known")
+        require(version == 2, "the version is not known")
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")

@@ -1,11 +1,11 @@
-"""Range coder, adaptive bits, mixing, integers: section 5 of docs/format.md."""
+"""Entropy coder, adaptive bits, mixing, integers, symbols: section 5 of docs/format.md."""
 
 import math
 import zlib
 
 
 class Broken(Exception):
-    """The bytes are not those of a .tag file, version 1."""
+    """The bytes are not those of a .tag file, version 2."""
 
 
 def clamp(v, low, high):
@@ -64,42 +64,64 @@ class IntegerModel:
         self.longer, self.top = Bits(), Bits()
 
 
+class SymbolModel:
+    def __init__(self, mean, of):
+        ratio = (mean * (mean + of) << 16) // (2 * of * of + 2 * mean * of + mean * mean)
+        power = [65536]
+        for _ in range(8):
+            power.append(power[-1] * ratio >> 16)
+        weight = [power[abs(s - 7)] for s in range(15)] + [(2 * power[8] << 16) // (65536 - ratio)]
+        total = sum(weight)
+        self.below = [18432] + [sum(weight[:s]) * 32640 // total + 8 * s for s in range(1, 16)]
+
+    def learn(self, symbol):
+        rate = min(17 - (32767 - self.below[0]).bit_length(), 6)
+        for i, v in enumerate(self.below):
+            target = 32767 if i == 0 else 4 * i if i <= symbol else 32768 - 4 * (16 - i)
+            self.below[i] = v + ((target - v) >> rate)
+
+
 class Decoder:
     """One stream."""
 
     def __init__(self, data):
         self.data, self.taken = data, 0
-        self.range = (1 << 64) - 1
-        self.word = self.take() << 32
-        self.word += self.take()
+        self.state = self.take() + (self.take() << 16) + (self.take() << 32)
+        if not 1 << 31 <= self.state < 1 << 47:
+            raise Broken("a stream that no encoder begins")
 
     def take(self):
-        word = int.from_bytes(self.data[self.taken:self.taken + 4].ljust(4, b"\0"), "big")
-        self.taken += 4
+        word = int.from_bytes(self.data[self.taken:self.taken + 2].ljust(2, b"\0"), "little")
+        self.taken += 2
         return word
 
-    def renormalize(self):
-        if self.range < 1 << 32:
-            self.word = (self.word << 32 & (1 << 64) - 1) + self.take()
-            self.range <<= 32
+    def slot(self):
+        return self.state & 65535
+
+    def advance(self, start, length):
+        self.state = (self.state >> 16) * length + self.slot() - start
+        if self.state < 1 << 31:
+            self.state = (self.state << 16) + self.take()
 
     def decode(self, p):
-        bound = (self.range >> 16) * p
-        bit = self.word < bound
-        if bit:
-            self.range = bound
-        else:
-            self.word -= bound
-            self.range -= bound
-        self.renormalize()
-        return int(bit)
+        if self.slot() < p:
+            self.advance(0, p)
+            return 1
+        self.advance(p, 65536 - p)
+        return 0
 
     def raw(self, n):
-        self.range >>= n
-        value = min(self.word // self.range, (1 << n) - 1)
-        self.word -= value * self.range
-        self.renormalize()
+        value = self.slot() >> (16 - n)
+        self.advance(value << (16 - n), 1 << (16 - n))
         return value
+
+    def symbol(self, a, b, c):
+        m = [0] + [((a.below[i] + b.below[i]) >> 1) + c.below[i] for i in range(1, 16)] + [65536]
+        s = max(i for i in range(16) if m[i] <= self.slot())
+        self.advance(m[s], m[s + 1] - m[s])
+        for model in (a, b, c):
+            model.learn(s)
+        return s
 
     def adaptive(self, b, limit):
         bit = self.decode(b.probability())
@@ -151,9 +173,9 @@ class Decoder:
         return -(f + 1) // 2 if f % 2 else f // 2
 
     def check_exhausted(self):
-        if self.taken > len(self.data) + 4:
+        if self.taken > len(self.data):
             raise Broken("a stream ends too soon")
 
     def check_end(self):
-        if self.taken != len(self.data) + 4:
+        if self.taken != len(self.data) or self.state != 1 << 31:
             raise Broken("a stream has the wrong number of bytes")

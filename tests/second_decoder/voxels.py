@@ -1,6 +1,9 @@
 """Values of voxels: section 7 of docs/format.md."""
 
-from .coding import RATE, Bits, Broken, Decoder, IntegerModel, Mixers, clamp
+import functools
+import itertools
+
+from .coding import RATE, Bits, Broken, Decoder, IntegerModel, SymbolModel, clamp
 
 TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
         (0, 0, -1), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1), (-1, -1, -1), (1, -1, -1), (-1, 1, -1),
@@ -12,10 +15,19 @@ def trit(v):
 
 
 def log_scale(m, v):
-    if v < 2 << m:
-        return v
-    octave = v.bit_length() - (m + 1)
-    return (octave << m) + (v >> octave)
+    e = (2 * v + 1).bit_length() - 1
+    return max(0, (e - 1 << m) + ((2 * v + 1 << m) >> e) - (1 << m))
+
+
+def low_bits(energy):
+    return max(0, (energy >> 4).bit_length() - 2)
+
+
+@functools.cache
+def start_of(m, least):
+    """Mean and divisor of a model for energies whose logarithm is at least so much."""
+    energy = next(v for v in itertools.count() if log_scale(m, v) >= least)
+    return energy + 1, 16 << low_bits(energy)
 
 
 class Bias:
@@ -28,7 +40,7 @@ class Bias:
 
 
 class Prediction:
-    value = fraction = texture = signs = before = low = high = 0
+    value = fraction = before = low = high = 0
     flat = False
 
 
@@ -41,11 +53,11 @@ class VoxelDecoder:
         self.error_at = error_at
         self.read_parameters(sample_type)
         self.largest = (self.high - self.low) // (2 * smallest_error + 1) + 1
-        self.level_scale = 2097152 // (self.high - self.low + 1)
+        self.level_scale = 4194304 // (self.high - self.low + 1)
         self.values, self.residuals = {}, {}
-        self.texture_biases = [Bias() for _ in range(8 * 24)]
-        self.sign_biases = [Bias() for _ in range(8 * 81)]
-        self.bits, self.mixers = Bits(), Mixers()
+        self.biases = [Bias() for _ in range(8 * 24)]
+        self.bits = Bits()
+        self.models = {}
         self.beyond, self.flat_magnitude = IntegerModel(), IntegerModel()
 
     def read_parameters(self, sample_type):
@@ -96,7 +108,7 @@ class VoxelDecoder:
             w * V(x + dx, y + dy, z + dz) for w, (dx, dy, dz) in zip(weights, TAPS) if w != 0)
         plain = exact >> 11
         s = trit(R(x - 1, y, z))
-        p.texture = (above > plain) + 2 * (left > plain) + 4 * (behind > plain) + 8 * s
+        texture = (above > plain) + 2 * (left > plain) + 4 * (behind > plain) + 8 * s
 
         def row(dy, d):
             return abs(R(x + d, y + dy, z) if y > 0 else R(x + d, y, z - 1))
@@ -105,11 +117,9 @@ class VoxelDecoder:
                     abs(R(x + 1, y, z - 1)) + abs(R(x, y + 1, z - 1)))
         if z == 0:
             p.before += 3 * row(-1, 0) + row(-1, -1) + row(-1, 1)
-        size = min(log_scale(0, p.before), 15) // 2
-        p.signs = (81 * size + 27 * trit(R(x + 1, y - 1, z)) + 9 * trit(R(x, y - 1, z)) +
-                   3 * trit(R(x, y, z - 1)) + s)
-        p.biases = self.texture_biases[24 * size + p.texture], self.sign_biases[p.signs]
-        corrected = exact + p.biases[0].value + p.biases[1].value
+        size = min(p.before.bit_length(), 15) // 2
+        p.bias = self.biases[24 * size + texture]
+        corrected = exact + p.bias.value
         rounded = (corrected + 1024) >> 11
         p.fraction = corrected - 2048 * rounded
         p.value = clamp(rounded, self.low, self.high)
@@ -129,50 +139,31 @@ class VoxelDecoder:
         left = self.V(x - 1, y, z)
         energy = p.before + 4 * abs(R(-1, 0, 0)) + abs(R(-2, 0, 0))
         coarse = min(log_scale(1, energy), 15)
-        k = max(0, (energy >> 4).bit_length() - 2)
+        k = low_bits(energy)
         spread = max(p.high, left) - min(p.low, left)
         level = ((p.value - self.low) * self.level_scale) >> 16
+        flip = error < 2 and p.fraction < 0
         centre = min(3, abs(p.fraction) >> 8) if error < 2 else 0
-
-        def cap(v, c):
-            return min(v >> k, c)
-
-        M = (log_scale(2, energy),
-             16 * min(log_scale(1, 4 * spread // (2 * error + 1)), 31) + coarse,
-             (((cap(abs(R(-1, 0, 0)), 3) * 3 + cap(abs(R(0, -1, 0)), 2)) * 3 + cap(abs(R(0, 0, -1)), 2)) * 3 +
-              cap(abs(R(-1, -1, 0)) + abs(R(1, -1, 0)), 2)) * 3 + cap(abs(R(1, 0, -1)) + abs(R(0, 1, -1)), 2),
-             (4 * level + coarse // 4) * 4 + centre)
-        G = (9 * trit(R(-1, 0, 0)) + 3 * trit(R(0, -1, 0)) + trit(R(0, 0, -1)), (p.fraction + 1024) >> 7, p.texture,
-             9 * trit(R(-1, -1, 0)) + 3 * trit(R(1, -1, 0)) + trit(R(1, 0, -1)))
-        h = 0
-        while True:
-            if h == 24:
-                h = 24 + coder.integer(self.beyond)
-                break
-            d = min(h, 3)
-            if d < 2:
-                models = [bits["magnitude", i, M[i], d] for i in range(4)]
-                bit = coder.mixed(models, self.mixers[d, coarse // 2], 255)
-            else:
-                bit = coder.adaptive(bits["magnitude", 0, M[0], d], 255)
-            if bit == 0:
-                break
-            h += 1
-        low, j, path = 0, k, 1
-        while j > 0 and path < 4:
-            bit = coder.adaptive(bits["low", k, min(h, 3), path], 500)
-            path, low, j = 2 * path + bit, 2 * low + bit, j - 1
-        if j > 0:
-            low = (low << j) + coder.raw(j)
-        a = (h << k) + low
-        if a == 0:
-            return 0
-        a = min(a, self.largest)
-        if k >= 3:
+        side = trit(-R(-1, 0, 0) if flip else R(-1, 0, 0))
+        s = coder.symbol(
+            self.model("energy", 3 * log_scale(2, energy) + side),
+            self.model("spread", 8 * min(log_scale(1, 4 * spread // (2 * error + 1)), 31) + coarse // 2),
+            self.model("level", 4 * (4 * level + coarse // 4) + centre))
+        h = s - 7
+        if s == 15:
             negative = coder.raw(1)
-        else:
-            negative = coder.mixed([bits["sign", i, G[i]] for i in range(4)], self.mixers["sign"], 255)
-        return -a if negative else a
+            h = 8 + min(coder.integer(self.beyond), 1 << 18)
+            h = -h if negative else h
+        if k > 0:
+            h = (h << k) + coder.raw(k)
+        r = clamp(h, -self.largest, self.largest)
+        return -r if flip else r
+
+    def model(self, kind, c):
+        if (kind, c) not in self.models:
+            start = {"energy": (2, c // 3), "spread": (1, c % 8 * 2 + 1), "level": (1, c // 4 % 4 * 4 + 2)}[kind]
+            self.models[kind, c] = SymbolModel(*start_of(*start))
+        return self.models[kind, c]
 
     def decode_voxel(self, x, y, z, quiet):
         error = self.error_at(x, y, z)
@@ -185,8 +176,7 @@ class VoxelDecoder:
         if not p.flat:
             usual = (p.before + 8) * step * 256
             missed = clamp((v - p.value) * 2048 - p.fraction, -usual, usual)
-            for bias in p.biases:
-                bias.learn(missed)
+            p.bias.learn(missed)
 
     def run(self):
         was_quiet = {}
