@@ -213,7 +213,7 @@ bool code_wide_parameters(Coder& coder, bool two_bounds, WideParameters& p) {
 
 #define TAGRID_INSTANTIATE(T)                                                                             \
   template WideParameters choose_parameters(std::span<const T>, Index3, const WideBounds&, WideNumbers&); \
-  template bool code_wide_parameters<T>(RansEncoder&, bool, WideParameters&);                            \
+  template bool code_wide_parameters<T>(RansEncoder&, bool, WideParameters&);                             \
   template bool code_wide_parameters<T>(RansDecoder&, bool, WideParameters&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
