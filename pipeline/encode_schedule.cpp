@@ -3,9 +3,7 @@
 namespace tagrid {
 
 EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, int mark_halo)
-    : bricks_(parameters.bricks()),
-      halo_(mark_halo),
-      root_layers_(bricks_.domain.cubes(2)) {}
+    : bricks_(parameters.bricks()), halo_(mark_halo), root_layers_(bricks_.domain.cubes(2)) {}
 
 Box EncodeSchedule::tile_box(Index3 tile) const {
   Box box = bricks_.closed_box({tile.x, tile.y, 0});

@@ -54,6 +54,13 @@ Function library_function(const char* mangled) {
   return reinterpret_cast<Function>(found);
 }
 
+void* allocate_lines(std::size_t size) {
+  constexpr std::size_t line = 128;
+  void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+
 /// The counter of the tasks to wait for: the last one to end has released it.
 void acquire(d1::wait_context& context) {
   static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
@@ -117,9 +124,7 @@ void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::
 }
 
 void* cache_aligned_allocate(std::size_t size) {
-  constexpr std::size_t line = 128;
-  void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
-  if (memory == nullptr) throw std::bad_alloc();
+  void* const memory = allocate_lines(size);
   __tsan_release(memory);
   return memory;
 }
@@ -131,14 +136,14 @@ void cache_aligned_deallocate(void* memory) {
 void* allocate(d1::small_object_pool*& pool, std::size_t size) {
   static char no_pool;
   pool = reinterpret_cast<d1::small_object_pool*>(&no_pool);
-  return cache_aligned_allocate(size);
+  return allocate_lines(size);
 }
 void* allocate(d1::small_object_pool*& pool, std::size_t size, const d1::execution_data&) {
   return allocate(pool, size);
 }
-void deallocate(d1::small_object_pool&, void* object, std::size_t) { cache_aligned_deallocate(object); }
+void deallocate(d1::small_object_pool&, void* object, std::size_t) { std::free(object); }
 void deallocate(d1::small_object_pool&, void* object, std::size_t, const d1::execution_data&) {
-  cache_aligned_deallocate(object);
+  std::free(object);
 }
 
 }  // namespace r1
