@@ -61,11 +61,21 @@ void* allocate_lines(std::size_t size) {
   return memory;
 }
 
-/// The counter of the tasks to wait for: the last one to end has released it.
-void acquire(d1::wait_context& context) {
-  static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
-  __tsan_acquire(reinterpret_cast<std::uint64_t*>(&context) + 1);
-}
+/// The end of waiting, also by an exception of a task: the last task to end has released the counter of
+/// tasks.
+class Waiting {
+ public:
+  explicit Waiting(d1::wait_context& tasks) : tasks_(tasks) {}
+  ~Waiting() {
+    static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
+    __tsan_acquire(reinterpret_cast<std::uint64_t*>(&tasks_) + 1);
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  d1::wait_context& tasks_;
+};
 
 }  // namespace
 
@@ -110,8 +120,8 @@ void wait(d1::wait_context& tasks, d1::task_group_context& context) {
   using Function = void (*)(d1::wait_context&, d1::task_group_context&);
   static const auto original =
       library_function<Function>("_ZN3tbb6detail2r14waitERNS0_2d112wait_contextERNS2_18task_group_contextE");
+  const Waiting waiting(tasks);
   original(tasks, context);
-  acquire(tasks);
 }
 
 void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::wait_context& tasks,
@@ -119,8 +129,8 @@ void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::
   using Function = void (*)(d1::task&, d1::task_group_context&, d1::wait_context&, d1::task_group_context&);
   static const auto original = library_function<Function>(
       "_ZN3tbb6detail2r116execute_and_waitERNS0_2d14taskERNS2_18task_group_contextERNS2_12wait_contextES6_");
+  const Waiting waiting(tasks);
   original(task, task_context, tasks, wait_context);
-  acquire(tasks);
 }
 
 void* cache_aligned_allocate(std::size_t size) {
