@@ -247,6 +247,12 @@ TEST_F(VolumeReaderTest, AHeaderAndTheCommandLineMustAgree) {
   other = raw_int16();
   other.type = SampleType::uint16;
   message_of<UsageError>([&] { open_volume(name, other); });
+  other = raw_int16();
+  other.big_endian = true;
+  message_of<UsageError>([&] { open_volume(name, other); });
+  other = raw_int16();
+  other.spacing = {1, 1, 2};
+  message_of<UsageError>([&] { open_volume(name, other); });
 }
 
 TEST_F(VolumeReaderTest, SpacingOfTheCommandLineBecomesAField) {

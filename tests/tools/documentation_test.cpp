@@ -1,5 +1,9 @@
 // The manual page and the completions of shells name every option that exists, and no other.
 
+// gcc 12 with sanitizers warns of the library's own code.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <regex>
 #include <set>
 

@@ -44,7 +44,12 @@ class FailingDisk : public CommandLine {
  protected:
   using Files = std::map<std::string, std::string>;
 
-  ~FailingDisk() override { std::filesystem::remove(log()); }
+  mutable int runs_ = 0;
+
+  ~FailingDisk() override {
+    std::filesystem::remove(log());
+    std::cout << runs_ << " runs of the program\n";
+  }
   std::string log() const { return folder_.string() + ".calls"; }
 
   /// Every file with its bytes. Reports tell times: they are whole, that is all.
@@ -77,6 +82,7 @@ class FailingDisk : public CommandLine {
                          std::string("TAGRID_FAULT_LASTING=") + (lasting ? "1" : ""),
                          std::string("TAGRID_FAULT_STREAMS=") + (c.streams ? "1" : ""),
                          TAGRID_PROGRAM};
+    ++runs_;
     const std::string input = c.arguments[1] == "-" ? content("volume.tag") : "";
     return Process(with(command, c.arguments), folder_.string()).finish(input);
   }

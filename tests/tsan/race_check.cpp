@@ -1,6 +1,6 @@
 // A race on purpose: does ThreadSanitizer, with what it is told in tbb_edges.cpp, see into the pipeline? The
-// node that reads slices and the node that writes bricks count in one variable without a lock. With "locked"
-// as its argument the same is done properly, and nothing may be reported.
+// node that reads slices and the workers that encode bricks count in one variable without a lock. With
+// "locked" as its argument the same is done properly, and nothing may be reported.
 #include <atomic>
 #include <cstdio>
 #include <cstring>
@@ -12,7 +12,7 @@ using namespace tagrid;
 int main(int argc, char** argv) {
   const bool locked = argc > 1 && std::strcmp(argv[1], "locked") == 0;
   CodingParameters parameters;
-  parameters.dims = {20, 20, 400};
+  parameters.dims = {60, 60, 400};
   parameters.cube_size = 8;
   parameters.max_level = 9;
   parameters.field_scale = 1;
@@ -27,10 +27,11 @@ int main(int argc, char** argv) {
   EncodeStreams streams;
   streams.read_slice = [&]() -> SliceSamples {
     count();
-    return std::make_shared<std::vector<std::byte>>(400);
+    return std::make_shared<std::vector<std::byte>>(3600);
   };
-  streams.write_brick = [&](std::int64_t, BrickCode) { count(); };
-  run_encode_graph(parameters, 3, streams);
+  streams.write_brick = [](std::int64_t, BrickCode) {};
+  streams.brick_done = [&](std::int64_t) { count(); };
+  run_encode_graph(parameters, 4, streams);
   std::printf("%ld slices and bricks\n", proper + improper);
   return 0;
 }

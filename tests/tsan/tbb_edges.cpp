@@ -54,11 +54,28 @@ Function library_function(const char* mangled) {
   return reinterpret_cast<Function>(found);
 }
 
-/// The counter of the tasks to wait for: the last one to end has released it.
-void acquire(d1::wait_context& context) {
-  static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
-  __tsan_acquire(reinterpret_cast<std::uint64_t*>(&context) + 1);
+void* allocate_lines(std::size_t size) {
+  constexpr std::size_t line = 128;
+  void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
 }
+
+/// The end of waiting, also by an exception of a task: the last task to end has released the counter of
+/// tasks.
+class Waiting {
+ public:
+  explicit Waiting(d1::wait_context& tasks) : tasks_(tasks) {}
+  ~Waiting() {
+    static_assert(sizeof(d1::wait_context) == 2 * sizeof(std::uint64_t));
+    __tsan_acquire(reinterpret_cast<std::uint64_t*>(&tasks_) + 1);
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  d1::wait_context& tasks_;
+};
 
 }  // namespace
 
@@ -103,8 +120,8 @@ void wait(d1::wait_context& tasks, d1::task_group_context& context) {
   using Function = void (*)(d1::wait_context&, d1::task_group_context&);
   static const auto original =
       library_function<Function>("_ZN3tbb6detail2r14waitERNS0_2d112wait_contextERNS2_18task_group_contextE");
+  const Waiting waiting(tasks);
   original(tasks, context);
-  acquire(tasks);
 }
 
 void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::wait_context& tasks,
@@ -112,14 +129,12 @@ void execute_and_wait(d1::task& task, d1::task_group_context& task_context, d1::
   using Function = void (*)(d1::task&, d1::task_group_context&, d1::wait_context&, d1::task_group_context&);
   static const auto original = library_function<Function>(
       "_ZN3tbb6detail2r116execute_and_waitERNS0_2d14taskERNS2_18task_group_contextERNS2_12wait_contextES6_");
+  const Waiting waiting(tasks);
   original(task, task_context, tasks, wait_context);
-  acquire(tasks);
 }
 
 void* cache_aligned_allocate(std::size_t size) {
-  constexpr std::size_t line = 128;
-  void* const memory = std::aligned_alloc(line, (size + line - 1) / line * line);
-  if (memory == nullptr) throw std::bad_alloc();
+  void* const memory = allocate_lines(size);
   __tsan_release(memory);
   return memory;
 }
@@ -131,14 +146,14 @@ void cache_aligned_deallocate(void* memory) {
 void* allocate(d1::small_object_pool*& pool, std::size_t size) {
   static char no_pool;
   pool = reinterpret_cast<d1::small_object_pool*>(&no_pool);
-  return cache_aligned_allocate(size);
+  return allocate_lines(size);
 }
 void* allocate(d1::small_object_pool*& pool, std::size_t size, const d1::execution_data&) {
   return allocate(pool, size);
 }
-void deallocate(d1::small_object_pool&, void* object, std::size_t) { cache_aligned_deallocate(object); }
+void deallocate(d1::small_object_pool&, void* object, std::size_t) { std::free(object); }
 void deallocate(d1::small_object_pool&, void* object, std::size_t, const d1::execution_data&) {
-  cache_aligned_deallocate(object);
+  std::free(object);
 }
 
 }  // namespace r1
