@@ -103,7 +103,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
     p.max_error = std::max(whole(options.max_error), 0.0);
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
-            "--surface-error must be below --max-error, in whole units");
+            "--surface-error must be below --max-error, both rounded down to whole units");
     return;
   }
   p.max_error = whole(options.max_error);
@@ -122,8 +122,8 @@ void EncodeOptions::validate() const {
   require_bound(surface_error, "--surface-error");
   require_bound(mesh_error, "--mesh-error");
   require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
-  require(!surface_error || (max_error && *surface_error < *max_error),
-          "--surface-error must be below --max-error, in whole units");
+  require(!surface_error || max_error, "--surface-error needs --max-error, which binds the other voxels");
+  require(!surface_error || *surface_error < *max_error, "--surface-error must be below --max-error");
   require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),

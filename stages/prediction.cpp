@@ -46,7 +46,7 @@ class PaddedRows {
   std::vector<double> values_;
 };
 
-/// The sums are exact, so that their order does not matter: many at a time.
+/// Sixteen partial sums, in the order that vector registers want and every machine can follow.
 TAGRID_VECTOR_CODE
 double dot(const double* a, const double* b, std::size_t length) {
   constexpr std::size_t width = 16;
@@ -75,15 +75,16 @@ void accumulate(const PaddedRows& rows, std::size_t first, std::size_t last, std
   sums.count += static_cast<double>(length);
 }
 
-/// Cholesky. The matrix is positive definite by its penalty.
+/// Cholesky. The matrix is positive definite by its penalty, but for rounding.
 std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
   auto& a = e.matrix;
   auto& b = e.right;
   for (std::size_t i = 0; i < n; ++i) {
+    const double least = 1e-12 * std::max(a[i][i], 1e-3);
     for (std::size_t j = 0; j <= i; ++j) {
       double sum = a[i][j];
       for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
-      a[i][j] = i == j ? std::sqrt(std::max(sum, 1e-9)) : sum / a[j][j];
+      a[i][j] = i == j ? std::sqrt(std::max(sum, least)) : sum / a[j][j];
     }
     double sum = b[i];
     for (std::size_t k = 0; k < i; ++k) sum -= a[i][k] * b[k];
@@ -98,12 +99,12 @@ std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
 }
 
 /// Variance of what the best weights leave.
-double unpredicted(NormalEquations e, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) e.matrix[i][i] += 1e-2 * e.count;
+double unpredicted(NormalEquations e, std::size_t n, double least) {
+  for (std::size_t i = 0; i < n; ++i) e.matrix[i][i] += 0.2 * least * e.count;
   const auto w = solve(e, n);
   double explained = 0;
   for (std::size_t i = 0; i < n; ++i) explained += w[i] * e.right[i];
-  return std::max(0.0, e.target - explained) / e.count + 0.05;
+  return std::max(0.0, e.target - explained) / e.count + least;
 }
 
 Weights quantized(const std::array<double, unknowns>& w, std::size_t n) {
@@ -180,8 +181,10 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   const Weights fallback = default_weights();
   // Values decoded within a wide bound are nearer to the originals than rounding to the step alone would
   // leave them: a smooth brick predicts itself. What the originals leave unpredicted limits the noise.
-  const double left = unpredicted(sums, n);
-  const double penalty_each = 0.05 + (noise > 0 ? noise * left / (noise + left) : 0);
+  // Of numbers as large as wide samples, variances that small would drown in rounding.
+  const double least = std::max(0.05, 1e-12 * sums.target / sums.count);
+  const double left = unpredicted(sums, n, least);
+  const double penalty_each = least + (noise > 0 ? noise * left / (noise + left) : 0);
   double penalty = sums.count * penalty_each;
   for (int attempt = 0; attempt < 8; ++attempt, penalty *= 16) {
     NormalEquations e = sums;
@@ -189,7 +192,9 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
       e.matrix[i][i] += penalty;
       e.right[i] += penalty * fallback.of_tap[i] / (1 << weight_bits);
     }
-    const Weights weights = quantized(solve(e, n), n);
+    const auto exact = solve(e, n);
+    if (!std::all_of(exact.begin(), exact.end(), [](double w) { return std::isfinite(w); })) continue;
+    const Weights weights = quantized(exact, n);
     if (weights.magnitude() <= weight_limit) return weights;
   }
   return fallback;
@@ -198,6 +203,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
 #define TAGRID_INSTANTIATE(T) \
   template Weights fit_weights(std::span<const T>, Index3, int, std::int64_t, double);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
+TAGRID_INSTANTIATE(std::int64_t)
 #undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

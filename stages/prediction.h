@@ -57,8 +57,8 @@ Weights default_weights();
 ///   tap_count   slice_taps: fit the first slice alone; all_taps: fit the slices after it
 ///   reference   what is subtracted from every sample
 ///   noise       variance that the decoder's values have about the originals, in squared sample units
-/// Sums of products of 16-bit samples are exact in double, so the order of summation does not matter; the
-/// solution uses + - * / in a fixed order. The result keeps magnitude() <= weight_limit.
+/// Everything is + - * / and square roots of doubles in a fixed order: the same weights on every machine. The
+/// result keeps magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for wide ones.
 template <class T>
 Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
                     double noise);

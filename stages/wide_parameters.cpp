@@ -163,9 +163,9 @@ WideParameters choose_parameters(std::span<const T> samples, Index3 size, const 
   if (count > 0) p.reference = static_cast<std::int64_t>(total / static_cast<std::int64_t>(count));
   const auto error = static_cast<double>(p.error[0]);
   const double noise = error * (error + 1) / 3;
-  p.first_slice = fit_wide_weights(n.numbers, size, wide_slice_taps, p.reference, noise);
-  p.others = size.z > 1 ? fit_wide_weights(n.numbers, size, wide_taps.size(), p.reference, noise)
-                        : default_wide_weights();
+  const std::span<const std::int64_t> numbers(n.numbers);
+  p.first_slice = fit_weights(numbers, size, slice_taps, p.reference, noise);
+  p.others = size.z > 1 ? fit_weights(numbers, size, all_taps, p.reference, noise) : default_weights();
   return p;
 }
 
@@ -197,18 +197,19 @@ bool code_wide_parameters(Coder& coder, bool two_bounds, WideParameters& p) {
   p.high = signed_bits(p.high);
   p.reference = signed_bits(p.reference);
   IntegerModel model;
-  const WideWeights origin = default_wide_weights();
-  const auto weights = [&](WideWeights& w, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      w[i] = static_cast<std::int32_t>(
-          origin[i] + std::clamp<std::int64_t>(model.code_signed(coder, w[i] - origin[i]),
-                                               -4 * wide_weight_limit, 4 * wide_weight_limit));
+  const Weights origin = default_weights();
+  const auto weights = [&](Weights& w, int count) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      w.of_tap[i] = static_cast<std::int32_t>(
+          origin.of_tap[i] +
+          std::clamp<std::int64_t>(model.code_signed(coder, w.of_tap[i] - origin.of_tap[i]),
+                                   -4 * weight_limit, 4 * weight_limit));
   };
-  weights(p.first_slice, wide_slice_taps);
-  weights(p.others, wide_taps.size());
+  weights(p.first_slice, slice_taps);
+  weights(p.others, all_taps);
   return p.low >= least && p.high <= most && p.low <= p.reference && p.reference <= p.high &&
          p.error[0] <= largest_fixed && p.error[1] <= largest_fixed &&
-         magnitude_of(p.first_slice) <= wide_weight_limit && magnitude_of(p.others) <= wide_weight_limit;
+         p.first_slice.magnitude() <= weight_limit && p.others.magnitude() <= weight_limit;
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                             \

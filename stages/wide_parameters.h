@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "grid/box.h"
+#include "stages/prediction.h"
 #include "stages/wide_numbers.h"
-#include "stages/wide_prediction.h"
 #include "stages/wide_voxel_codec.h"
 
 namespace tagrid {
@@ -22,7 +22,7 @@ struct WideParameters {
       error{};                     ///< of a number: of other voxels, of active ones; at most largest_fixed
   std::int64_t low = 0, high = 0;  ///< of the numbers
   std::int64_t reference = 0;      ///< low .. high
-  WideWeights first_slice{}, others{};
+  Weights first_slice, others;
 };
 
 /// The numbers of the samples of a brick.

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "grid/box.h"
+#include "stages/prediction.h"
 #include "stages/wide_numbers.h"
-#include "stages/wide_prediction.h"
 #include "stages/wide_residual_model.h"
 
 namespace tagrid {
@@ -54,7 +54,7 @@ class WideWindow {
         residuals_(2, std::vector<std::int64_t>(static_cast<std::size_t>(width_ * (size.y + 3)))),
         escapes_(2, std::vector<std::uint8_t>(static_cast<std::size_t>(width_ * (size.y + 3)))) {}
 
-  void begin_slice(std::int64_t z, const WideWeights& weights) {
+  void begin_slice(std::int64_t z, const Weights& weights) {
     z_ = z;
     weights_ = weights;
     if (z > 0) {
@@ -95,12 +95,11 @@ class WideWindow {
       return p;
     }
     Sum sum = 0;
-    const std::size_t taps = z_ > 0 ? wide_taps.size() : wide_slice_taps;
-    for (std::size_t t = 0; t < taps; ++t)
-      sum += Sum{weights_[t]} *
-             (Sum{at(x + wide_taps[t].dx, wide_taps[t].dy, -wide_taps[t].dz)} - Sum{reference_});
-    const Sum exact = sum + Sum{reference_} * (1 << wide_weight_bits);
-    const Sum plain = exact >> wide_weight_bits;
+    const auto count = static_cast<std::size_t>(z_ > 0 ? all_taps : slice_taps);
+    for (std::size_t t = 0; t < count; ++t)
+      sum += Sum{weights_.of_tap[t]} * (Sum{at(x + taps[t].dx, taps[t].dy, -taps[t].dz)} - Sum{reference_});
+    const Sum exact = sum + Sum{reference_} * (1 << weight_bits);
+    const Sum plain = exact >> weight_bits;
     const std::uint32_t sign = trit(x - 1, 0, 0);
     p.texture = (Sum{at(x, -1, 0)} > plain) + 2U * (Sum{at(x - 1, 0, 0)} > plain) +
                 4U * (Sum{z_ > 0 ? at(x, 0, 1) : at(x, -1, 0)} > plain) + 8 * sign;
@@ -108,9 +107,9 @@ class WideWindow {
     p.texture_bias = 24 * size + p.texture;
     p.sign_bias = 81 * size + 27 * trit(x + 1, -1, 0) + 9 * trit(x, -1, 0) + 3 * trit(x, 0, 1) + sign;
     const Sum corrected = exact + texture_biases_[p.texture_bias].value + sign_biases_[p.sign_bias].value;
-    const Sum rounded = (corrected + (1 << (wide_weight_bits - 1))) >> wide_weight_bits;
+    const Sum rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
     p.value = static_cast<std::int64_t>(std::clamp<Sum>(rounded, low_, high_));
-    p.fraction = static_cast<std::int32_t>(corrected - rounded * (1 << wide_weight_bits));
+    p.fraction = static_cast<std::int32_t>(corrected - rounded * (1 << weight_bits));
     return p;
   }
 
@@ -153,7 +152,7 @@ class WideWindow {
     constexpr Int128 limit = Int128{1} << 40;
     const Int128 usual = std::min(Int128{p.before + 8} * step * 256, limit);
     const auto error = static_cast<std::int64_t>(
-        std::clamp((Int128{number} - p.value) * (1 << wide_weight_bits) - p.fraction, -usual, usual));
+        std::clamp((Int128{number} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual));
     texture_biases_[p.texture_bias].learn(error);
     sign_biases_[p.sign_bias].learn(error);
   }
@@ -189,7 +188,7 @@ class WideWindow {
   Index3 size_;
   std::int64_t width_, reference_, low_, high_;
   std::int64_t z_ = 0, row_ = 0;
-  WideWeights weights_{};
+  Weights weights_;
   std::array<WideBias, 8 * 24> texture_biases_{};
   std::array<WideBias, 8 * 81> sign_biases_{};
   std::vector<std::vector<std::int64_t>> numbers_;    ///< [slices before][row start + x + pad]

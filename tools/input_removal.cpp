@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
@@ -34,7 +35,13 @@ std::vector<std::string> removable_volume(const std::string& input, const std::o
                                           const std::string& output) {
   removable_tag(input, output);
   const VolumeReader reader = open_volume(input, raw);
-  for (const std::string& file : reader.files()) require_removable(file);
+  const auto folder = [](const std::string& file) { return std::filesystem::absolute(file).parent_path(); };
+  for (const std::string& file : reader.files()) {
+    require_removable(file);
+    // Headers come from anywhere: one must not choose what is removed elsewhere.
+    if (!std::filesystem::equivalent(folder(file), folder(input)))
+      throw UsageError("--rm: " + file + ": lies in another folder than its header; leave out --rm");
+  }
   if (reader.holds_other_bytes())
     throw UsageError("--rm: " + reader.files().back() +
                      ": holds bytes besides its samples, which would be lost; leave out --rm");

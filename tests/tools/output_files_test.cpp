@@ -144,6 +144,15 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
   EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
 }
 
+// A header that came from elsewhere must not choose what is removed.
+TEST_F(OutputFiles, SamplesInAnotherFolderThanTheirHeaderAreNotRemoved) {
+  phantom("volume.nhdr");
+  expect_ok(script("mkdir other; mv volume.raw other; sed -i s,volume.raw,other/volume.raw, volume.nhdr"));
+  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage, "lies in another folder");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "other" / "volume.raw"));
+  expect_ok(tagrid({"encode", "volume.nhdr", "-o", "x.tag"}));
+}
+
 TEST_F(OutputFiles, NothingIsRemovedThroughALink) {
   phantom("volume.nhdr");
   make_tag();
