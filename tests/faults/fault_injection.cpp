@@ -6,7 +6,8 @@
 //   TAGRID_FAULT_LOG      a file: a line "name path" for every call that counts; not below the folder
 //   TAGRID_FAULT_AT       the number of the call that fails, from 1; 0: all of them
 //   TAGRID_FAULT_KIND     a number: that errno. "short": a read or write is of fewer bytes than it could be.
-//                         "EINTR": the call is interrupted once, as by a signal; the next one is not
+//                         "EINTR": the call is interrupted once, as by a signal; the next one is not.
+//                         "SIGKILL", "SIGTERM", "SIGINT": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
 // A close() that fails has closed the file all the same, as on Linux.
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -39,6 +41,7 @@ struct Plan {
   long at = -1;
   int error = 0;
   bool is_short = false, interrupts = false;
+  int signal = 0;
   int log = -1;
 
   Plan() {
@@ -50,6 +53,7 @@ struct Plan {
     is_short = kind == "short";
     interrupts = kind == "EINTR";
     error = interrupts ? EINTR : std::atoi(kind.c_str());
+    signal = kind == "SIGKILL" ? SIGKILL : kind == "SIGTERM" ? SIGTERM : kind == "SIGINT" ? SIGINT : 0;
     // Calls of our own go past the functions below.
     if (const char* value = setting("TAGRID_FAULT_LOG"))
       log = static_cast<int>(
@@ -95,6 +99,7 @@ Fault next_fault(const char* name, const std::string& path, bool counts, bool tr
   const char* const failed = failed_name.load();
   const bool again = p.lasting && failed != nullptr && std::strcmp(failed, name) == 0;
   if (p.at != 0 && number != p.at && !again) return Fault::none;
+  if (p.signal != 0) raise(p.signal);
   if (p.is_short) return transfers ? Fault::fewer_bytes : Fault::none;
   if (p.interrupts) {
     if (!can_be_interrupted) return Fault::none;

@@ -52,16 +52,20 @@ Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
 
 std::vector<Input> small_files() {
   std::vector<Input> files;
-  for (const bool grid : {false, true})
-    for (const int error : {0, 3}) {
-      EncodeOptions options;
-      options.cube_size = 4;
-      options.brick_edge = error == 0 ? 1 : 2;
-      options.grid_only = grid;
-      options.max_error = error;
-      if (error > 0 && !grid) options.surface_error = 1;
-      files.push_back(small_file({9, 6, 7}, error == 0 ? SampleType::int16 : SampleType::uint8, options));
-    }
+  for (const auto& [exact, bounded] : {std::pair{SampleType::int16, SampleType::uint8},
+                                       {SampleType::uint32, SampleType::int32},
+                                       {SampleType::float32, SampleType::float64}})
+    for (const bool grid : {false, true})
+      for (const int error : {0, 3}) {
+        EncodeOptions options;
+        options.cube_size = 4;
+        options.brick_edge = error == 0 ? 1 : 2;
+        options.grid_only = grid;
+        options.max_error = error;
+        if (is_wide_type(exact)) options.range = {-1024, 3072};
+        if (error > 0 && !grid) options.surface_error = 1;
+        files.push_back(small_file({9, 6, 7}, error == 0 ? exact : bounded, options));
+      }
   return files;
 }
 
@@ -93,27 +97,32 @@ void add_parts(const Input& file, std::map<std::string, Seeds>& seeds) {
 
 /// Bricks behind the bytes that brick_target.cpp expects: of the first one of a small file.
 void add_bricks(std::map<std::string, Seeds>& seeds) {
-  for (unsigned kind = 0; kind < 32; ++kind) {
-    const std::uint8_t error = kind & 1 ? 4 : 0;
-    const auto type = static_cast<SampleType>(1 + kind % 4);
+  for (unsigned kind = 0; kind < 128; ++kind) {
+    const unsigned number = kind % 8;
+    const bool bounded = (kind & 8) != 0, grid = (kind & 16) != 0,
+               two_bounds = bounded && !grid && (kind & 32), large = (kind & 64) != 0;
+    const auto type = static_cast<SampleType>(1 + number);
     EncodeOptions options;
-    options.cube_size = (kind & 16) ? 8 : 4;
-    options.brick_edge = (kind & 16) ? 1 : 2;
-    options.grid_only = (kind & 4) != 0;
-    options.max_error = error;
-    if (error > 0 && !options.grid_only && (kind & 8)) options.surface_error = 1;
+    options.cube_size = large ? 8 : 4;
+    options.brick_edge = large ? 1 : 2;
+    options.grid_only = grid;
+    options.max_error = bounded ? 4 : 0;
+    if (is_wide_type(type)) options.range = {-1024, 3072};
+    if (two_bounds) options.surface_error = 1;
     const Input file = small_file({12, 11, 10}, type, options);
     const std::size_t at = u32(file, 12), activity = u32(file, at + 12), all = u32(file, at) - 12;
-    Input input = {static_cast<std::uint8_t>((kind % 4) | (kind & 4) | ((kind & 16) ? 8 : 16)),
-                   255,
-                   11,
-                   10,
-                   9,
-                   static_cast<std::uint8_t>(options.grid_only ? error / 2 : error),
-                   static_cast<std::uint8_t>(options.surface_error ? 1 : 255),
-                   0,
-                   static_cast<std::uint8_t>(activity),
-                   static_cast<std::uint8_t>(activity >> 8)};
+    const auto error_of_points = load_little_endian<double>(reinterpret_cast<const std::byte*>(&file[104]));
+    Input input = {
+        static_cast<std::uint8_t>((number & 3) | (number & 4) << 5 | (grid ? 4 : 0) | (large ? 8 : 16)),
+        255,
+        11,
+        10,
+        9,
+        static_cast<std::uint8_t>(grid ? error_of_points : *options.max_error),
+        static_cast<std::uint8_t>(two_bounds ? 1 : 255),
+        0,
+        static_cast<std::uint8_t>(activity),
+        static_cast<std::uint8_t>(activity >> 8)};
     const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 16);
     input.insert(input.end(), first, first + static_cast<std::ptrdiff_t>(all));
     seeds["brick"].push_back(input);

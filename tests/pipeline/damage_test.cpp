@@ -1,6 +1,8 @@
 // Damaged files: an error every time, never other voxels.
 #include <gtest/gtest.h>
 
+#include <iostream>
+
 #include "io/errors.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
@@ -43,6 +45,7 @@ TEST_F(Damage, EveryFlippedBitIsFound) {
         damaged[i] = static_cast<char>(damaged[i] ^ (1 << bit));
         expect_broken(damaged, "byte " + std::to_string(i) + " bit " + std::to_string(bit));
       }
+    std::cout << 8 * whole.size() << " flipped bits\n";
   }
 }
 
@@ -51,6 +54,7 @@ TEST_F(Damage, EveryTruncationIsFound) {
     const std::string whole = small_file(grid);
     for (std::size_t size = 0; size < whole.size(); ++size)
       expect_broken(whole.substr(0, size), std::to_string(size));
+    std::cout << whole.size() << " truncations\n";
   }
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <iostream>
 
 #include "io/errors.h"
 #include "pipeline/run.h"
@@ -145,6 +146,7 @@ TYPED_TEST(EverySampleType, EveryFlippedBitAndEveryTruncationIsFound) {
       }
       expect_broken(whole.substr(0, i), i);
     }
+    std::cout << 8 * whole.size() << " flipped bits, " << whole.size() << " truncations\n";
   }
 }
 
