@@ -29,9 +29,8 @@ ProgressMeter::~ProgressMeter() {
   if (drawn_) say("\r\033[K");
 }
 
-void ProgressMeter::update(std::uint64_t done, std::uint64_t total) {
+void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_point now) {
   if (style_ == ProgressStyle::none || total == 0) return;
-  const auto now = Clock::now();
   const auto pause = style_ == ProgressStyle::bar ? std::chrono::milliseconds(200) : std::chrono::minutes(1);
   if (now - last_ < pause && (drawn_ || style_ != ProgressStyle::bar)) return;
   last_ = now;

@@ -23,11 +23,11 @@ class ProgressMeter {
   ProgressMeter(const ProgressMeter&) = delete;
   ProgressMeter& operator=(const ProgressMeter&) = delete;
 
-  void update(std::uint64_t done, std::uint64_t total);
-
- private:
   using Clock = std::chrono::steady_clock;
 
+  void update(std::uint64_t done, std::uint64_t total, Clock::time_point now = Clock::now());
+
+ private:
   ProgressStyle style_;
   std::string what_;
   std::uint64_t unit_bytes_;
