@@ -52,6 +52,7 @@ Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int l
     index.total.active[static_cast<std::size_t>(level)] = reader.get<std::uint64_t>();
   index.total.max_error = reader.get<double>();
   const auto low_half = reader.get<std::uint64_t>(), high_half = reader.get<std::uint64_t>();
+  if (floats && high_half != 0) return Status::broken("the index has bits that must be 0");
   if (floats)
     index.total.sum_squared_real = std::bit_cast<double>(low_half);
   else
