@@ -59,17 +59,17 @@ encodings() {
   expect_one_hash "  decoded"
 }
 modes() {
-  encodings "$1" "$2"
-  encodings "$1" "$2" --max-error 3
-  encodings "$1" "$2" --max-error 6 --surface-error 1
-  encodings "$1" "$2" --mesh-error 9 --max-error 1
-  encodings "$1" "$2" --grid-only
-  encodings "$1" "$2" --grid-only --max-error 4
+  encodings "$@"
+  encodings "$@" --max-error 3
+  encodings "$@" --max-error 6 --surface-error 1
+  encodings "$@" --mesh-error 9 --max-error 1
+  encodings "$@" --grid-only
+  encodings "$@" --grid-only --max-error 4
 }
 
 dims=70,61,75 cube=8
 [ "$long" = --long ] && dims=150,140,160 cube=16
-for type in uint8 int8 uint16 int16; do
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
   for build in "${builds[@]}"; do
     tagrid "$build" phantom --dims $dims --type $type --seed 3 --format nrrd -f -o "$folder/$type.nrrd"
     note "$build" <"$folder/$type.nrrd"
@@ -77,6 +77,12 @@ for type in uint8 int8 uint16 int16; do
   expect_one_hash "phantom $type"
 done
 for type in uint8 int16; do modes "$folder/$type.nrrd" "phantom $type"; done
+# On a pipe there is no looking at the data first.
+for type in int32 float32; do modes "$folder/$type.nrrd" "phantom $type" --range -1000:3000; done
+for type in uint32 float64; do
+  encodings "$folder/$type.nrrd" "phantom $type" --range 0:3000 --max-error 0.5
+  encodings "$folder/$type.nrrd" "phantom $type" --range 0:3000 --grid-only --max-error 2.5
+done
 for type in int8 uint16; do
   encodings "$folder/$type.nrrd" "phantom $type" --cube $cube --brick 3 --max-error 2
   encodings "$folder/$type.nrrd" "phantom $type" --cube $cube --brick 2 --grid-only --max-level 9
