@@ -133,6 +133,8 @@ def check_index(data, at, header, last, sizes):
     fields = unpack(data[at + 20:end], size)
     if fields is not None:
         columns = struct.unpack_from(f"<{2 * n}I", fields, 8 * (3 * header.K + 1) + 56)
+        second_half = struct.unpack_from("<Q", fields, 8 * (3 * header.K + 1) + 16)[0]
+        require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
         require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
 
 

@@ -28,7 +28,7 @@ build=$PWD/build/fuzz
 mkdir -p "$build/findings" "$build/logs"
 
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
-declare -A longest=([header]=2048 [brick]=2048 [index]=4096 [nrrd]=4096 [numbers]=64 [file]=8192)
+declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [numbers]=64 [file]=8192)
 
 fuzz() {
   local target=$1
