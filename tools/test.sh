@@ -10,7 +10,8 @@ cmake --preset release -DTAGRID_TESTS=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then
-  TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage
+  TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
+  TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   tools/same_bytes.sh --long
   tools/stream_test.sh
   tools/fuzz.sh --long 1
