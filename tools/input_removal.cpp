@@ -35,12 +35,13 @@ std::vector<std::string> removable_volume(const std::string& input, const std::o
                                           const std::string& output) {
   removable_tag(input, output);
   const VolumeReader reader = open_volume(input, raw);
-  const auto folder = [](const std::string& file) { return std::filesystem::absolute(file).parent_path(); };
+  const auto folder = std::filesystem::path(input).parent_path();
   for (const std::string& file : reader.files()) {
     require_removable(file);
-    // Headers come from anywhere: one must not choose what is removed elsewhere.
-    if (!std::filesystem::equivalent(folder(file), folder(input)))
-      throw UsageError("--rm: " + file + ": lies in another folder than its header; leave out --rm");
+    // Headers come from anywhere: one must not choose what is removed elsewhere, by whatever path.
+    const auto from_there = std::filesystem::path(file).lexically_relative(folder);
+    if (from_there.empty() || from_there.has_parent_path())
+      throw UsageError("--rm: " + file + ": may lie in another folder than its header; leave out --rm");
   }
   if (reader.holds_other_bytes())
     throw UsageError("--rm: " + reader.files().back() +
