@@ -123,6 +123,22 @@ def steps(v, s):
     return (2 * v + s) // (2 * s)
 
 
+def guess_of(p, u, odd, box, values):
+    """The prediction of a point from the vertices of its diamond, and how different they are."""
+    corners = []
+    for signs in product((-u, u), repeat=len(odd)):
+        q = p
+        for a, d in zip(odd, signs):
+            q = add(q, along(a, d))
+        corners.append(values.get(q, 0))
+    sides = [values.get(q, 0) for a in range(3) if a not in odd
+             for q in (add(p, along(a, -u)), add(p, along(a, u))) if q in box]
+    cs, ss, ns = sum(corners), sum(sides), len(sides)
+    guess = (steps(cs, 8), steps(cs * ns + 8 * ss, 12 * ns) if ns else 0,
+             steps(cs + ss, 2 + ns))[3 - len(odd)]
+    return guess, max(corners + sides) - min(corners + sides)
+
+
 def decode_points(data, box, active, S, point_error, limits):
     """Values of the active points, by point."""
     coder = Decoder(data)
@@ -145,18 +161,7 @@ def decode_points(data, box, active, S, point_error, limits):
         for p in points:
             if p not in active:
                 continue
-            corners = []
-            for signs in product((-u, u), repeat=len(odd)):
-                q = p
-                for a, d in zip(odd, signs):
-                    q = add(q, along(a, d))
-                corners.append(values.get(q, 0))
-            sides = [values.get(q, 0) for a in range(3) if a not in odd
-                     for q in (add(p, along(a, -u)), add(p, along(a, u))) if q in box]
-            cs, ss, ns = sum(corners), sum(sides), len(sides)
-            guess = (steps(cs, 8), steps(cs * ns + 8 * ss, 12 * ns) if ns else 0,
-                     steps(cs + ss, 2 + ns))[3 - len(odd)]
-            spread = max(corners + sides) - min(corners + sides)
+            guess, spread = guess_of(p, u, odd, box, values)
             context = min((4 * spread // step).bit_length(), 23)
             values[p] = decode_value(guess, 4 - len(odd) + (3 if u == 1 else 0), context)
         coder.check_exhausted()

@@ -44,7 +44,26 @@ class Prediction:
     flat = False
 
 
-class VoxelDecoder:
+class Surroundings:
+    """What a decoder of voxels, with its `values` and sizes mx, my, mz, takes for those outside the brick."""
+
+    def V(self, x, y, z):
+        if z == 0 and y < 0:
+            return self.reference
+        if z == -1:
+            return self.V(x, y, 0)
+        if y < 0:
+            return self.V(x, 0, z - 1)
+        if y >= self.my:
+            return self.V(x, self.my - 1, z)
+        if x < 0:
+            if y > 0:
+                return self.V(0, y - 1, z)
+            return self.V(0, 0, z - 1) if z > 0 else self.reference
+        return self.values[min(x, self.mx - 1), y, z]
+
+
+class VoxelDecoder(Surroundings):
     """`error_at(x, y, z)` is the bound of a voxel, `smallest_error` the smallest that the header allows."""
 
     def __init__(self, data, size, sample_type, error_at, smallest_error):
@@ -73,21 +92,6 @@ class VoxelDecoder:
             self.weights.append(weights)
         if self.low >= self.high or any(sum(map(abs, w)) > 16384 for w in self.weights):
             raise Broken("values with impossible parameters")
-
-    def V(self, x, y, z):
-        if z == 0 and y < 0:
-            return self.reference
-        if z == -1:
-            return self.V(x, y, 0)
-        if y < 0:
-            return self.V(x, 0, z - 1)
-        if y >= self.my:
-            return self.V(x, self.my - 1, z)
-        if x < 0:
-            if y > 0:
-                return self.V(0, y - 1, z)
-            return self.V(0, 0, z - 1) if z > 0 else self.reference
-        return self.values[min(x, self.mx - 1), y, z]
 
     def R(self, x, y, z):
         return self.residuals.get((x, y, z), 0)

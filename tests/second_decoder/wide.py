@@ -2,10 +2,10 @@
 
 import math
 import struct
-from itertools import product
 
 from .coding import RATE, Bits, Broken, Decoder, IntegerModel, clamp
-from .grid import add, along, base_edge, passes, steps
+from .voxels import Surroundings
+from .grid import add, along, base_edge, guess_of, passes
 
 LARGEST_FIXED = 1 << 46
 TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
@@ -95,14 +95,14 @@ class Bias:
         self.seen += self.seen < 128
 
 
-class WideVoxelDecoder:
+class WideVoxelDecoder(Surroundings):
     """`active(x, y, z)` selects the second bound; None where the header has one only."""
 
     def __init__(self, data, size, sample_type, active):
         self.coder, self.type, self.active = Decoder(data), sample_type, active
         self.mx, self.my, self.mz = size
         self.read_parameters()
-        self.numbers, self.residuals, self.escaped = {}, {}, {}
+        self.values, self.residuals, self.escaped = {}, {}, {}
         self.texture_biases = [Bias() for _ in range(8 * 24)]
         self.sign_biases = [Bias() for _ in range(8 * 81)]
         self.model, self.correction = ResidualModel(self.coder), ResidualModel(self.coder)
@@ -139,21 +139,6 @@ class WideVoxelDecoder:
         if (self.low < least or self.high > most or not self.low <= self.reference <= self.high or
                 max(self.error) > LARGEST_FIXED or any(sum(map(abs, w)) > 16384 for w in self.weights)):
             raise Broken("values with impossible parameters")
-
-    def V(self, x, y, z):
-        if z == 0 and y < 0:
-            return self.reference
-        if z == -1:
-            return self.V(x, y, 0)
-        if y < 0:
-            return self.V(x, 0, z - 1)
-        if y >= self.my:
-            return self.V(x, self.my - 1, z)
-        if x < 0:
-            if y > 0:
-                return self.V(0, y - 1, z)
-            return self.V(0, 0, z - 1) if z > 0 else self.reference
-        return self.numbers[min(x, self.mx - 1), y, z]
 
     def predict(self, x, y, z):
         p = Prediction()
@@ -232,7 +217,7 @@ class WideVoxelDecoder:
                       4 * self.escaped.get((x, y, z - 1), 0))
             if self.coder.adaptive(self.bits["escape", around], 1000):
                 self.escaped[x, y, z] = 1
-                self.numbers[x, y, z] = p.value
+                self.values[x, y, z] = p.value
                 return self.escaped_sample()
         active = self.active is not None and self.active(x, y, z)
         error = self.error[active]
@@ -240,7 +225,7 @@ class WideVoxelDecoder:
         r = self.model.decode(*self.contexts(x, y, z, p, error))
         largest = min((self.high - self.low) // step + 1, (1 << 64) - 1)
         v = clamp(p.value + clamp(r, -largest, largest) * step, self.low, self.high)
-        self.numbers[x, y, z] = v
+        self.values[x, y, z] = v
         self.residuals[x, y, z] = clamp(r, -(1 << 58), 1 << 58)
         if p.spread > 0 and p.before < 1 << 13:
             usual = min((p.before + 8) * step * 256, 1 << 40)
@@ -316,19 +301,8 @@ def decode_wide_points(data, box, active, S, point_error, sample_type):
         for p in points:
             if p not in active:
                 continue
-            corners = []
-            for signs in product((-u, u), repeat=len(odd)):
-                q = p
-                for a, d in zip(odd, signs):
-                    q = add(q, along(a, d))
-                corners.append(numbers.get(q, 0))
-            sides = [numbers.get(q, 0) for a in range(3) if a not in odd
-                     for q in (add(p, along(a, -u)), add(p, along(a, u))) if q in box]
-            cs, ss, ns = sum(corners), sum(sides), len(sides)
-            guess = (steps(cs, 8), steps(cs * ns + 8 * ss, 12 * ns) if ns else 0,
-                     steps(cs + ss, 2 + ns))[3 - len(odd)]
-            decode_value(p, guess, 4 - len(odd) + (3 if u == 1 else 0),
-                         max(corners + sides) - min(corners + sides))
+            guess, spread = guess_of(p, u, odd, box, numbers)
+            decode_value(p, guess, 4 - len(odd) + (3 if u == 1 else 0), spread)
         coder.check_exhausted()
     coder.check_end()
     return values
