@@ -4,17 +4,10 @@ import math
 import struct
 
 from .coding import RATE, Bits, Broken, Decoder, IntegerModel, clamp
-from .voxels import Surroundings
 from .grid import add, along, base_edge, guess_of, passes
+from .voxels import TAPS, Surroundings, trit
 
 LARGEST_FIXED = 1 << 46
-TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
-        (0, 0, -1), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1), (-1, -1, -1), (1, -1, -1), (-1, 1, -1),
-        (1, 1, -1), (0, 0, -2))
-
-
-def trit(v):
-    return (v > 0) - (v < 0) + 1
 
 
 def log_scale(m, v):
