@@ -14,15 +14,10 @@
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/frames.h"
 #include "tests/pipeline/volumes.h"
+#include "tests/sanitized.h"
 
 namespace tagrid {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 unsigned long setting(const char* name, unsigned long usual) {
   const char* given = std::getenv(name);

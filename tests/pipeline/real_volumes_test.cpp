@@ -13,15 +13,10 @@
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
+#include "tests/sanitized.h"
 
 namespace tagrid {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool slow_build = true;
-#else
-constexpr bool slow_build = false;
-#endif
 
 struct Volume {
   const char* name;
@@ -107,7 +102,7 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
   if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
   for (const double bound : {0, 1, 2, 5, 20, 50})
     for (const bool grid_only : {false, true}) {
-      if (slow_build && bound != 5) continue;
+      if (sanitized && bound != 5) continue;
       const EncodeResult result = encode(volume, bound, grid_only);
       decode_volume(path("a.tag"), path("a.raw"), VolumeFormat::raw, true, available_threads());
       const double error =
@@ -124,7 +119,7 @@ class RealRates : public RealVolumes {};
 
 // The first bar: no row above 1.10 times the best other (1.25 lossless), and 0.98 in the geometric mean.
 TEST_F(RealRates, FilesAreSmallerThanThoseOfOthersAtTheSameLargestError) {
-  if (slow_build) GTEST_SKIP() << "sizes do not depend on the build; the release tests measure them";
+  if (sanitized) GTEST_SKIP() << "sizes do not depend on the build; the release tests measure them";
   double logs = 0;
   int rows = 0;
   for (const Volume& volume : volumes) {

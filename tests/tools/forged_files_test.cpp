@@ -6,16 +6,11 @@
 #include "io/tag_file.h"
 #include "io/zstd_bytes.h"
 #include "stages/activity_coding.h"
+#include "tests/sanitized.h"
 #include "tests/tools/command_line.h"
 
 namespace tagrid {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 constexpr std::size_t megabyte = std::size_t{1} << 20;
 
