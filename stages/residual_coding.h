@@ -42,8 +42,26 @@ struct ResidualContext {
 inline constexpr std::size_t energy_contexts = energy_classes * 3, spread_contexts = 32 * 8,
                              level_contexts = 64 * 16;
 
+/// Residuals of voxels whose neighbours are all equal.
+class FlatResidualModel {
+ public:
+  /// Codes the residual of a voxel whose neighbours are all equal.
+  template <class Coder>
+  [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
+    const auto given = static_cast<std::uint64_t>(std::abs(residual));
+    if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
+    const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
+    const auto limited = static_cast<std::int32_t>(std::min(magnitude, static_cast<std::uint64_t>(largest)));
+    return code_adaptive(coder, residual < 0, flat_sign_, 250) ? -limited : limited;
+  }
+
+ private:
+  AdaptiveBit flat_differs_, flat_sign_;
+  IntegerModel flat_magnitude_;
+};
+
 /// All adaptive state of one brick. About 48 KB.
-class ResidualModel {
+class ResidualModel : public FlatResidualModel {
  public:
   ResidualModel();
 
@@ -70,16 +88,6 @@ class ResidualModel {
     return context.flip ? -coded : coded;
   }
 
-  /// Codes the residual of a voxel whose neighbours are all equal.
-  template <class Coder>
-  [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
-    const auto given = static_cast<std::uint64_t>(std::abs(residual));
-    if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
-    const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
-    const auto limited = static_cast<std::int32_t>(std::min(magnitude, static_cast<std::uint64_t>(largest)));
-    return code_adaptive(coder, residual < 0, flat_sign_, 250) ? -limited : limited;
-  }
-
  private:
   /// What no symbol stands for: beyond -7 .. 7.
   template <class Coder>
@@ -95,8 +103,7 @@ class ResidualModel {
   std::array<SymbolModel, energy_contexts> energy_;
   std::array<SymbolModel, spread_contexts> spread_;
   std::array<SymbolModel, level_contexts> level_;
-  AdaptiveBit flat_differs_, flat_sign_;
-  IntegerModel flat_magnitude_, beyond_;
+  IntegerModel beyond_;
 };
 
 }  // namespace tagrid

@@ -15,12 +15,16 @@ enum class FileMode : std::uint8_t {
   grid = 1,    ///< activity, and the values of the active points; a voxel is interpolated
 };
 
+/// How much time a file with voxels of 8 or 16 bits may take for being small. Part of the file format.
+enum class Effort : std::uint8_t { normal = 0, fast = 1, best = 2 };
+
 inline constexpr int max_accuracy = 1'000'000;
 
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
   FileMode mode = FileMode::voxels;
+  Effort effort = Effort::normal;
   int cube_size = 32;    ///< S, a power of two, 4 .. 256
   int brick_edge = 2;    ///< root cubes an edge of a brick
   int max_level = 15;    ///< no point of a higher level is marked; 3K where the run is not limited
