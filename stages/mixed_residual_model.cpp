@@ -22,7 +22,7 @@ std::int32_t mix(const std::array<std::int32_t, mixed_contexts>& inputs, const W
 template <class Weights>
 void learn(const std::array<std::int32_t, mixed_contexts>& inputs, std::int32_t error, Weights& weights) {
   for (std::size_t i = 0; i < mixed_contexts; ++i)
-    weights[i] = std::clamp(weights[i] + ((inputs[i] * error + (1 << 14)) >> 15), -weight_limit_mixed,
+    weights[i] = std::clamp(weights[i] + ((inputs[i] * error * 3 + (1 << 15)) >> 16), -weight_limit_mixed,
                             weight_limit_mixed);
 }
 

@@ -30,8 +30,8 @@ class RunningLeastSquares {
   static constexpr int weight_bits = 16;
 
  private:
-  static constexpr std::size_t batch = 8;                  ///< voxels between two sweeps
-  static constexpr int forgetting = 6;                     ///< a batch takes 2^-forgetting of all sums
+  static constexpr std::size_t batch = 4;                  ///< voxels between two sweeps
+  static constexpr int forgetting = 5;                     ///< a batch takes 2^-forgetting of all sums
   static constexpr std::int32_t limit = 8 << weight_bits;  ///< of a weight's magnitude
 
   void add_batch();
