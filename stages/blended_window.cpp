@@ -17,7 +17,7 @@ constexpr std::array<Tap, features> feature_taps = [] {
 
 int feature_bits_for(const VoxelParameters& p) {
   const auto width = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(p.high - p.low)));
-  return std::clamp(feature_limit_bits - width, -3, 4);
+  return std::clamp(feature_bits - width, -3, 4);
 }
 
 /// `square` of sample units in square units of features, and not 0.

@@ -18,15 +18,31 @@ std::int64_t weighted_sum(const std::int32_t* f, const std::int32_t* weights) {
 /// products below 2^26.
 TAGRID_VECTOR_CODE
 void add_products(const Features* voxels, std::size_t count, int forgetting,
-                  std::array<std::int64_t, features>* rows) {
+                  std::array<std::int32_t, features>* rows) {
   for (std::size_t i = 0; i < features; ++i) {
     std::array<std::int32_t, features> sums{};
     for (std::size_t k = 0; k < count; ++k) {
       const std::int32_t factor = voxels[k][i];
       for (std::size_t j = 0; j < features; ++j) sums[j] += factor * voxels[k][j];
     }
-    std::int64_t* row = rows[i].data();
+    std::int32_t* row = rows[i].data();
     for (std::size_t j = 0; j < features; ++j) row[j] += sums[j] - (row[j] >> forgetting);
+  }
+}
+
+/// One sweep of coordinate descent: each weight in turn goes to where what it leaves is least, with the others
+/// as they are. `left` is the negative gradient, but for the penalty.
+TAGRID_VECTOR_CODE
+void descend(const std::array<std::int32_t, features>* products, std::int64_t penalty, std::int64_t limit,
+             std::int64_t* left, std::int32_t* weights) {
+  for (std::size_t i = 0; i < features; ++i) {
+    const std::int32_t* row = products[i].data();
+    const std::int64_t old = weights[i];
+    const std::int64_t moved =
+        std::clamp(old + (left[i] - penalty * old) / (row[i] + penalty), -limit, limit);
+    weights[i] = static_cast<std::int32_t>(moved);
+    const auto change = static_cast<std::int32_t>(moved - old);
+    for (std::size_t j = 0; j < features; ++j) left[j] -= std::int64_t{row[j]} * change;
   }
 }
 
@@ -38,37 +54,22 @@ void step(const std::int32_t* f, std::int64_t gain, std::int64_t limit, std::int
 
 }  // namespace
 
-std::int64_t RunningLeastSquares::predict(const Features& f) const {
-  return weighted_sum(f.data(), weights_.data());
+std::int64_t RunningLeastSquares::predict(const Features& f) {
+  predicted_ = weighted_sum(f.data(), weights_.data());
+  return predicted_;
 }
 
 void RunningLeastSquares::learn(const Features& f, std::int32_t target) {
+  if (count_ == 0)
+    for (std::int64_t& g : gradient_) g -= g >> forgetting;
   features_[count_] = f;
-  targets_[count_] = target;
+  const std::int64_t error = std::int64_t{target} * (1 << weight_bits) - predicted_;
+  for (std::size_t i = 0; i < features; ++i) gradient_[i] += error * f[i];
   if (++count_ < batch) return;
   count_ = 0;
-  add_batch();
-  sweep();
-}
-
-void RunningLeastSquares::add_batch() {
+  // Products and gradient forget alike, so that they stay those of the same voxels.
   add_products(features_.data(), batch, forgetting, products_.data());
-  for (std::size_t i = 0; i < features; ++i) {
-    std::int64_t sum = 0;
-    for (std::size_t k = 0; k < batch; ++k) sum += std::int64_t{features_[k][i]} * targets_[k];
-    with_target_[i] += sum - (with_target_[i] >> forgetting);
-  }
-}
-
-// Sums are below 2^29 * 2^forgetting, weights at most 2^19: what is left below 2^60.
-void RunningLeastSquares::sweep() {
-  for (std::size_t i = 0; i < features; ++i) {
-    const auto& row = products_[i];
-    std::int64_t left = with_target_[i] * (1 << weight_bits) - penalty_ * weights_[i];
-    for (std::size_t j = 0; j < features; ++j) left -= row[j] * weights_[j];
-    weights_[i] = static_cast<std::int32_t>(
-        std::clamp<std::int64_t>(weights_[i] + left / (row[i] + penalty_), -limit, limit));
-  }
+  descend(products_.data(), penalty_, limit, gradient_.data(), weights_.data());
 }
 
 std::int64_t GradientDescent::predict(const Features& f) const {

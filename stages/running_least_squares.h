@@ -11,9 +11,9 @@
 namespace tagrid {
 
 inline constexpr std::size_t features = 24;
-inline constexpr int feature_limit_bits = 13;
+inline constexpr int feature_bits = 12;
 /// Largest magnitude of a feature and of a target.
-inline constexpr std::int32_t feature_limit = 1 << feature_limit_bits;
+inline constexpr std::int32_t feature_limit = (1 << feature_bits) - 1;
 
 /// Inputs of an adaptive prediction: differences of neighbours from a first guess.
 using Features = std::array<std::int32_t, features>;
@@ -24,7 +24,8 @@ class RunningLeastSquares {
   explicit RunningLeastSquares(std::int64_t penalty) : penalty_(penalty) {}
 
   /// The weighted sum, in 2^-weight_bits of the unit of the features.
-  std::int64_t predict(const Features& f) const;
+  std::int64_t predict(const Features& f);
+  /// REQUIRES: f was the last argument of predict().
   void learn(const Features& f, std::int32_t target);
 
   static constexpr int weight_bits = 16;
@@ -34,15 +35,12 @@ class RunningLeastSquares {
   static constexpr int forgetting = 5;                     ///< a batch takes 2^-forgetting of all sums
   static constexpr std::int32_t limit = 8 << weight_bits;  ///< of a weight's magnitude
 
-  void add_batch();
-  void sweep();
-
   std::int64_t penalty_;
   std::size_t count_ = 0;
+  std::int64_t predicted_ = 0;
   std::array<Features, batch> features_{};
-  std::array<std::int32_t, batch> targets_{};
-  std::array<std::array<std::int64_t, features>, features> products_{};
-  std::array<std::int64_t, features> with_target_{};
+  std::array<std::array<std::int32_t, features>, features> products_{};
+  std::array<std::int64_t, features> gradient_{};
   std::array<std::int32_t, features> weights_{};
 };
 
