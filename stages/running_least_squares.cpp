@@ -30,12 +30,12 @@ void add_products(const Features* voxels, std::size_t count, int forgetting,
   }
 }
 
-/// One sweep of coordinate descent: each weight in turn goes to where what it leaves is least, with the others
-/// as they are. `left` is the negative gradient, but for the penalty.
+/// Half a sweep of coordinate descent: every second weight in turn goes to where what it leaves is least,
+/// with the others as they are. `left` is the negative gradient, but for the penalty.
 TAGRID_VECTOR_CODE
-void descend(const std::array<std::int32_t, features>* products, std::int64_t penalty, std::int64_t limit,
-             std::int64_t* left, std::int32_t* weights) {
-  for (std::size_t i = 0; i < features; ++i) {
+void descend(std::size_t first, const std::array<std::int32_t, features>* products, std::int64_t penalty,
+             std::int64_t limit, std::int64_t* left, std::int32_t* weights) {
+  for (std::size_t i = first; i < features; i += 2) {
     const std::int32_t* row = products[i].data();
     const std::int64_t old = weights[i];
     const std::int64_t moved =
@@ -69,7 +69,8 @@ void RunningLeastSquares::learn(const Features& f, std::int32_t target) {
   count_ = 0;
   // Products and gradient forget alike, so that they stay those of the same voxels.
   add_products(features_.data(), batch, forgetting, products_.data());
-  descend(products_.data(), penalty_, limit, gradient_.data(), weights_.data());
+  descend(turn_, products_.data(), penalty_, limit, gradient_.data(), weights_.data());
+  turn_ ^= 1;
 }
 
 std::int64_t GradientDescent::predict(const Features& f) const {

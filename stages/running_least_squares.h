@@ -31,12 +31,12 @@ class RunningLeastSquares {
   static constexpr int weight_bits = 16;
 
  private:
-  static constexpr std::size_t batch = 4;                  ///< voxels between two sweeps
+  static constexpr std::size_t batch = 4;                  ///< voxels between two half sweeps
   static constexpr int forgetting = 5;                     ///< a batch takes 2^-forgetting of all sums
   static constexpr std::int32_t limit = 8 << weight_bits;  ///< of a weight's magnitude
 
   std::int64_t penalty_;
-  std::size_t count_ = 0;
+  std::size_t count_ = 0, turn_ = 0;
   std::int64_t predicted_ = 0;
   std::array<Features, batch> features_{};
   std::array<std::array<std::int32_t, features>, features> products_{};
