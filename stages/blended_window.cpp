@@ -40,7 +40,7 @@ BlendedWindow::BlendedWindow(Index3 size, const VoxelParameters& parameters, std
     : VoxelWindow(size, parameters),
       feature_bits_(feature_bits_for(parameters)),
       squares_(feature_energy(1 + error * (error + 1) / 3, feature_bits_)),
-      gradient_(feature_energy(320, feature_bits_)),
+      gradient_(feature_energy(160, feature_bits_)),
       missed_(static_cast<std::size_t>(2 * (size.y + 3) * stride_)) {}
 
 void BlendedWindow::begin_row(std::int64_t y) {
@@ -109,12 +109,16 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x) {
   p.gradient = moved(gradient_.predict(features_), GradientDescent::weight_bits);
   p.squares = moved(squares_.predict(features_), RunningLeastSquares::weight_bits);
 
-  // Weights are the inverse squares of what each candidate missed around.
+  // Weights are the inverse cubes of what each candidate missed around, of which ten bits count.
   const MissedSums missed = missed_around(x);
   p.missed = missed[2];
+  const int coarser =
+      std::max(0, static_cast<int>(std::bit_width(std::max({missed[0], missed[1], missed[2]}))) - 10);
   std::array<std::int64_t, candidates> trust;
-  for (std::size_t c = 0; c < candidates; ++c)
-    trust[c] = 1 + (std::int64_t{1} << 34) / (std::int64_t{missed[c]} * missed[c] + 4);
+  for (std::size_t c = 0; c < candidates; ++c) {
+    const std::int64_t m = (missed[c] >> coarser) + 4;
+    trust[c] = (std::int64_t{1} << 34) / (m * m * m);
+  }
   const std::int64_t away = trust[1] * (p.gradient - p.fitted) + trust[2] * (p.squares - p.fitted);
   const auto blended = static_cast<std::int32_t>(p.fitted + away / (trust[0] + trust[1] + trust[2]));
   find_biases(x, blended, p);

@@ -9,7 +9,7 @@ namespace tagrid {
 namespace {
 
 constexpr std::uint32_t forget_after = 400;   ///< observations of an adaptive bit
-constexpr std::int32_t first_weight = 16384;  ///< of a context, 2^-16
+constexpr std::int32_t first_weight = 10240;  ///< of a context, 2^-16
 constexpr std::int32_t weight_limit_mixed = 1 << 19;
 
 template <class Weights>
@@ -22,7 +22,7 @@ std::int32_t mix(const std::array<std::int32_t, mixed_contexts>& inputs, const W
 template <class Weights>
 void learn(const std::array<std::int32_t, mixed_contexts>& inputs, std::int32_t error, Weights& weights) {
   for (std::size_t i = 0; i < mixed_contexts; ++i)
-    weights[i] = std::clamp(weights[i] + ((inputs[i] * error * 3 + (1 << 15)) >> 16), -weight_limit_mixed,
+    weights[i] = std::clamp(weights[i] + ((inputs[i] * error * 3 + (1 << 14)) >> 15), -weight_limit_mixed,
                             weight_limit_mixed);
 }
 
