@@ -60,11 +60,10 @@ class FlatResidualModel {
   IntegerModel flat_magnitude_;
 };
 
-/// All adaptive state of one brick. About 48 KB.
-class ResidualModel : public FlatResidualModel {
+/// Residuals of other voxels. `Distributions` are what code(coder, symbol, context) codes a symbol by.
+template <class Distributions>
+class SymbolResidualModel : public FlatResidualModel {
  public:
-  ResidualModel();
-
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
   template <class Coder>
   [[gnu::always_inline]] std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
@@ -74,8 +73,7 @@ class ResidualModel : public FlatResidualModel {
     const std::int32_t high = residual >> low_bits;
     std::size_t symbol =
         static_cast<std::uint32_t>(high + 7) < 15u ? static_cast<std::size_t>(high + 7) : 15u;
-    symbol =
-        code_symbol(coder, symbol, energy_[context.energy], spread_[context.spread], level_[context.level]);
+    symbol = distributions_.code(coder, symbol, context);
     std::int32_t coded = static_cast<std::int32_t>(symbol) - 7;
     if (symbol == 15) [[unlikely]]
       coded = code_far(coder, high);
@@ -100,10 +98,42 @@ class ResidualModel : public FlatResidualModel {
     return negative ? -far : far;
   }
 
+  Distributions distributions_;
+  IntegerModel beyond_;
+};
+
+/// The mean of three, each selected by another context. About 48 KB.
+class ThreeDistributions {
+ public:
+  ThreeDistributions();
+
+  template <class Coder>
+  [[gnu::always_inline]] std::size_t code(Coder& coder, std::size_t symbol, const ResidualContext& context) {
+    return code_symbol(coder, symbol, energy_[context.energy], spread_[context.spread],
+                       level_[context.level]);
+  }
+
+ private:
   std::array<SymbolModel, energy_contexts> energy_;
   std::array<SymbolModel, spread_contexts> spread_;
   std::array<SymbolModel, level_contexts> level_;
-  IntegerModel beyond_;
 };
+
+/// One alone, for speed.
+class OneDistribution {
+ public:
+  OneDistribution();
+
+  template <class Coder>
+  [[gnu::always_inline]] std::size_t code(Coder& coder, std::size_t symbol, const ResidualContext& context) {
+    return code_symbol(coder, symbol, energy_[context.energy]);
+  }
+
+ private:
+  std::array<SymbolModel, energy_contexts> energy_;
+};
+
+using ResidualModel = SymbolResidualModel<ThreeDistributions>;
+using FastResidualModel = SymbolResidualModel<OneDistribution>;
 
 }  // namespace tagrid

@@ -16,7 +16,14 @@ constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 /// Calls f(NormalMethod()) or whatever else the effort is.
 template <class F>
 bool with_method(Effort effort, F&& f) {
-  return effort == Effort::best ? f(BestMethod()) : f(NormalMethod());
+  switch (effort) {
+    case Effort::fast:
+      return f(FastMethod());
+    case Effort::best:
+      return f(BestMethod());
+    default:
+      return f(NormalMethod());
+  }
 }
 
 }  // namespace

@@ -31,6 +31,10 @@ struct NormalMethod {
   using Window = VoxelWindow;
   using Model = ResidualModel;
 };
+struct FastMethod {
+  using Window = VoxelWindow;
+  using Model = FastResidualModel;
+};
 struct BestMethod {
   using Window = BlendedWindow;
   using Model = MixedResidualModel;
