@@ -1,13 +1,28 @@
 #include "stages/rans_coder.h"
 
+#include <array>
+
 namespace tagrid {
 namespace {
 
 constexpr int state_bytes = 6;
 
+// ceil(2^63 / length): by it, a state below 2^47 is divided exactly with one multiplication (T. Granlund and
+// P. Montgomery, "Division by invariant integers using multiplication", 1994). A division would take longer than all
+// else that is done for an event.
+struct Reciprocals {
+  std::array<std::uint64_t, 65536> of;
+  Reciprocals() {
+    of[0] = 0;
+    for (std::uint64_t length = 1; length < of.size(); ++length)
+      of[length] = ((std::uint64_t{1} << 63) + length - 1) / length;
+  }
+};
+
 }  // namespace
 
 void RansEncoder::finish() {
+  static const Reciprocals reciprocals;
   std::uint64_t state = rans_low;
   std::vector<std::uint16_t> words;  // in the order of coding: the decoder wants the last first
   for (std::size_t i = events_.size(); i-- > 0;) {
@@ -16,10 +31,10 @@ void RansEncoder::finish() {
       words.push_back(static_cast<std::uint16_t>(state));
       state >>= 16;
     }
-    // Exact: both are far below 2^53, and no quotient of theirs is so near below an integer that it rounds.
-    const auto quotient =
-        static_cast<std::uint64_t>(static_cast<double>(state) / static_cast<double>(length));
-    state = (quotient << 16) + (state - quotient * length) + events_[i].start;
+    __extension__ using Wide = unsigned __int128;
+    const auto quotient = static_cast<std::uint64_t>(Wide{state} * 2 * reciprocals.of[length] >> 64);
+    // (quotient << 16) + state % length + start
+    state += quotient * (65536 - length) + events_[i].start;
   }
   for (int byte = 0; byte < state_bytes; ++byte)
     out_.push_back(static_cast<std::uint8_t>(state >> (8 * byte)));
