@@ -1,23 +1,11 @@
 #include "stages/rans_coder.h"
 
-#include <array>
+#include "stages/reciprocals.h"
 
 namespace tagrid {
 namespace {
 
 constexpr int state_bytes = 6;
-
-// ceil(2^63 / length): by it, a state below 2^47 is divided exactly with one multiplication (T. Granlund and
-// P. Montgomery, "Division by invariant integers using multiplication", 1994). A division would take longer than all
-// else that is done for an event.
-struct Reciprocals {
-  std::array<std::uint64_t, 65536> of;
-  Reciprocals() {
-    of[0] = 0;
-    for (std::uint64_t length = 1; length < of.size(); ++length)
-      of[length] = ((std::uint64_t{1} << 63) + length - 1) / length;
-  }
-};
 
 }  // namespace
 
@@ -31,8 +19,7 @@ void RansEncoder::finish() {
       words.push_back(static_cast<std::uint16_t>(state));
       state >>= 16;
     }
-    __extension__ using Wide = unsigned __int128;
-    const auto quotient = static_cast<std::uint64_t>(Wide{state} * 2 * reciprocals.of[length] >> 64);
+    const std::uint64_t quotient = reciprocals.divide(state, length);
     // (quotient << 16) + state % length + start
     state += quotient * (65536 - length) + events_[i].start;
   }

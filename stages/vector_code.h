@@ -9,3 +9,14 @@
 #else
 #define TAGRID_VECTOR_CODE
 #endif
+
+// What such loops call must become part of them.
+#define TAGRID_INLINE inline __attribute__((always_inline))
+
+// Before a loop: no iteration reads what another writes. For pointers that reach the loop through a function
+// that has become part of another: gcc forgets __restrict there.
+#if defined(__GNUC__) && !defined(__clang__)
+#define TAGRID_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define TAGRID_INDEPENDENT
+#endif
