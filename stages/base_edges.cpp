@@ -117,7 +117,6 @@ TAGRID_INLINE void load_run(const Run& run, Signs sign, EdgeBatch& edges, std::s
 
 }  // namespace
 
-// Not in the namespace without a name: gcc 12 vectorizes no clones of functions that only this file can see.
 namespace base_edges {
 
 TAGRID_VECTOR_CODE

@@ -1,6 +1,7 @@
 // How inner loops become vector code: plain loops that the compiler vectorizes, cloned for the instruction
 // sets below and chosen when the program starts. All of them round alike (IEEE operations, no contraction of
-// multiply and add), so every clone gives the same bytes.
+// multiply and add), so every clone gives the same bytes. Not for functions of a namespace without a name:
+// gcc 12 does not vectorize their clones.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
