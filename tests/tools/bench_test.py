@@ -191,6 +191,19 @@ class Errors(unittest.TestCase):
         os.truncate(self.folder / "short.nrrd", (self.folder / "short.nrrd").stat().st_size - 1)
         self.expect(65, "48000 bytes of samples are expected, 47999 are present", "short.nrrd")
 
+    def test_one_thread_and_a_codec_without_a_rival_are_enough(self):
+        """A constant volume, one thread, no tagrid, no lossless row: tables and plots have to do with what is there."""
+        header = "NRRD0004\ntype: short\ndimension: 3\nsizes: 8 8 3\nencoding: raw\nendian: little\n\n"
+        (self.folder / "constant.nrrd").write_bytes(header.encode() + bytes(8 * 8 * 3 * 2))
+        for threads, codecs, rows in ((1, "tagrid,copy", ["tagrid", "copy"]), (2, "copy", ["copy"])):
+            run = bench("constant.nrrd", "--errors", 0, "--repetitions", 1, "--codecs", codecs, "--threads", threads,
+                        cwd=self.folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            results = json.loads((self.folder / "benchmark/results.json").read_text())
+            self.assertEqual([row["codec"] for row in results["rows"]], rows)
+            self.assertEqual([row["psnr"] for row in results["rows"]], [None] * len(rows))
+            self.assertEqual(results["concurrency"], [])
+
     def test_a_codec_that_fails_is_named_and_the_others_go_on(self):
         phantom(self.folder / "x.nhdr", "uint8", 1)
         (self.folder / "bin").mkdir()

@@ -132,7 +132,7 @@ def main():
         say(f"tools/bench: {failure}")
         return failure.code
     except OSError as error:
-        say(f"tools/bench: {error}")
+        say(f"tools/bench: {error.filename}: {error.strerror}" if error.filename else f"tools/bench: {error}")
         return WORLD
     except KeyboardInterrupt:
         return 130

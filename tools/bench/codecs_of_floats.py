@@ -24,7 +24,7 @@ class OfFloats(Codec):
 class Sz3(OfFloats):
     name = "SZ3"
     program = "sz3"
-    package = "none in Debian"
+    package = "none"
 
     def version(self, programs):
         return output_of(self.program, "-v").split("\n")[0].split()[-1]
@@ -39,7 +39,7 @@ class Sz3(OfFloats):
 class Sperr(OfFloats):
     name = "SPERR"
     program = "sperr3d"
-    package = "none in Debian"
+    package = "none"
     target = "--pwe"
 
     def version(self, programs):

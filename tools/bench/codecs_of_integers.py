@@ -44,7 +44,7 @@ class JpegLs(Codec):
 
     def refusal(self, work, bound):
         largest = min(255, (work.high - work.low) // 2)
-        return f"JPEG-LS has no bound above {largest} here" if bound > largest else None
+        return f"has no bound above {largest} for samples of this range" if bound > largest else None
 
     def shape(self, work):
         return [work.volume.type, work.volume.dims[0], work.volume.dims[1], work.low]

@@ -47,7 +47,7 @@ def lines_of(results, volume, x_of):
 
 
 def rate_plot(results, volume):
-    """Two panels: bits a voxel against the bound, and against PSNR."""
+    """Two panels: bits a voxel against the bound, and against PSNR. Empty where there is nothing to draw."""
     bounds = rates.bounds_of(results, volume)
 
     def position(row):
@@ -55,6 +55,8 @@ def rate_plot(results, volume):
 
     by_bound = lines_of(results, volume, position)
     by_psnr = lines_of(results, volume, lambda row: row["psnr"])
+    if not by_bound[1]:
+        return ""
     tics = ", ".join(f"'{bound}' {i}" for i, bound in enumerate(bounds))
     size = "1160,400" if by_psnr[1] else "580,400"
     text = f"set terminal svg size {size} font 'sans-serif,12' background 'white'\n" + PREAMBLE
@@ -70,14 +72,21 @@ def rate_plot(results, volume):
 
 
 def speed_plot(results, volume):
-    """Bars: encoding and decoding, on one and on all threads, of every codec at one bound."""
+    """Bars: encoding and decoding, on one and on all threads, of every codec at one bound. Empty where there is none."""
+    if not rates.rows_of(results, volume):
+        return ""
     bound, threads = rates.speed_bound(results, volume), results["machine"]["threads"]
     rows = [row for row in rates.rows_of(results, volume, bound=bound) if row["codec"] not in ("copy", "SPERR --psnr")]
     bars = [("encode", 1, "#0072B2"), ("decode", 1, "#D55E00")]
     if threads > 1:
         bars = [("encode", 1, "#0072B2"), ("encode", threads, "#9ecae1"), ("decode", 1, "#D55E00"),
                 ("decode", threads, "#fdbe85")]
-    points = [[f'"{row["codec"]}"', *(rates.speed(results, row, step, n) or "NaN" for step, n, _ in bars)] for row in rows]
+    # gnuplot refuses columns without any value: those of threads that none of the codecs uses.
+    bars = [bar for bar in bars if any(rates.speed(results, row, *bar[:2]) for row in rows)]
+    points = [[f'"{row["codec"]}"', *(rates.speed(results, row, step, n) or "NaN" for step, n, _ in bars)]
+              for row in rows]
+    if not rows:
+        return ""
     columns = []
     for i, (step, n, colour) in enumerate(bars):
         label = f"{step}, {n} thread{'s' if n > 1 else ''}"
@@ -96,11 +105,11 @@ def draw(results, folder, say):
         return []
     names = []
     for volume in results["volumes"]:
-        if not rates.rows_of(results, volume):
-            continue
-        for kind, script in (("rate", rate_plot), ("speed", speed_plot)):
+        for kind, script in (("rate", rate_plot(results, volume)), ("speed", speed_plot(results, volume))):
+            if not script:
+                continue
             name = f"{file_name(volume)}_{kind}.svg"
-            run = subprocess.run(["gnuplot"], input=script(results, volume), capture_output=True, text=True)
+            run = subprocess.run(["gnuplot"], input=script, capture_output=True, text=True)
             if run.returncode != 0 or not run.stdout:
                 raise Failure(WORLD, f"gnuplot failed on {name}: {run.stderr.strip()}")
             (folder / name).write_text(run.stdout)

@@ -18,13 +18,14 @@ def circumstances(results):
     lines = [
         f"{machine['date']}; {machine['processor']}, {machine['processors']} processors, {machine['memory_gb']} GB; "
         f"{machine['system']}; tagrid {machine['commit']}, {machine['build']}. One run of {machine['minutes']} minutes, "
-        f"medians of {results['repetitions']} repetitions (JPEG XL: 1), 1 and {machine['threads']} threads, files on "
+        f"medians of {results['repetitions']} repetitions (JPEG XL: 1), "
+        f"{'1 and ' if machine['threads'] > 1 else ''}{machine['threads']} threads, files on "
         f"{machine['file_system']}; load before and after: {machine['load_before']:.1f}, {machine['load_after']:.1f}.",
         f"Volumes: {dims}.",
         "Codecs: " + "; ".join(f"{name} ({version})" for name, version in results["codecs"].items()) + ".",
     ]
     lines += [f"Not measured: {name}, because {reason}." for name, reason in results["missing"].items()]
-    notes = [note + "." for note in results["notes"]]
+    notes = [note.rstrip(".") + "." for note in results["notes"]]
     return "\n\n".join(lines) + "\n" + "".join(f"\n- {note}" for note in notes) + ("\n" if notes else "")
 
 
@@ -73,8 +74,9 @@ def full_row(results, row, threads):
              f"{row['max_error']}{'' if row['kept'] else ' (!)'}"]
     for step in ("encode", "decode"):
         run = row["runs"]["1"][step]
-        cells += [number(rates.speed(results, row, step), 1), number(run["cpu"], 2),
-                  number(rates.speed(results, row, step, threads), 1) if threads > 1 else "–", f"{run['peak_mb']:.0f}"]
+        cells += [number(rates.speed(results, row, step), 1), number(run["cpu"], 2)]
+        cells += [number(rates.speed(results, row, step, threads), 1)] if threads > 1 else []
+        cells.append(f"{run['peak_mb']:.0f}")
         faster = run["cpu"] / mine["runs"]["1"][step]["cpu"] if mine and mine["runs"]["1"][step]["cpu"] else None
         cells.append(number(faster, 2))
     return cells
@@ -84,7 +86,8 @@ def full(results, rows):
     threads = results["machine"]["threads"]
     head = ["volume", "E", "codec", "bits a voxel", "PSNR, dB", "largest error"]
     for step in ("encode", "decode"):
-        head += [f"{step} Mvoxel/s, 1 thread", "CPU s", f"Mvoxel/s, {threads} threads", "MB", "tagrid is × as fast"]
+        head += [f"{step} Mvoxel/s, 1 thread", "CPU s"] + [f"Mvoxel/s, {threads} threads"] * (threads > 1)
+        head += ["MB", "tagrid is × as fast"]
     return table(head, [full_row(results, row, threads) for row in rows])
 
 
