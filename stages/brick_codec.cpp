@@ -11,6 +11,7 @@
 #include "stages/interpolation.h"
 #include "stages/point_coding.h"
 #include "stages/sample_statistics.h"
+#include "stages/vector_code.h"
 #include "stages/voxel_codec.h"
 #include "stages/wide_point_coding.h"
 #include "stages/wide_voxel_codec.h"
@@ -187,6 +188,7 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
   return status;
 }
 
+TAGRID_VECTOR_CODE
 void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
                   Statistics& statistics) {
   Box owned = active.box();

@@ -1,6 +1,5 @@
 #include "stages/criterion.h"
 
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,8 +8,6 @@
 
 namespace tagrid {
 namespace {
-
-#define TAGRID_INLINE inline __attribute__((always_inline))
 
 // 1 - sin(x)/x by its series; for |x| <= 1.05 the error is below float precision.
 constexpr double sine_deficit(double x2) {
@@ -139,33 +136,49 @@ TAGRID_INLINE float spline_excess(const ControlPolygon& polygon, Vector2 directi
 }  // namespace
 
 CriterionParameters::CriterionParameters(int m) {
-  const double angle = std::numbers::pi / m, deficit = sine_deficit(angle * angle);
+  const double half_turn = std::numbers::pi / m, deficit = sine_deficit(half_turn * half_turn);
   const double over = deficit / (1 - deficit);  // 1 / (1 - d) - 1
-  step_angle = static_cast<float>(2 * angle);
+  step_angle = static_cast<float>(2 * half_turn);
   threshold = static_cast<float>(1 + over);
   excess = static_cast<float>(over);
-  tangent = static_cast<float>(std::sqrt(over * (2 + over)));  // of acos(1 / (1 + over))
+  const double slope = std::sqrt(over * (2 + over));  // of acos(1 / (1 + over))
+  tangent = static_cast<float>(slope);
+  angle = static_cast<float>(0.999 * slope * (1 - slope * slope / 3));  // below the arc tangent
 }
 
 TAGRID_VECTOR_CODE
-bool all_flat(const EdgeBatch& edges, std::size_t count) {
+bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
+               EdgeBatch::Flags& bent) {
+  // An end's two legs lie on its osculating circle: their directions differ from its tangent by half the
+  // angle of a step. A step is at most a third of the way R to the other end, so that the angle is at most
+  // R/3 |bend| / sqrt(1 + slope^2)^3, and R / sqrt(1 + slope^2) at most length (1 + |slope - rise / length|):
+  // angles, as differences of slopes, are bounded from above. The middle leg is what these leave of the way
+  // from end to end: a third of it or more, so its direction differs from that of the way by at most the sum
+  // of both ends'.
+  const float most = parameters.angle, inverse = 1.0F / length;
+  const float half_step = length * (1.0F + 0.5F * most) * (1.0F / 6);
+  const std::size_t lanes = (count + 15) / 16 * 16;  // whole vectors
   std::uint32_t any = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    any |= std::bit_cast<std::uint32_t>(edges.rise[i]) | std::bit_cast<std::uint32_t>(edges.slope_left[i]) |
-           std::bit_cast<std::uint32_t>(edges.slope_right[i]) |
-           std::bit_cast<std::uint32_t>(edges.bend_left[i]) |
-           std::bit_cast<std::uint32_t>(edges.bend_right[i]);
-  return (any & 0x7FFFFFFF) == 0;  // zeros of either sign
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const float slope = edges.rise[i] * inverse;
+    const float left = std::fabs(edges.slope_left[i] - slope) + half_step * std::fabs(edges.bend_left[i]);
+    const float right = std::fabs(edges.slope_right[i] - slope) + half_step * std::fabs(edges.bend_right[i]);
+    const float larger = left < right ? right : left;
+    const std::uint32_t is_bent = left + right + larger <= most ? 0 : 1;
+    bent[i] = static_cast<std::uint8_t>(is_bent);
+    any |= is_bent;
+  }
+  return any != 0;
 }
 
 TAGRID_VECTOR_CODE
-void rule_out(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
-              std::array<std::uint8_t, EdgeBatch::capacity>& clear) {
+void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
+              const CriterionParameters& parameters, EdgeBatch::Flags& clear) {
   const float tangent = parameters.tangent, step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
-                        edges.bend_right[i], length, step_angle);
+                        edges.bend_right[i], lengths[i], step_angle);
     // Each leg as a margin that is negative where the leg turns too far: a minimum vectorizes, a branch does
     // not.
     const auto margin = [&](Vector2 leg) __attribute__((always_inline)) {
@@ -181,7 +194,7 @@ void rule_out(const EdgeBatch& edges, std::size_t count, float length, const Cri
 
 TAGRID_VECTOR_CODE
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, std::array<std::uint8_t, EdgeBatch::capacity>& violated) {
+             const CriterionParameters& parameters, EdgeBatch::Flags& violated) {
   const float excess = parameters.excess, step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =

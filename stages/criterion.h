@@ -24,6 +24,7 @@ struct CriterionParameters {
   float threshold;   ///< (pi/m) / sin(pi/m)
   float excess;      ///< threshold - 1, to float precision whatever m: what the criterion compares
   float tangent;     ///< of acos(1 / threshold)
+  float angle;       ///< a little less than acos(1 / threshold), radians
 
   /// REQUIRES: m >= 3.
   explicit CriterionParameters(int m);
@@ -34,23 +35,39 @@ struct EdgeBatch {
   static constexpr std::size_t capacity = 64;
 
   using Lane = std::array<float, capacity>;
-  alignas(64) Lane rise;                     ///< height at the right end minus height at the left end
-  alignas(64) Lane slope_left, slope_right;  ///< first derivative along the edge
-  alignas(64) Lane bend_left, bend_right;    ///< second derivative along the edge
+  using Flags = std::array<std::uint8_t, capacity>;  ///< 0 or 1
+  alignas(64) Lane rise;                             ///< height at the right end minus height at the left end
+  alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
+  alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
+
+  /// Edge `i` of another batch becomes edge `to` of this one.
+  void copy(const EdgeBatch& from, std::size_t i, std::size_t to) {
+    rise[to] = from.rise[i];
+    slope_left[to] = from.slope_left[i];
+    slope_right[to] = from.slope_right[i];
+    bend_left[to] = from.bend_left[i];
+    bend_right[to] = from.bend_right[i];
+  }
 };
 
-/// Whether all `count` edges are level and straight, as they are in a constant region: none violates.
-bool all_flat(const EdgeBatch& edges, std::size_t count);
+// Three tests, each slower and sharper than the one before; only what does not pass needs the next. All edges
+// of a batch that lie beyond `count` must be initialized.
 
-/// First, quick test of `count` edges of length `length`: clear[i] is 1 where every leg of the control
-/// polygon is within acos(1/threshold) of the direction of the chord, so that the edge cannot violate the
+/// Whether any of `count` edges of length `length` is bent: bent[i] is 0 where slopes and bends are so near
+/// to those of a straight line that no two legs of the control polygon can differ in direction by
+/// acos(1/threshold). The chord of the spline is a sum of its legs, so that edge cannot violate the
 /// criterion.
-void rule_out(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
-              std::array<std::uint8_t, EdgeBatch::capacity>& clear);
+bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
+               EdgeBatch::Flags& bent);
+
+/// clear[i] is 1 where every leg of the control polygon is within acos(1/threshold) of the direction of the
+/// chord, so that edge i, of length lengths[i], cannot violate the criterion.
+void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
+              const CriterionParameters& parameters, EdgeBatch::Flags& clear);
 
 /// The criterion itself: violated[i] is 1 where edge i, of length lengths[i], violates it. Non-finite input
 /// violates nothing.
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, std::array<std::uint8_t, EdgeBatch::capacity>& violated);
+             const CriterionParameters& parameters, EdgeBatch::Flags& violated);
 
 }  // namespace tagrid

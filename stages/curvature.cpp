@@ -37,6 +37,7 @@ inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std
   Sum* __restrict cb = sums.cb.data();
   Sum* __restrict bc = sums.bc.data();
   Sum* __restrict dd = sums.dd.data();
+  TAGRID_INDEPENDENT
   for (std::int64_t i = 0; i < n; ++i) {
     const Sum b0 = r[0][i] + 4 * r[1][i] + r[2][i], d0 = r[2][i] - r[0][i];
     const Sum b1 = r[3][i] + 4 * r[4][i] + r[5][i], d1 = r[5][i] - r[3][i];
@@ -65,6 +66,7 @@ inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, 
   const Sum* __restrict dd = sums.dd.data();
   float* __restrict o[10];
   for (std::size_t c = 0; c < 10; ++c) o[c] = out[c];
+  TAGRID_INDEPENDENT
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int64_t l = 2 * i, m = l + 1, r = l + 2;
     const Sum ends = bb[l] + bb[r];

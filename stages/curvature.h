@@ -26,10 +26,10 @@ struct CurvatureField {
   Index3 size;  ///< points an axis, at distance 2
   std::array<std::vector<float>, component_count> components;
 
-  /// The row of a component whose points have the (even) coordinates y and z; one entry for each even x.
-  const float* row(int component, std::int64_t y, std::int64_t z) const {
-    return components[static_cast<std::size_t>(component)].data() +
-           ((z - box.low.z) / 2 * size.y + (y - box.low.y) / 2) * size.x;
+  /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
+  /// even x.
+  std::int64_t row_offset(std::int64_t y, std::int64_t z) const {
+    return ((z - box.low.z) / 2 * size.y + (y - box.low.y) / 2) * size.x;
   }
 };
 

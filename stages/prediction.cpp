@@ -46,6 +46,8 @@ class PaddedRows {
   std::vector<double> values_;
 };
 
+}  // namespace
+
 /// Sixteen partial sums, in the order that vector registers want and every machine can follow.
 TAGRID_VECTOR_CODE
 double dot(const double* a, const double* b, std::size_t length) {
@@ -58,6 +60,8 @@ double dot(const double* a, const double* b, std::size_t length) {
   for (std::size_t k = 1; k < width; ++k) sum[0] += sum[k];
   return sum[0];
 }
+
+namespace {
 
 /// Adds the samples `first` to `last` - 1 of a row.
 void accumulate(const PaddedRows& rows, std::size_t first, std::size_t last, std::size_t tap_count,

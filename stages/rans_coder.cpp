@@ -1,5 +1,7 @@
 #include "stages/rans_coder.h"
 
+#include "stages/reciprocals.h"
+
 namespace tagrid {
 namespace {
 
@@ -8,6 +10,7 @@ constexpr int state_bytes = 6;
 }  // namespace
 
 void RansEncoder::finish() {
+  static const Reciprocals reciprocals;
   std::uint64_t state = rans_low;
   std::vector<std::uint16_t> words;  // in the order of coding: the decoder wants the last first
   for (std::size_t i = events_.size(); i-- > 0;) {
@@ -16,10 +19,9 @@ void RansEncoder::finish() {
       words.push_back(static_cast<std::uint16_t>(state));
       state >>= 16;
     }
-    // Exact: both are far below 2^53, and no quotient of theirs is so near below an integer that it rounds.
-    const auto quotient =
-        static_cast<std::uint64_t>(static_cast<double>(state) / static_cast<double>(length));
-    state = (quotient << 16) + (state - quotient * length) + events_[i].start;
+    const std::uint64_t quotient = reciprocals.divide(state, length);
+    // (quotient << 16) + state % length + start
+    state += quotient * (65536 - length) + events_[i].start;
   }
   for (int byte = 0; byte < state_bytes; ++byte)
     out_.push_back(static_cast<std::uint8_t>(state >> (8 * byte)));

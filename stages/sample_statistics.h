@@ -1,6 +1,7 @@
 // What a brick's statistics say of its samples.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <type_traits>
 
 #include "grid/brick_statistics.h"
+#include "stages/vector_code.h"
 #include "stages/wide_numbers.h"
 
 namespace tagrid {
@@ -26,25 +28,50 @@ double sample_error(T a, T b) {
 }
 
 template <class T>
-void measure_integers(std::span<const T> original, std::span<const T> decoded, Statistics& brick) {
+struct IntegerSums {
   using Squares = std::conditional_t<is_wide<T>, Uint128, std::uint64_t>;
-  T low = original[0], high = original[0];
+  T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
   std::int64_t sum = 0, worst = 0;
   Squares squares = 0;
-  for (std::size_t i = 0; i < original.size(); ++i) {
-    const std::int64_t error = std::abs(std::int64_t{original[i]} - std::int64_t{decoded[i]});
+};
+
+/// Adds `count` samples. Narrow types add up in 32 bits, which 32768 of their samples cannot exceed.
+template <class T>
+TAGRID_VECTOR_CODE void add_samples(const T* original, const T* decoded, std::size_t count,
+                                    IntegerSums<T>& to) {
+  using Sum = std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>;
+  using Magnitude = std::make_unsigned_t<Sum>;
+  T low = to.low, high = to.high;
+  Sum sum = 0, worst = 0;
+  auto squares = to.squares;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Sum difference = Sum{original[i]} - Sum{decoded[i]},
+              error = difference < 0 ? -difference : difference;
     low = std::min(low, original[i]);
     high = std::max(high, original[i]);
     sum += original[i];
     worst = std::max(worst, error);
-    squares += static_cast<std::uint64_t>(error) * static_cast<std::uint64_t>(error);
+    squares += std::uint64_t{static_cast<Magnitude>(error)} * static_cast<Magnitude>(error);
   }
-  brick.low = low;
-  brick.high = high;
-  brick.sum = static_cast<double>(sum);
+  to.low = low;
+  to.high = high;
+  to.sum += sum;
+  to.worst = std::max<std::int64_t>(to.worst, worst);
+  to.squares = squares;
+}
+
+template <class T>
+void measure_integers(std::span<const T> original, std::span<const T> decoded, Statistics& brick) {
+  constexpr std::size_t chunk = 32768;
+  IntegerSums<T> sums;
+  for (std::size_t i = 0; i < original.size(); i += chunk)
+    add_samples(original.data() + i, decoded.data() + i, std::min(chunk, original.size() - i), sums);
+  brick.low = sums.low;
+  brick.high = sums.high;
+  brick.sum = static_cast<double>(sums.sum);
   brick.finite = original.size();
-  brick.max_error = static_cast<double>(worst);
-  brick.sum_squared_error = squares;
+  brick.max_error = static_cast<double>(sums.worst);
+  brick.sum_squared_error = sums.squares;
 }
 
 template <class T>

@@ -6,8 +6,6 @@
 
 namespace tagrid {
 
-namespace {
-
 /// Adds the rows, each times its weight, four at a time. REQUIRES: a multiple of four rows.
 TAGRID_VECTOR_CODE
 void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std::int16_t> weights,
@@ -20,8 +18,6 @@ void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std
     for (std::size_t x = 0; x < length; ++x) sum[x] += (wa * a[x] + wb * b[x]) + (wc * c[x] + wd * d[x]);
   }
 }
-
-}  // namespace
 
 VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t)
     : size_(size),
@@ -96,6 +92,7 @@ void VoxelWindow::sum_neighbours() {
   add_weighted({rows.data(), count}, {weights.data(), count}, sum_);
 }
 
+TAGRID_VECTOR_CODE
 void VoxelWindow::measure_spread() {
   Value *largest = largest_.data(), *smallest = smallest_.data();
   const std::int64_t length = size_.x;
@@ -111,6 +108,7 @@ void VoxelWindow::measure_spread() {
   }
 }
 
+TAGRID_VECTOR_CODE
 void VoxelWindow::measure_residuals() {
   std::uint16_t* energy = energy_.data();
   const Value *n = residual_row(y_ - 1, z_), *nn = residual_row(y_ - 2, z_), *p = residual_row(y_, z_ - 1),

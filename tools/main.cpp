@@ -65,10 +65,11 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Slices and layers come and go in the order of the volume, not of a stack: each in pages of its own, so
-  // that a freed one goes back at once. What is smaller comes from one heap: a heap a thread, as is usual,
-  // fragments with every layer, and nothing is allocated so often that threads would wait for each other.
-  mallopt(M_MMAP_THRESHOLD, 1 << 18);
+  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
+  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
+  // allocated so often that threads would wait for each other.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 27);
   mallopt(M_ARENA_MAX, 1);
   occupy_standard_streams();
   catch_signals();

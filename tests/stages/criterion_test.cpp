@@ -19,7 +19,7 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
 struct Verdict {
-  bool clear, violated;
+  bool straight, clear, violated;
 };
 
 Verdict judge(const oracle::Edge& e, int m) {
@@ -31,11 +31,13 @@ Verdict judge(const oracle::Edge& e, int m) {
   batch.bend_left[0] = static_cast<float>(e.bend_left);
   batch.bend_right[0] = static_cast<float>(e.bend_right);
   lengths[0] = static_cast<float>(e.length);
-  std::array<std::uint8_t, EdgeBatch::capacity> clear{}, violated{};
+  EdgeBatch::Flags bent{}, clear{}, violated{};
   const CriterionParameters parameters(m);
-  rule_out(batch, 1, lengths[0], parameters, clear);
+  const bool any = find_bent(batch, 1, lengths[0], parameters, bent);
+  EXPECT_EQ(any, bent[0] != 0);
+  rule_out(batch, lengths, 1, parameters, clear);
   measure(batch, lengths, 1, parameters, violated);
-  return {clear[0] != 0, violated[0] != 0};
+  return {bent[0] == 0, clear[0] != 0, violated[0] != 0};
 }
 
 bool violates(const oracle::Edge& e, int m) { return judge(e, m).violated; }
@@ -89,6 +91,7 @@ TEST(Criterion, AgreesWithTheOracle) {
       const Verdict verdict = judge(e, m);
       violating += verdict.violated;
       ASSERT_FALSE(verdict.clear && verdict.violated) << "m " << m << " ratio " << ratio;
+      ASSERT_FALSE(verdict.straight && verdict.violated) << "m " << m << " ratio " << ratio;
       if (std::abs(ratio - threshold) <= tolerance) {
         ++near;
         continue;
@@ -96,7 +99,7 @@ TEST(Criterion, AgreesWithTheOracle) {
       ASSERT_EQ(verdict.violated, ratio > threshold)
           << "m " << m << " ratio " << ratio << " length " << e.length << " rise " << e.rise << " slopes "
           << e.slope_left << ' ' << e.slope_right << " bends " << e.bend_left << ' ' << e.bend_right;
-      ASSERT_FALSE(verdict.clear && ratio > threshold);
+      ASSERT_FALSE((verdict.clear || verdict.straight) && ratio > threshold);
     }
     // The test would be empty if one verdict were rare.
     EXPECT_GT(violating, trials / 20) << m;
@@ -117,6 +120,26 @@ TEST(Criterion, TheQuickTestSettlesMostGentleEdges) {
     clear += verdict.clear;
   }
   EXPECT_GT(clear, harmless / 2);
+}
+
+// Slopes that differ from that of the chord by a third of the angle at one end are straight enough, by two
+// angles not.
+TEST(Criterion, TheFirstTestSettlesEdgesThatAreAlmostStraight) {
+  for (const int m : {3, 20, 1000}) {
+    const double angle = CriterionParameters(m).angle;
+    for (const double length : {2.0, 16.0}) {
+      const oracle::Edge almost{.length = length,
+                                .rise = 0.5 * length,
+                                .slope_left = 0.5,
+                                .bend_left = 0,
+                                .slope_right = 0.5 + angle / 3,
+                                .bend_right = angle / length / 10};
+      EXPECT_TRUE(judge(almost, m).straight);
+      oracle::Edge bent = almost;
+      bent.slope_left -= 2 * angle;
+      EXPECT_FALSE(judge(bent, m).straight);
+    }
+  }
 }
 
 // A straight line of any slope has R = C. For every m: the excess is compared, not the rounded ratio.
@@ -212,13 +235,17 @@ TEST(Criterion, EveryLaneOfABatchIsJudgedAlone) {
   }
   const CriterionParameters parameters(20);
   for (const std::size_t count : {1U, 3U, 15U, 17U, 63U, 64U}) {
-    std::array<std::uint8_t, EdgeBatch::capacity> clear{}, violated{};
+    EdgeBatch::Flags bent{}, clear{}, violated{};
     clear.fill(9);
     violated.fill(9);
-    rule_out(batch, count, 8, parameters, clear);
+    find_bent(batch, count, 8, parameters, bent);
+    rule_out(batch, lengths, count, parameters, clear);
     measure(batch, lengths, count, parameters, violated);
     for (std::size_t i = 0; i < EdgeBatch::capacity; ++i) {
       const Verdict alone = judge(all[i], 20);
+      if (i < count) {
+        EXPECT_EQ(bent[i] == 0, alone.straight);
+      }
       EXPECT_EQ(clear[i], i < count ? alone.clear : 9);
       EXPECT_EQ(violated[i], i < count ? alone.violated : 9);
     }

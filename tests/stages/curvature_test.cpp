@@ -24,7 +24,8 @@ CurvatureField field_of(const oracle::Volume<T>& volume, const Box& box, double 
 }
 
 float component(const CurvatureField& f, int c, Index3 p) {
-  return f.row(c, p.y, p.z)[(p.x - f.box.low.x) / 2];
+  return f.components[static_cast<std::size_t>(c)]
+                     [static_cast<std::size_t>(f.row_offset(p.y, p.z) + (p.x - f.box.low.x) / 2)];
 }
 
 template <class Visit>

@@ -4,6 +4,8 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
+#include "stages/reciprocals.h"
+
 namespace tagrid {
 namespace {
 
@@ -61,18 +63,17 @@ TEST(RansCoder, EveryIntervalComesBackWhateverTheState) {
   EXPECT_TRUE(decoder.finished());
 }
 
-// A double divides a state exactly: no quotient of 47 and 16 bits is so near below an integer that it rounds
-// up.
-TEST(RansCoder, QuotientsOfDoublesAreThoseOfIntegers) {
+TEST(RansCoder, ReciprocalsDivideEveryStateExactly) {
+  const Reciprocals reciprocals;
   std::uint64_t random = 1;
-  for (int i = 0; i < 1000000; ++i) {
-    random = random * 6364136223846793005u + 1442695040888963407u;
-    const std::uint64_t length = 1 + (random >> 48) % 65535,
-                        quotient = (random >> 13) % ((rans_low << 16) / length);
-    for (const std::uint64_t state : {quotient * length, quotient * length + length - 1})
-      ASSERT_EQ(static_cast<std::uint64_t>(static_cast<double>(state) / static_cast<double>(length)),
-                quotient);
-  }
+  for (std::uint64_t length = 1; length < 65536; ++length)
+    for (int i = 0; i < 16; ++i) {
+      random = random * 6364136223846793005u + 1442695040888963407u;
+      const std::uint64_t largest = ((rans_low << 16) - length) / length;
+      const std::uint64_t quotient = i == 0 ? largest : (random >> 13) % (largest + 1);
+      ASSERT_EQ(reciprocals.divide(quotient * length, length), quotient);
+      ASSERT_EQ(reciprocals.divide(quotient * length + length - 1, length), quotient);
+    }
 }
 
 TEST(RansCoder, CostsWhatTheProbabilitySays) {

@@ -1,0 +1,215 @@
+// Each stage by itself, one thread: voxels a second. See docs/benchmarks.md.
+//
+// A piece of 129 x 129 x 129 samples, eight bricks, is treated as a volume: of a phantom, and of the ankle
+// where that lies beside the sources. What a stage needs from the stages before it is made once, and not
+// measured.
+
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "stages/activity_coding.h"
+#include "stages/brick_codec.h"
+#include "stages/encode_volume.h"
+#include "stages/interpolation.h"
+#include "stages/phantom.h"
+#include "stages/point_coding.h"
+#include "stages/prediction.h"
+#include "stages/voxel_codec.h"
+
+namespace tagrid {
+namespace {
+
+using Sample = std::int16_t;
+using Bytes = std::vector<std::uint8_t>;
+constexpr int cube_size = 32;
+constexpr std::int64_t edge = 129;
+constexpr MarkingParameters criterion = {20, 8.0 / 4096, max_level(cube_size)};
+
+/// A brick, and what the stages before make of it.
+struct Brick {
+  Box closed, owned;
+  std::vector<Sample> around;    ///< samples of the closed box and of the halo of the curvature
+  std::vector<Sample> samples;   ///< of the owned box
+  std::vector<Sample> vertices;  ///< of the closed box
+  CurvatureField field;
+  LatticeBits region;  ///< marks that decide the activity
+  LatticeBits active;
+};
+
+struct Piece {
+  oracle::Volume<Sample> volume;
+  Domain domain;
+  std::vector<Brick> bricks;
+
+  explicit Piece(oracle::Volume<Sample> samples)
+      : volume(std::move(samples)), domain{volume.dims, cube_size} {
+    const LatticeBits marks = marks_of(volume, cube_size, criterion);
+    const BrickGrid grid{domain, 2};
+    for (std::int64_t id = 0; id < grid.count(); ++id) {
+      Brick& brick = bricks.emplace_back();
+      brick.closed = grid.closed_box(grid.position(id));
+      brick.owned = grid.owned_box(grid.position(id));
+      brick.around = volume.cut(brick.closed.grown(CurvatureField::halo));
+      brick.samples = volume.cut(brick.owned);
+      brick.vertices = volume.cut(brick.closed);
+      curvature(brick);
+      brick.region = LatticeBits(region_of_marks(brick.closed, domain));
+      copy_bits(marks, brick.region);
+      brick.active = subdivide(brick.region, brick.closed, domain);
+    }
+  }
+
+  static void curvature(Brick& brick) {
+    const Samples<Sample> samples{brick.closed.grown(CurvatureField::halo), brick.around.data()};
+    evaluate_curvature(samples, brick.closed, criterion.field_scale, brick.field);
+  }
+};
+
+Piece phantom() {
+  const Index3 dims = {256, 256, 256}, low = {64, 64, 64};
+  oracle::Volume<Sample> volume{{edge, edge, edge}, {}};
+  std::vector<Sample> slice(static_cast<std::size_t>(dims.x * dims.y));
+  for (std::int64_t z = 0; z < edge; ++z) {
+    phantom_slice<Sample>(dims, 1, low.z + z, slice);
+    for (std::int64_t y = 0; y < edge; ++y) {
+      const auto row = slice.begin() + (low.y + y) * dims.x + low.x;
+      volume.samples.insert(volume.samples.end(), row, row + edge);
+    }
+  }
+  return Piece(std::move(volume));
+}
+
+/// Nothing where the volume is missing.
+std::unique_ptr<Piece> ankle() {
+  const auto whole = read_volume<Sample>("vhf_ankle.raw", {512, 512, 150});
+  if (whole.samples.empty()) return nullptr;
+  const Index3 low = {192, 192, 10};  // half of it tissue
+  const Box box{low, low + Index3{edge - 1, edge - 1, edge - 1}};
+  return std::make_unique<Piece>(oracle::Volume<Sample>{box.size(), whole.cut(box)});
+}
+
+/// Measures a function of a brick on all bricks of a piece, one after the other.
+void measure(const std::string& name, Piece& piece, std::function<void(Brick&)> stage) {
+  benchmark::RegisterBenchmark(name.c_str(), [&piece, stage](benchmark::State& state) {
+    for (auto _ : state)
+      for (Brick& brick : piece.bricks) stage(brick);
+    const auto voxels = static_cast<double>(piece.volume.samples.size());
+    state.counters["voxels/s"] = benchmark::Counter(voxels, benchmark::Counter::kIsIterationInvariantRate);
+  })->Unit(benchmark::kMillisecond);
+}
+
+/// Bytes of every brick, made by an encoder once.
+using Coded = std::map<const Brick*, Bytes>;
+
+void check(const Status& status) {
+  if (!status.ok()) throw std::runtime_error("a stage does not decode what it encoded");
+}
+
+void grid_stages(const std::string& of, Piece& piece) {
+  measure(of + "/Curvature", piece, Piece::curvature);
+  measure(of + "/Marking", piece, [&piece](Brick& brick) {
+    LatticeBits marks(brick.closed);
+    mark_curvature(brick.field, piece.domain, criterion, marks);
+    benchmark::DoNotOptimize(marks.words().data());
+  });
+  measure(of + "/Subdivide", piece, [&piece](Brick& brick) {
+    benchmark::DoNotOptimize(subdivide(brick.region, brick.closed, piece.domain));
+  });
+  auto coded = std::make_shared<Coded>();
+  for (const Brick& brick : piece.bricks)
+    encode_activity(brick.active, cube_size, max_level(cube_size), (*coded)[&brick]);
+  measure(of + "/ActivityEncode", piece, [](Brick& brick) {
+    Bytes bytes;
+    encode_activity(brick.active, cube_size, max_level(cube_size), bytes);
+    benchmark::DoNotOptimize(bytes.data());
+  });
+  measure(of + "/ActivityDecode", piece, [coded](Brick& brick) {
+    LatticeBits active(brick.closed);
+    check(decode_activity(coded->at(&brick), cube_size, max_level(cube_size), active));
+  });
+}
+
+void voxel_stages(const std::string& of, Piece& piece, std::int64_t max_error) {
+  const std::string suffix = "/E:" + std::to_string(max_error);
+  const VoxelBounds bounds{max_error, -1};
+  auto coded = std::make_shared<Coded>();
+  const auto encode = [bounds](const Brick& brick, Bytes& bytes) {
+    std::vector<Sample> back(brick.samples.size());
+    encode_voxels<Sample>(brick.samples, brick.owned, brick.active, bounds, bytes, back);
+  };
+  for (const Brick& brick : piece.bricks) encode(brick, (*coded)[&brick]);
+  measure(of + "/VoxelEncode" + suffix, piece, [encode](Brick& brick) {
+    Bytes bytes;
+    encode(brick, bytes);
+    benchmark::DoNotOptimize(bytes.data());
+  });
+  measure(of + "/VoxelDecode" + suffix, piece, [coded, bounds](Brick& brick) {
+    std::vector<Sample> back(brick.samples.size());
+    check(decode_voxels<Sample>(coded->at(&brick), brick.owned, brick.active, bounds, back));
+  });
+  measure(of + "/PredictionFit" + suffix, piece, [max_error](Brick& brick) {
+    const double noise = static_cast<double>(max_error * (max_error + 1)) / 3;
+    benchmark::DoNotOptimize(
+        fit_weights<Sample>(brick.samples, brick.owned.size(), all_taps, brick.samples.front(), noise));
+  });
+}
+
+void point_stages(const std::string& of, Piece& piece, std::int64_t point_error) {
+  const std::string suffix = "/E:" + std::to_string(point_error);
+  auto stored = std::make_shared<std::map<const Brick*, std::vector<Sample>>>();
+  auto coded = std::make_shared<Coded>();
+  for (const Brick& brick : piece.bricks) {
+    std::vector<Sample>& values = (*stored)[&brick];
+    for (const Sample value : brick.vertices) values.push_back(stored_point(value, point_error));
+    encode_points<Sample>(values, brick.active, cube_size, point_error, (*coded)[&brick]);
+  }
+  measure(of + "/PointEncode" + suffix, piece, [stored, point_error](Brick& brick) {
+    Bytes bytes;
+    encode_points<Sample>(stored->at(&brick), brick.active, cube_size, point_error, bytes);
+    benchmark::DoNotOptimize(bytes.data());
+  });
+  measure(of + "/PointDecode" + suffix, piece, [coded, point_error](Brick& brick) {
+    std::vector<Sample> values(brick.vertices.size());
+    check(decode_points<Sample>(coded->at(&brick), brick.active, cube_size, point_error, values));
+  });
+}
+
+void interpolation_stage(const std::string& of, Piece& piece) {
+  measure(of + "/Interpolation", piece, [](Brick& brick) {
+    std::vector<std::int32_t> values(brick.vertices.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = to_fixed<std::int32_t>(brick.vertices[i], cube_size);
+    interpolate<std::int32_t>(brick.active, brick.closed, cube_size, values);
+    benchmark::DoNotOptimize(values.data());
+  });
+}
+
+void all_stages(const std::string& of, Piece& piece) {
+  grid_stages(of, piece);
+  for (const std::int64_t max_error : {0, 2, 20}) voxel_stages(of, piece, max_error);
+  for (const std::int64_t point_error : {0, 1}) point_stages(of, piece, point_error);
+  interpolation_stage(of, piece);
+}
+
+}  // namespace
+}  // namespace tagrid
+
+int main(int count, char** arguments) {
+  benchmark::Initialize(&count, arguments);
+  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 64;
+  tagrid::Piece phantom = tagrid::phantom();
+  tagrid::all_stages("phantom", phantom);
+  const std::unique_ptr<tagrid::Piece> ankle = tagrid::ankle();
+  if (ankle)
+    tagrid::all_stages("ankle", *ankle);
+  else
+    std::cerr << "no ankle: " TAGRID_SOURCE_DIR "/../shared/data/vhf_ankle.raw is missing\n";
+  benchmark::AddCustomContext("build", TAGRID_BUILD_TYPE);
+  benchmark::AddCustomContext("compiler", __VERSION__);
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Compares tagrid with the codecs that Debian has, and with SZ3 and SPERR where their programs (sz3, sperr3d) are on the
+# PATH: installs what is missing, builds, and runs tools/bench with the arguments that are given (see --help).
+#   tools/bench.sh scan.nhdr [other.nhdr ...] [--errors 0,2,5] [--output FOLDER]
+set -euo pipefail
+sources=$(dirname "$(dirname "$(realpath "$0")")")
+
+"$sources/tools/install_packages.sh" bench >&2
+cmake -S "$sources" --preset release -DTAGRID_BENCHMARKS=ON >/dev/null
+cmake --build "$sources/build/release" --target tagrid bench_programs >&2
+exec python3 -B "$sources/tools/bench" "$@"

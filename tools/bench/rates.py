@@ -1,0 +1,67 @@
+"""Questions that tables and plots ask of the rows of a run."""
+
+import math
+
+NO_RIVAL = ("tagrid", "copy", "SPERR --psnr")  # not asked for a bound, or no codec
+
+
+def rows_of(results, volume, codec=None, bound=None):
+    return [row for row in results["rows"] if row["volume"] == volume and codec in (None, row["codec"])
+            and bound in (None, row["bound"])]
+
+
+def row_of(results, volume, codec, bound):
+    return next(iter(rows_of(results, volume, codec, bound)), None)
+
+
+def bounds_of(results, volume):
+    return sorted({row["bound"] for row in rows_of(results, volume)})
+
+
+def codecs_of(results, volume):
+    """In the order in which they were run."""
+    return list(dict.fromkeys(row["codec"] for row in rows_of(results, volume)))
+
+
+def speed_bound(results, volume):
+    """The bound at which speeds are shown: the tightest that is not lossless, where there is one."""
+    bounds = bounds_of(results, volume)
+    return next((bound for bound in bounds if bound > 0), bounds[0])
+
+
+def best_other(results, volume, bound):
+    """The smallest file of a codec other than tagrid that kept the bound, or None."""
+    others = [row for row in rows_of(results, volume, bound=bound) if row["codec"] not in NO_RIVAL and row["kept"]]
+    return min(others, key=lambda row: row["bits"], default=None)
+
+
+def geometric_mean(ratios):
+    return math.exp(sum(math.log(ratio) for ratio in ratios) / len(ratios)) if ratios else None
+
+
+def ratios_to_best(results, lossless):
+    """Bits of tagrid over those of the best other, of every volume and bound that has both."""
+    ratios = []
+    for volume in results["volumes"]:
+        for bound in bounds_of(results, volume):
+            mine, other = row_of(results, volume, "tagrid", bound), best_other(results, volume, bound)
+            if mine and other and (bound == 0) == lossless:
+                ratios.append(mine["bits"] / other["bits"])
+    return ratios
+
+
+def bits_at_psnr(results, volume, codec, psnr):
+    """Bits a voxel of a codec at a PSNR: their logarithm, interpolated between the bounds that were measured. None
+    outside of them."""
+    points = sorted((row["psnr"], row["bits"]) for row in rows_of(results, volume, codec) if row["psnr"] is not None)
+    for (psnr_0, bits_0), (psnr_1, bits_1) in zip(points, points[1:]):
+        if psnr_0 <= psnr <= psnr_1 and psnr_0 < psnr_1:
+            part = (psnr - psnr_0) / (psnr_1 - psnr_0)
+            return math.exp((1 - part) * math.log(bits_0) + part * math.log(bits_1))
+    return None
+
+
+def speed(results, row, step, threads=1, clock="wall"):
+    """Million voxels a second, or None where the codec does not use so many threads."""
+    run = row["runs"].get(str(threads), {}).get(step)
+    return results["volumes"][row["volume"]]["voxels"] / run[clock] / 1e6 if run and run[clock] else None
