@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format_decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 2 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 3 into samples, x fastest, little endian. It was written from docs/format.md and
 follows its sections; nothing is shared with the program. Slow: a few thousand samples a second.
 Exit code 65 where the file is broken.
 """
@@ -12,9 +12,10 @@ import struct
 import subprocess
 import sys
 
+from second_decoder.best import BestDecoder
 from second_decoder.coding import Broken
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
-from second_decoder.voxels import decode_voxels
+from second_decoder.voxels import FastDecoder, VoxelDecoder, decode_voxels
 from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
 from second_decoder.xxh3 import xxh3
 
@@ -26,7 +27,7 @@ def require(condition, what):
 
 class SampleType:
     def __init__(self, number):
-        require(1 <= number <= 8, "the sample type is not of version 2")
+        require(1 <= number <= 8, "the sample type is not of version 3")
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -41,17 +42,18 @@ class Header:
     def __init__(self, data):
         require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
         version, self.size = struct.unpack_from("<II", data, 8)
-        require(version == 2, "the version is not known")
+        require(version == 3, "the version is not known")
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, accuracy, reserved, scale, low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, accuracy, self.effort, scale, low, high,
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIIdddddddII", data, 16)
-        require(packed_size == self.size - 128 and text_size <= 1 << 24 and reserved == 0, "fields do not fit")
+        require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 60, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is not known")
+        require(self.effort in (0, 1, 2), "the effort is not known")
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
@@ -115,7 +117,8 @@ def decode_brick(header, number, activity, values):
         samples = decode_wide_voxels(values, size, header.type, two and (
             lambda x, y, z: (x0 + x, y0 + y, z0 + z) in active))
     else:
-        samples = decode_voxels(values, size, header.type, error_at, smallest)
+        samples = decode_voxels(values, size, header.type, error_at, smallest,
+                                (VoxelDecoder, FastDecoder, BestDecoder)[header.effort])
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 
