@@ -50,6 +50,7 @@ TEST_F(Reports, InfoHasEveryKey) {
 }
 
 TEST_F(Reports, EveryEffortIsFoundInInfo) {
+  phantom("volume.nrrd");
   for (const std::string effort : {"fast", "default", "best"}) {
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--effort", effort}));
     EXPECT_EQ(info("volume.tag")["effort"], effort);
@@ -58,6 +59,7 @@ TEST_F(Reports, EveryEffortIsFoundInInfo) {
 }
 
 TEST_F(Reports, EffortIsAcceptedWhereItChangesNothing) {
+  phantom("volume.nrrd");
   const auto size = [this](const std::string& effort) {
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--effort", effort}));
     return info("volume.tag")["bytes"]["values"].get<std::uint64_t>();
