@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <memory>
 #include <span>
 
 namespace tagrid {
@@ -11,6 +12,23 @@ namespace tagrid {
 /// Checksum of the concatenation of `parts`. `bound_to` makes equal bytes in another place differ.
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts,
                           std::uint64_t bound_to = 0);
+
+/// The same of bytes that come one part after the other.
+class RunningChecksum {
+ public:
+  explicit RunningChecksum(std::uint64_t bound_to = 0);
+  ~RunningChecksum();
+  RunningChecksum(const RunningChecksum&) = delete;
+  RunningChecksum& operator=(const RunningChecksum&) = delete;
+
+  void add(std::span<const std::byte> bytes);
+  /// Of all that was added so far.
+  std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Whether a checksum that a file has is the one that it should have. With TAGRID_NO_CHECKSUMS always: for
 /// fuzzing, which could not guess one. Only test programs are compiled so; see tests/CMakeLists.txt.

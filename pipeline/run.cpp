@@ -102,10 +102,10 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   return result;
 }
 
-void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, int threads) {
+std::uint64_t verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
+                              const std::string& encoded, int threads) {
   try {
-    verify_file(encoded, input, raw, threads);
+    return verify_file(encoded, input, raw, threads).original_checksum.value();
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -53,8 +53,9 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
                            const BeforeNaming<DecodeResult>& before_naming = {});
 
 /// What an encoding made, put to the test before its input may go: decodes `encoded` and compares it with the
-/// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound.
-void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, int threads);
+/// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound. Returns
+/// the checksum (see io/checksum.h) of the samples of `input`, as they are in memory.
+std::uint64_t verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
+                              const std::string& encoded, int threads);
 
 }  // namespace tagrid

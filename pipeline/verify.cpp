@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "grid/conformity.h"
+#include "io/checksum.h"
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/shared_faces.h"
@@ -43,6 +44,7 @@ class AgainstOriginal {
     decoded_.resize(layer.slice_bytes());
     for (z_ = layer.first_slice(); z_ < layer.first_slice() + layer.slices(); ++z_) {
       reader_.read_slices(slice_.data(), 1);
+      checksum_.add(slice_);
       layer.copy_slice(z_, decoded_);
       with_sample_type(parameters_.type, [&](auto type) {
         using T = decltype(type);
@@ -63,6 +65,8 @@ class AgainstOriginal {
           "{}: the index: the errors that it records are not those against this original", name_));
     return worst_;
   }
+  /// Of the samples of the original. REQUIRES: finish().
+  std::uint64_t checksum() const { return checksum_.value(); }
 
  private:
   template <class T>
@@ -100,6 +104,7 @@ class AgainstOriginal {
   std::vector<LatticeBits>
       active_;  ///< of the bricks of the layer; only where they have a bound of their own
   std::vector<std::byte> slice_, decoded_;  ///< of the original, and of the file
+  RunningChecksum checksum_;
   std::int64_t z_ = 0;
   double worst_ = 0;
   Uint128 squares_ = 0;
@@ -195,8 +200,12 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
                       reader.sizes().file,
                       parameters.bricks().count(),
                       statistics.active_points(),
+                      std::nullopt,
                       std::nullopt};
-  if (against) result.max_error = against->finish(reader.index());
+  if (against) {
+    result.max_error = against->finish(reader.index());
+    result.original_checksum = against->checksum();
+  }
   return result;
 }
 

@@ -19,6 +19,8 @@ struct VerifyResult {
   std::uint64_t active_points = 0;
   /// With an original: what was measured against it.
   std::optional<double> max_error;
+  /// With an original: the checksum (see io/checksum.h) of its samples, as they are in a slice.
+  std::optional<std::uint64_t> original_checksum;
 };
 
 /// Decodes all of `input` and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
