@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Time of an encoding against the number of processes, for runs that are limited to some levels of the grid.
 
-As Figs. 19 and 20 of "Tetrahedral Adaptive Grid for Parallel Hierarchical Tetrahedrization" show it for a PC cluster.
-VOLUME --grid-only --max-level L -T 1`; what is drawn is the median of several.
+As Figs. 19 and 20 of "Tetrahedral Adaptive Grid for Parallel Hierarchical Tetrahedrization" show it for a PC
+cluster. Every run is `mpirun -n N tagrid-mpi encode VOLUME --grid-only --max-level L -T 1`; what is drawn is the median of several.
 """
 
 import argparse
