@@ -52,11 +52,10 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   frame.put(static_cast<std::uint32_t>(length));
   frame.put(static_cast<std::uint64_t>(brick.id));
   frame.put(static_cast<std::uint32_t>(brick.activity.size()));
-  const std::uint64_t checksum =
-      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, last_checksum_);
-  last_checksum_ = checksum;
+  last_checksum_ = chained_checksum(
+      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}), last_checksum_);
   FieldWriter tail;
-  tail.put(checksum);
+  tail.put(last_checksum_);
   out_.write(frame.bytes());
   out_.write(bytes_of(brick.activity));
   out_.write(bytes_of(brick.values));
@@ -74,7 +73,7 @@ void TagWriter::finish() {
   section.put(static_cast<std::uint64_t>(fields.size()));
   section.put(static_cast<std::uint64_t>(packed.size()));
   section.put_bytes(packed);
-  section.put(checksum_of({section.bytes()}, last_checksum_));
+  section.put(chained_checksum(checksum_of({section.bytes()}), last_checksum_));
   section.put(start);
   section.put(header_checksum_);
   section.put_bytes(std::as_bytes(std::span(end_magic)));
@@ -158,7 +157,7 @@ void TagReader::read_frame(BrickBytes& brick) {
   const auto id = reader.get<std::uint64_t>();
   const auto activity_size = reader.get<std::uint32_t>();
   const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
-  if (!checksums_agree(checksum, checksum_of({length_bytes, body}, last_checksum_)))
+  if (!checksums_agree(checksum, chained_checksum(checksum_of({length_bytes, body}), last_checksum_)))
     fail("the checksum does not fit: the brick is damaged, or it or the one before is of another file");
   if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
   const auto activity = reader.get_bytes(activity_size);
@@ -192,7 +191,7 @@ void TagReader::read_index_section() {
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");
   if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
-                       checksum_of({head, packed}, last_checksum_)))
+                       chained_checksum(checksum_of({head, packed}), last_checksum_)))
     fail("the checksum does not fit: the index is damaged, or the last brick is of another file");
   if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
       !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum_) ||

@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/until_it_fails.h"
 #include "pipeline/verify.h"
 
@@ -35,18 +36,18 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   TagWriter writer(file, result.header);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  const std::size_t slice_bytes = static_cast<std::size_t>(reader.slice_samples()) * size_of(parameters.type);
-  std::int64_t slices = 0;
   std::uint64_t done = 0;
   UntilItFails output_works;
   reader.stop_when(output_works.failed());
+  const EncodePlan plan = plan_encoding(parameters, threads);
   EncodeStreams streams;
-  streams.read_slice = [&] {
-    auto slice = std::make_shared<std::vector<std::byte>>(slice_bytes);
-    reader.read_slices(slice->data(), 1);
-    // What follows the last slice makes the whole input wrong, so it is looked at before anything is
+  streams.read_slice = [&](const Box& rows) {
+    auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(rows.count()) *
+                                                          size_of(parameters.type));
+    reader.read_rows(slice->data(), rows);
+    // What follows the last sample makes the whole input wrong, so it is looked at before anything is
     // finished.
-    if (++slices == parameters.dims.z) reader.finish();
+    if (rows.high.y == parameters.dims.y - 1 && rows.high.z == parameters.dims.z - 1) reader.finish();
     return SliceSamples(std::move(slice));
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
@@ -56,7 +57,10 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
     });
     if (progress) progress(done, total);
   };
-  output_works.rethrow_after([&] { run_encode_graph(parameters, threads, streams); });
+  output_works.rethrow_after([&] {
+    for (const BrickRows& strip : plan.strips(parameters.bricks(), BrickRows::all(parameters.bricks())))
+      run_encode_graph(parameters, strip, plan.budget, streams);
+  });
   writer.finish();
   result.index = writer.index();
   result.bytes_in = reader.bytes_read();
