@@ -84,12 +84,6 @@ class RowMarker {
   Waiting bent_, undecided_;
 };
 
-// First coordinate >= low of the form unit * odd number, or unit * even number.
-std::int64_t first_of(std::int64_t low, std::int64_t unit, bool odd) {
-  const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
-  return offset + (low - offset + period - 1) / period * period;
-}
-
 }  // namespace
 
 void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
@@ -97,19 +91,8 @@ void mark_curvature(const CurvatureField& field, const Domain& domain, const Mar
   const Box box = intersection(marks.box(), domain.volume());
   if (box.empty()) return;
   RowMarker marker(field, parameters, marks);
-  int cycle = 0;
-  for (std::int64_t unit = domain.cube_size / 2; unit >= 1; unit /= 2, ++cycle)
-    for (int bits = 1; bits < 8; ++bits) {
-      const bool ox = bits & 1, oy = bits & 2, oz = bits & 4;
-      const int odd = int{ox} + int{oy} + int{oz};
-      if (3 * cycle + 4 - odd > parameters.max_level) continue;
-      const std::int64_t x0 = first_of(box.low.x, unit, ox), period = 2 * unit;
-      if (x0 > box.high.x) continue;
-      const std::int64_t count = (box.high.x - x0) / period + 1;
-      for (std::int64_t z = first_of(box.low.z, unit, oz); z <= box.high.z; z += period)
-        for (std::int64_t y = first_of(box.low.y, unit, oy); y <= box.high.y; y += period)
-          marker.mark({unit, x0, y, z, count, odd, ox, oy, oz, period != domain.cube_size});
-    }
+  for_each_row_of_edges(box, domain.cube_size, parameters.max_level,
+                        [&](const RowOfEdges& row) { marker.mark(row); });
   marker.finish();
 }
 
