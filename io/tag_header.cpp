@@ -32,6 +32,7 @@ Status check_parameters(const CodingParameters& p) {
     return Status::broken("the volume has too many samples");
   if (!is_sample_type(p.type)) return Status::broken("the sample type is not known to this version");
   if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is not known");
+  if (p.effort > Effort::best) return Status::broken("the effort is not known");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
     return Status::broken("the size of the root cubes is not a power of two, 4 .. 256");
@@ -65,7 +66,7 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   fields.put(static_cast<std::uint16_t>(p.brick_edge));
   fields.put(static_cast<std::uint16_t>(p.max_level));
   fields.put(static_cast<std::uint32_t>(p.accuracy));
-  fields.put(std::uint32_t{0});
+  fields.put(static_cast<std::uint32_t>(p.effort));
   for (const double v :
        {p.field_scale, p.range_low, p.range_high, p.max_error, p.surface_error, p.mesh_error, p.point_error})
     fields.put(v);
@@ -119,14 +120,14 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   p.brick_edge = reader.get<std::uint16_t>();
   p.max_level = reader.get<std::uint16_t>();
   p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), max_accuracy + 1));
-  const auto reserved = reader.get<std::uint32_t>();
+  p.effort = static_cast<Effort>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), 255));
   for (double* v : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                     &p.mesh_error, &p.point_error})
     *v = reader.get<double>();
   const auto text_size = reader.get<std::uint32_t>();
   const auto packed_size = reader.get<std::uint32_t>();
   const auto packed = reader.get_bytes(packed_size);
-  if (!reader.complete() || reserved != 0 || text_size > max_fields_size)
+  if (!reader.complete() || text_size > max_fields_size)
     return Status::broken("the header's fields do not fit its size");
   std::vector<std::byte> text;
   if (Status status = zstd_decompress(packed, text_size, text); !status.ok())

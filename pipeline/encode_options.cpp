@@ -152,6 +152,7 @@ CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
   p.dims = reader.info().dims;
   p.type = reader.info().type;
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
+  p.effort = options.effort;
   p.cube_size = options.cube_size;
   p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
   p.max_level = options.max_level.value_or(max_level(options.cube_size));

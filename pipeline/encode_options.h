@@ -18,6 +18,7 @@ struct EncodeOptions {
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< a limited run
   std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) where not given
+  Effort effort = Effort::normal;       ///< matters to voxels of 8 and 16 bits only
   std::optional<std::pair<double, double>> range;
   bool range_from_data = false;       ///< a pass of its own over the volume; files only
   std::optional<double> field_scale;  ///< lambda itself, instead of a range

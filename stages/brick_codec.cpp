@@ -45,7 +45,7 @@ void encode_brick_voxels(std::span<const T> samples, const Box& owned, const Lat
   if constexpr (is_wide<T>)
     encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
   else
-    encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
+    encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded, parameters.effort);
 }
 
 template <class T>
@@ -54,7 +54,7 @@ Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned
   if constexpr (is_wide<T>)
     return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
   else
-    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort);
 }
 
 template <class T>

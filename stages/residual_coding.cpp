@@ -46,10 +46,14 @@ SymbolModel start_for(std::uint32_t energy) {
 
 const std::array<EnergyClass, energy_classes> energy_class_table = make_energy_classes();
 
-ResidualModel::ResidualModel() {
+ThreeDistributions::ThreeDistributions() {
   for (std::uint32_t i = 0; i < energy_contexts; ++i) energy_[i] = start_for(smallest_energy[i / 3]);
   for (std::uint32_t i = 0; i < spread_contexts; ++i) spread_[i] = start_for(energy_at(i % 8 * 2 + 1));
   for (std::uint32_t i = 0; i < level_contexts; ++i) level_[i] = start_for(energy_at(i / 4 % 4 * 4 + 2));
+}
+
+OneDistribution::OneDistribution() {
+  for (std::uint32_t i = 0; i < energy_contexts; ++i) energy_[i] = start_for(smallest_energy[i / 3]);
 }
 
 }  // namespace tagrid

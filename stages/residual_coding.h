@@ -42,11 +42,28 @@ struct ResidualContext {
 inline constexpr std::size_t energy_contexts = energy_classes * 3, spread_contexts = 32 * 8,
                              level_contexts = 64 * 16;
 
-/// All adaptive state of one brick. About 48 KB.
-class ResidualModel {
+/// Residuals of voxels whose neighbours are all equal.
+class FlatResidualModel {
  public:
-  ResidualModel();
+  /// Codes the residual of a voxel whose neighbours are all equal.
+  template <class Coder>
+  [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
+    const auto given = static_cast<std::uint64_t>(std::abs(residual));
+    if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
+    const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
+    const auto limited = static_cast<std::int32_t>(std::min(magnitude, static_cast<std::uint64_t>(largest)));
+    return code_adaptive(coder, residual < 0, flat_sign_, 250) ? -limited : limited;
+  }
 
+ private:
+  AdaptiveBit flat_differs_, flat_sign_;
+  IntegerModel flat_magnitude_;
+};
+
+/// Residuals of other voxels. `Distributions` are what code(coder, symbol, context) codes a symbol by.
+template <class Distributions>
+class SymbolResidualModel : public FlatResidualModel {
+ public:
   /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
   template <class Coder>
   [[gnu::always_inline]] std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
@@ -56,8 +73,7 @@ class ResidualModel {
     const std::int32_t high = residual >> low_bits;
     std::size_t symbol =
         static_cast<std::uint32_t>(high + 7) < 15u ? static_cast<std::size_t>(high + 7) : 15u;
-    symbol =
-        code_symbol(coder, symbol, energy_[context.energy], spread_[context.spread], level_[context.level]);
+    symbol = distributions_.code(coder, symbol, context);
     std::int32_t coded = static_cast<std::int32_t>(symbol) - 7;
     if (symbol == 15) [[unlikely]]
       coded = code_far(coder, high);
@@ -68,16 +84,6 @@ class ResidualModel {
     }
     coded = std::clamp(coded, -largest, largest);
     return context.flip ? -coded : coded;
-  }
-
-  /// Codes the residual of a voxel whose neighbours are all equal.
-  template <class Coder>
-  [[gnu::noinline]] std::int32_t code_flat(Coder& coder, std::int32_t residual, std::int32_t largest) {
-    const auto given = static_cast<std::uint64_t>(std::abs(residual));
-    if (!code_adaptive(coder, given != 0, flat_differs_, 1000)) return 0;
-    const std::uint64_t magnitude = 1 + flat_magnitude_.code(coder, given - 1);
-    const auto limited = static_cast<std::int32_t>(std::min(magnitude, static_cast<std::uint64_t>(largest)));
-    return code_adaptive(coder, residual < 0, flat_sign_, 250) ? -limited : limited;
   }
 
  private:
@@ -92,11 +98,42 @@ class ResidualModel {
     return negative ? -far : far;
   }
 
+  Distributions distributions_;
+  IntegerModel beyond_;
+};
+
+/// The mean of three, each selected by another context. About 48 KB.
+class ThreeDistributions {
+ public:
+  ThreeDistributions();
+
+  template <class Coder>
+  [[gnu::always_inline]] std::size_t code(Coder& coder, std::size_t symbol, const ResidualContext& context) {
+    return code_symbol(coder, symbol, energy_[context.energy], spread_[context.spread],
+                       level_[context.level]);
+  }
+
+ private:
   std::array<SymbolModel, energy_contexts> energy_;
   std::array<SymbolModel, spread_contexts> spread_;
   std::array<SymbolModel, level_contexts> level_;
-  AdaptiveBit flat_differs_, flat_sign_;
-  IntegerModel flat_magnitude_, beyond_;
 };
+
+/// One alone, for speed.
+class OneDistribution {
+ public:
+  OneDistribution();
+
+  template <class Coder>
+  [[gnu::always_inline]] std::size_t code(Coder& coder, std::size_t symbol, const ResidualContext& context) {
+    return code_symbol(coder, symbol, energy_[context.energy]);
+  }
+
+ private:
+  std::array<SymbolModel, energy_contexts> energy_;
+};
+
+using ResidualModel = SymbolResidualModel<ThreeDistributions>;
+using FastResidualModel = SymbolResidualModel<OneDistribution>;
 
 }  // namespace tagrid

@@ -73,6 +73,24 @@ template <class Coder>
   return symbol;
 }
 
+/// Codes a symbol by the probabilities of one model.
+template <class Coder>
+[[gnu::always_inline]] inline std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a) {
+  const auto twice = [&a](std::size_t s) { return 2u * static_cast<std::uint32_t>(a.below[s]); };
+  if constexpr (!Coder::encoding) {
+    const UnsignedLanes below = mean(a.below, a.below, a.below);
+    symbol = symbols - 1 - count_above(below, static_cast<std::uint16_t>(coder.slot()));
+  }
+  const std::uint32_t start = symbol > 0 ? twice(symbol) : 0u;
+  const std::uint32_t end = symbol + 1 < symbols ? twice(symbol + 1) : 65536u;
+  if constexpr (Coder::encoding)
+    coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
+  else
+    coder.advance(start, end - start);
+  learn(a, symbol);
+  return symbol;
+}
+
 /// The start of a model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
 /// distribution about symbol 7, the last symbol for all that is beyond.
 SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "grid/box.h"
+#include "grid/coding_parameters.h"
 #include "grid/lattice_bits.h"
 #include "grid/status.h"
 
@@ -26,13 +27,14 @@ struct VoxelBounds {
 /// REQUIRES: owned is not empty, samples.size() == owned.count().
 template <class T>
 void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                   const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction);
+                   const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                   Effort effort = Effort::normal);
 
-/// Inverse of encode_voxels, for the same `owned`, `activity` and `bounds`. Safe on any bytes: it returns an
-/// error where they end too soon, are not used up, or could not have been written by encode_voxels, and
-/// values of the type otherwise. After an error the content of `samples` is unspecified.
+/// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes: it
+/// returns an error where they end too soon, are not used up, or could not have been written by
+/// encode_voxels, and values of the type otherwise. After an error the content of `samples` is unspecified.
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const VoxelBounds& bounds, std::span<T> samples);
+                     const VoxelBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
 
 }  // namespace tagrid

@@ -19,7 +19,7 @@ void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std
   }
 }
 
-VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters)
+VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t)
     : size_(size),
       parameters_(parameters),
       stride_(size.x + 2 * pad),

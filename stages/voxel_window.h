@@ -65,8 +65,10 @@ struct Prediction {
 class VoxelWindow {
  public:
   using Value = std::int16_t;
+  using Prediction = tagrid::Prediction;
 
-  VoxelWindow(Index3 size, const VoxelParameters& parameters);
+  /// The last argument is for windows that adapt: the smallest bound of a voxel.
+  VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
 
   void begin_slice(std::int64_t z);
   void begin_row(std::int64_t y);
@@ -89,7 +91,7 @@ class VoxelWindow {
 
   const Value* row() const { return here_; }
 
- private:
+ protected:
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
   static constexpr int textures = 24;
@@ -136,6 +138,8 @@ class VoxelWindow {
   std::vector<std::int32_t> sum_;      ///< weighted sum of all taps but those in the row
   std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
   std::vector<std::uint8_t> class_;    ///< of the energy, times textures
+
+ private:
   std::array<Bias, 8 * textures> biases_{};
 };
 

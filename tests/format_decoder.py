@@ -12,10 +12,11 @@ import struct
 import subprocess
 import sys
 
+from second_decoder.best import BestDecoder
 from second_decoder.coding import Broken
 from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
-from second_decoder.voxels import decode_voxels
+from second_decoder.voxels import FastDecoder, VoxelDecoder, decode_voxels
 from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
 from second_decoder.xxh3 import xxh3
 
@@ -46,13 +47,14 @@ class Header:
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, reserved, self.scale, self.range_low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIIdddddddII", data, 16)
-        require(packed_size == self.size - 128 and text_size <= 1 << 24 and reserved == 0, "fields do not fit")
+        require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 60, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is not known")
+        require(self.effort in (0, 1, 2), "the effort is not known")
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
@@ -132,7 +134,8 @@ def decode_samples(header, closed, owned, active, values):
         samples = decode_wide_voxels(values, size, header.type, two and (
             lambda x, y, z: (x0 + x, y0 + y, z0 + z) in active))
     else:
-        samples = decode_voxels(values, size, header.type, error_at, smallest)
+        samples = decode_voxels(values, size, header.type, error_at, smallest,
+                                (VoxelDecoder, FastDecoder, BestDecoder)[header.effort])
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/errors.h"
 #include "pipeline/dims_order.h"
 #include "pipeline/run.h"
@@ -87,6 +89,17 @@ void add_bounds(CLI::App& command, EncodeOptions& o) {
       ->option_text("F")
       ->group(group);
   command.add_flag("--grid-only", o.grid_only, "Store the adaptive grid alone; voxels are interpolated")
+      ->group(group);
+  command
+      .add_option_function<std::string>(
+          "--effort",
+          [&o](const std::string& word) {
+            const auto found = std::find(effort_names.begin(), effort_names.end(), word);
+            o.effort = static_cast<Effort>(found - effort_names.begin());
+          },
+          "fast, default or best: time for size, of voxels of 8 and 16 bits")
+      ->check(one_of({"fast", "default", "best"}))
+      ->option_text("fast|default|best")
       ->group(group);
   add_number_option(command, "--mesh-error", o.mesh_error,
                     "Refine until the mesh is within E of every sample")

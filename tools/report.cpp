@@ -85,6 +85,7 @@ nlohmann::ordered_json settings_json(const CodingParameters& p) {
   json["max_error"] = number_or_null(p.max_error, p.max_error >= 0);
   json["surface_error"] = number_or_null(p.surface_error, p.surface_error >= 0);
   json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
+  json["effort"] = name_of(p.effort);
   json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
   return json;
 }
@@ -125,6 +126,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
+  line("effort", std::string(name_of(p.effort)));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error), index.total.max_error));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0) line("mesh error", fmt::format("bound {}", p.mesh_error));

@@ -77,6 +77,11 @@ for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
   expect_one_hash "phantom $type"
 done
 for type in uint8 int16; do modes "$folder/$type.nrrd" "phantom $type"; done
+for effort in fast best; do
+  encodings "$folder/uint8.nrrd" "phantom uint8" --effort $effort
+  encodings "$folder/int16.nrrd" "phantom int16" --effort $effort --max-error 6 --surface-error 1
+  encodings "$folder/uint16.nrrd" "phantom uint16" --effort $effort --max-error 1
+done
 # On a pipe there is no looking at the data first.
 for type in int32 float32; do modes "$folder/$type.nrrd" "phantom $type" --range -1000:3000; done
 for type in uint32 float64; do

@@ -2,7 +2,10 @@
 // parameters and the samples around it.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include "grid/domain.h"
 #include "grid/sample_type.h"
@@ -15,12 +18,19 @@ enum class FileMode : std::uint8_t {
   grid = 1,    ///< activity, and the values of the active points; a voxel is interpolated
 };
 
+/// How much time voxels of 8 or 16 bits may take for being small; it changes nothing else. Numbers are part
+/// of the file format, as above.
+enum class Effort : std::uint8_t { normal = 0, fast = 1, best = 2 };
+inline constexpr std::array<std::string_view, 3> effort_names = {"default", "fast", "best"};
+inline std::string_view name_of(Effort effort) { return effort_names[static_cast<std::size_t>(effort)]; }
+
 inline constexpr int max_accuracy = 1'000'000;
 
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;
   FileMode mode = FileMode::voxels;
+  Effort effort = Effort::normal;
   int cube_size = 32;    ///< S, a power of two, 4 .. 256
   int brick_edge = 2;    ///< root cubes an edge of a brick
   int max_level = 15;    ///< no point of a higher level is marked; 3K where the run is not limited

@@ -1,6 +1,6 @@
 // The first bytes of the input say how the rest is to be read:
-//   0 sample type (two low bits, the highest), mode, cube size, root cubes an edge    1 level limit    2 3 4
-//   dims    5 largest error of voxels or points    6 that of active voxels    7 number of the brick    8 9
+//   0 sample type (two low bits, the highest), mode, cube size, root cubes an edge    1 level limit, effort
+//   2 3 4 dims    5 largest error of voxels or points    6 that of active voxels    7 number of the brick 8 9
 //   bytes of the activity
 // Bricks are small, at most 9 points an edge: many runs a second.
 #include <algorithm>
@@ -30,7 +30,8 @@ CodingParameters parameters_of(Bytes head) {
   p.mode = (head[0] & 4) ? FileMode::grid : FileMode::voxels;
   p.cube_size = (head[0] & 8) ? 8 : 4;
   p.brick_edge = (head[0] & 24) == 16 ? 2 : 1;
-  p.max_level = std::min<int>(head[1], max_level(p.cube_size));
+  p.max_level = std::min<int>(head[1] % 64, max_level(p.cube_size));
+  p.effort = static_cast<Effort>(head[1] / 64 % 3);
   for (int axis = 0; axis < 3; ++axis) p.dims[axis] = 1 + head[static_cast<std::size_t>(2 + axis)] % 20;
   p.field_scale = 1;
   p.max_error = head[5];

@@ -41,20 +41,31 @@ std::vector<Golden> all_golden() {
                              {"voxels_two_bounds_float64", SampleType::float64, with_cube(8)},
                              {"grid_exact_float32", SampleType::float32, with_cube(16)},
                              {"grid_bounded_float64", SampleType::float64, with_cube(8)},
-                             {"grid_bounded_int32", SampleType::int32, with_cube(8)}};
+                             {"grid_bounded_int32", SampleType::int32, with_cube(8)},
+                             {"voxels_lossless_fast_uint8", SampleType::uint8, with_cube(16)},
+                             {"voxels_bounded_fast_int16", SampleType::int16, with_cube(16)},
+                             {"voxels_lossless_best_int16", SampleType::int16, with_cube(16)},
+                             {"voxels_bounded_best_uint16", SampleType::uint16, with_cube(16)},
+                             {"voxels_two_bounds_best_int8", SampleType::int8, with_cube(8)}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
   for (std::size_t i = 3; i < 6; ++i) all[i].options.grid_only = true;
   all[4].options.max_error = 40;
   all[5].options.max_level = 9;
-  for (std::size_t i = 6; i < all.size(); ++i) all[i].options.range = {-1024, 3072};
+  for (std::size_t i = 6; i < 13; ++i) all[i].options.range = {-1024, 3072};
   all[7].options.max_error = 8;
   all[9].options.max_error = 6.5;
   all[9].options.surface_error = 0;
-  for (std::size_t i = 10; i < all.size(); ++i) all[i].options.grid_only = true;
+  for (std::size_t i = 10; i < 13; ++i) all[i].options.grid_only = true;
   all[11].options.max_error = 40;
   all[12].options.max_error = 40;
+  all[13].options.effort = all[14].options.effort = Effort::fast;
+  all[14].options.max_error = 8;
+  for (std::size_t i = 15; i < all.size(); ++i) all[i].options.effort = Effort::best;
+  all[16].options.max_error = 8;
+  all[17].options.max_error = 6;
+  all[17].options.surface_error = 1;
   return all;
 }
 

@@ -40,7 +40,7 @@ class Bias:
 
 
 class Prediction:
-    value = fraction = before = low = high = 0
+    value = fraction = before = low = high = exact = size = 0
     flat = False
 
 
@@ -64,7 +64,8 @@ class Surroundings:
 
 
 class VoxelDecoder(Surroundings):
-    """`error_at(x, y, z)` is the bound of a voxel, `smallest_error` the smallest that the header allows."""
+    """Of the default effort, or the fast one. `error_at(x, y, z)` is the bound of a voxel, `smallest_error`
+    the smallest that the header allows."""
 
     def __init__(self, data, size, sample_type, error_at, smallest_error):
         self.coder = Decoder(data)
@@ -76,7 +77,7 @@ class VoxelDecoder(Surroundings):
         self.values, self.residuals = {}, {}
         self.biases = [Bias() for _ in range(8 * 24)]
         self.bits = Bits()
-        self.models = {}
+        self.models, self.fast = {}, False
         self.beyond, self.flat_magnitude = IntegerModel(), IntegerModel()
 
     def read_parameters(self, sample_type):
@@ -108,12 +109,8 @@ class VoxelDecoder(Surroundings):
             p.flat, p.value = True, left
             return p
         weights = self.weights[z > 0]
-        exact = self.reference * (2048 - sum(weights)) + sum(
+        exact = p.exact = self.reference * (2048 - sum(weights)) + sum(
             w * V(x + dx, y + dy, z + dz) for w, (dx, dy, dz) in zip(weights, TAPS) if w != 0)
-        plain = exact >> 11
-        s = trit(R(x - 1, y, z))
-        texture = (above > plain) + 2 * (left > plain) + 4 * (behind > plain) + 8 * s
-
         def row(dy, d):
             return abs(R(x + d, y + dy, z) if y > 0 else R(x + d, y, z - 1))
 
@@ -121,21 +118,28 @@ class VoxelDecoder(Surroundings):
                     abs(R(x + 1, y, z - 1)) + abs(R(x, y + 1, z - 1)))
         if z == 0:
             p.before += 3 * row(-1, 0) + row(-1, -1) + row(-1, 1)
-        size = min(p.before.bit_length(), 15) // 2
-        p.bias = self.biases[24 * size + texture]
+        p.size = min(p.before.bit_length(), 15) // 2
+        p.bias = self.biases[24 * p.size + self.texture(x, y, z, exact >> 11)]
         corrected = exact + p.bias.value
         rounded = (corrected + 1024) >> 11
         p.fraction = corrected - 2048 * rounded
         p.value = clamp(rounded, self.low, self.high)
         return p
 
-    def decode_residual(self, x, y, z, p, error):
+    def texture(self, x, y, z, plain):
+        behind = self.V(x, y, z - 1) if z > 0 else self.V(x, y - 1, z)
+        return ((self.V(x, y - 1, z) > plain) + 2 * (self.V(x - 1, y, z) > plain) + 4 * (behind > plain) +
+                8 * trit(self.R(x - 1, y, z)))
+
+    def decode_flat_residual(self):
         coder, bits = self.coder, self.bits
-        if p.flat:
-            if not coder.adaptive(bits["flat zero"], 1000):
-                return 0
-            a = min(1 + coder.integer(self.flat_magnitude), self.largest)
-            return -a if coder.adaptive(bits["flat sign"], 250) else a
+        if not coder.adaptive(bits["flat zero"], 1000):
+            return 0
+        a = min(1 + coder.integer(self.flat_magnitude), self.largest)
+        return -a if coder.adaptive(bits["flat sign"], 250) else a
+
+    def decode_other_residual(self, x, y, z, p, error):
+        coder = self.coder
 
         def R(dx, dy, dz):
             return self.R(x + dx, y + dy, z + dz)
@@ -149,8 +153,9 @@ class VoxelDecoder(Surroundings):
         flip = error < 2 and p.fraction < 0
         centre = min(3, abs(p.fraction) >> 8) if error < 2 else 0
         side = trit(-R(-1, 0, 0) if flip else R(-1, 0, 0))
-        s = coder.symbol(
-            self.model("energy", 3 * log_scale(2, energy) + side),
+        by_energy = self.model("energy", 3 * log_scale(2, energy) + side)
+        s = coder.symbol(by_energy) if self.fast else coder.symbol(
+            by_energy,
             self.model("spread", 8 * min(log_scale(1, 4 * spread // (2 * error + 1)), 31) + coarse // 2),
             self.model("level", 4 * (4 * level + coarse // 4) + centre))
         h = s - 7
@@ -173,14 +178,17 @@ class VoxelDecoder(Surroundings):
         error = self.error_at(x, y, z)
         step = 2 * error + 1
         p = self.predict(x, y, z)
-        r = 0 if quiet else self.decode_residual(x, y, z, p, error)
+        r = (0 if quiet else self.decode_flat_residual() if p.flat else
+             self.decode_other_residual(x, y, z, p, error))
         v = clamp(p.value + r * step, self.low, self.high)
         self.values[x, y, z] = v
         self.residuals[x, y, z] = clamp(r, -4095, 4095)
         if not p.flat:
-            usual = (p.before + 8) * step * 256
-            missed = clamp((v - p.value) * 2048 - p.fraction, -usual, usual)
-            p.bias.learn(missed)
+            self.learn(x, y, z, p, v, error)
+
+    def learn(self, _x, _y, _z, p, v, error):
+        usual = (p.before + 8) * (2 * error + 1) * 256
+        p.bias.learn(clamp((v - p.value) * 2048 - p.fraction, -usual, usual))
 
     def run(self):
         was_quiet = {}
@@ -198,7 +206,13 @@ class VoxelDecoder(Surroundings):
         return self.values
 
 
-def decode_voxels(data, size, sample_type, error_at, smallest_error):
+class FastDecoder(VoxelDecoder):
+    def __init__(self, *arguments):
+        super().__init__(*arguments)
+        self.fast = True
+
+
+def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder):
     """Samples by (x, y, z), counted from 0 in the owned box."""
     if data[:1] == b"\0":
         if len(data) != 1 + sample_type.size:
@@ -208,4 +222,4 @@ def decode_voxels(data, size, sample_type, error_at, smallest_error):
         return {(x, y, z): value for z in range(mz) for y in range(my) for x in range(mx)}
     if data[:1] != b"\1":
         raise Broken("values of an unknown kind, or none")
-    return VoxelDecoder(data[1:], size, sample_type, error_at, smallest_error).run()
+    return decoder(data[1:], size, sample_type, error_at, smallest_error).run()

@@ -87,6 +87,8 @@ TEST_F(Options, ValuesOutOfRangeAreRefused) {
                                         {"--cube", "512"},
                                         {"--max-level", "16"},
                                         {"--brick", "0"},
+                                        {"--effort", "most"},
+                                        {"--effort", "2"},
                                         {"--range", "5"},
                                         {"--range", "5:5"},
                                         {"--range", "5:x"},

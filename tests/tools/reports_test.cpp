@@ -35,8 +35,8 @@ class Reports : public CommandLine {
 TEST_F(Reports, InfoHasEveryKey) {
   make_tag({"--max-error", "3"});
   const Json json = info("volume.tag");
-  expect_keys(json, {"dims", "type", "cube", "accuracy", "field_scale", "range", "max_error", "mode",
-                     "levels", "bytes", "achieved"});
+  expect_keys(json, {"dims", "type", "cube", "accuracy", "field_scale", "range", "max_error", "effort",
+                     "mode", "levels", "bytes", "achieved"});
   EXPECT_EQ(json["dims"], Json({52, 40, 36}));
   EXPECT_EQ(json["type"], "int16");
   EXPECT_EQ(json["cube"], 32);
@@ -47,6 +47,26 @@ TEST_F(Reports, InfoHasEveryKey) {
   expect_keys(json["achieved"], {"max_error", "rmse", "psnr"});
   EXPECT_EQ(json["achieved"]["max_error"], 3);
   EXPECT_GT(json["achieved"]["psnr"], 50);
+}
+
+TEST_F(Reports, EveryEffortIsFoundInInfo) {
+  phantom("volume.nrrd");
+  for (const std::string effort : {"fast", "default", "best"}) {
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--effort", effort}));
+    EXPECT_EQ(info("volume.tag")["effort"], effort);
+    EXPECT_NE(tagrid({"info", "volume.tag"}).out.find("effort          " + effort), std::string::npos);
+  }
+}
+
+TEST_F(Reports, EffortIsAcceptedWhereItChangesNothing) {
+  phantom("volume.nrrd");
+  const auto size = [this](const std::string& effort) {
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--effort", effort}));
+    return info("volume.tag")["bytes"]["values"].get<std::uint64_t>();
+  };
+  const std::uint64_t usual = size("default");
+  EXPECT_EQ(size("fast"), usual);
+  EXPECT_EQ(size("best"), usual);
 }
 
 TEST_F(Reports, OptionsAreFoundInInfo) {

@@ -6,7 +6,7 @@ _tagrid_options() {
   local headerless='--dims --type --endian --spacing --offset'
   case $1 in
     encode)
-      echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error" \
+      echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
         "--accuracy --cube --max-level --range --field-scale --brick"
       ;;
     decode) echo "$run $output $removal --format" ;;
@@ -30,6 +30,7 @@ _tagrid() {
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
     --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw' -- "$current") && return ;;
+    --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
     --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;
     --type)
