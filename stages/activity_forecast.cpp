@@ -80,7 +80,7 @@ class Forecaster {
   const Exceeding& run() {
     for_each_row_of_edges(intersection(field_.box, parameters_.domain().volume()), parameters_.cube_size,
                           parameters_.max_level, [&](const RowOfEdges& row) { forecast_row(row); });
-    for (LatticeBits& bits : exceeding_) close_under_parents(bits, parameters_.cube_size);
+    close_under_parents(exceeding_, parameters_.cube_size);
     return exceeding_;
   }
 
@@ -88,6 +88,7 @@ class Forecaster {
   void forecast_row(const RowOfEdges& row) {
     const auto unit = static_cast<float>(row.unit);
     const auto odd = static_cast<std::size_t>(row.odd);
+    if (none_exceeds(bounds_of(field_, row, rise_scale_), sqrt_over_three[odd] * unit)) return;
     for (std::int64_t from = 0; from < row.count; from += EdgeBatch::capacity) {
       const std::int64_t n = std::min<std::int64_t>(row.count - from, EdgeBatch::capacity);
       load_edges(field_, row, from, n, rise_scale_, edges_);
@@ -104,6 +105,13 @@ class Forecaster {
         lane += count;
       }
     }
+  }
+
+  // Whether no edge of a row can exceed the lowest threshold. With x for the largest |left| and |right| in
+  // compare(), and y for the largest |bend_left| and |bend_right|, p p + s s <= 4 x x and a a + b b <= 4 y y.
+  bool none_exceeds(const EdgeBounds& bounds, float sixth) const {
+    const float x = bounds.slope + bounds.chord, y = sixth * bounds.bend;
+    return 4.0F * (117.0F * (x * x) + 166.0F * (x * y) + 73.0F * (y * y)) < 0.59F * limit_;
   }
 
   // What up to eight edges exceed, the first in the lowest byte.

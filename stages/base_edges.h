@@ -35,6 +35,13 @@ struct RowOfEdges {
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
                 float rise_scale, EdgeBatch& edges);
 
+/// What no edge of a row exceeds, in voxels, rounding included: absolute slopes, of the curve at both ends
+/// and of the chord, and absolute second derivatives. NaN or infinite where an entry of the field is.
+struct EdgeBounds {
+  float slope, chord, bend;
+};
+EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale);
+
 /// Calls f(row) for all rows of points of `box` up to a level, by unit, coarse to fine, then by class.
 template <class F>
 void for_each_row_of_edges(const Box& box, int cube_size, int max_level, F f) {

@@ -7,6 +7,12 @@ namespace {
 
 constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
 
+// Whether find_bent() says so of all edges that are within the bounds.
+bool none_is_bent(const EdgeBounds& bounds, float length, const CriterionParameters& constants) {
+  const float half_step = length * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
+  return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
+}
+
 class RowMarker {
  public:
   RowMarker(const CurvatureField& field, const MarkingParameters& parameters, LatticeBits& marks)
@@ -16,6 +22,7 @@ class RowMarker {
         marks_(marks) {}
 
   void mark(const RowOfEdges& row) {
+    if (none_is_bent(bounds_of(field_, row, rise_scale_), length_of(row), constants_)) return;
     for (std::int64_t from = 0; from < row.count; from += capacity) {
       const std::int64_t n = std::min<std::int64_t>(capacity, row.count - from);
       load_edges(field_, row, from, n, rise_scale_, edges_);
@@ -46,8 +53,12 @@ class RowMarker {
     }
   };
 
+  static float length_of(const RowOfEdges& row) {
+    return static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
+  }
+
   void keep_bent(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
-    const float length = static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
+    const float length = length_of(row);
     EdgeBatch::Flags bent;
     if (!find_bent(edges_, static_cast<std::size_t>(n), length, constants_, bent)) return;
     for (std::int64_t lane = 0; lane < n; ++lane) {

@@ -150,6 +150,15 @@ TEST(ActivityForecast, IsItsDefinitionForBricksOfAllShapes) {
     }
 }
 
+// Most rows are passed over by their bounds, and few by little.
+TEST(ActivityForecast, IsItsDefinitionWhereLittleBends) {
+  const Index3 dims{35, 38, 37};
+  for (const double half : {20.0, 60.0, 150.0}) {
+    const auto volume = blobs<std::int16_t>(dims, 100, half);
+    compare_with_definition(volume, parameters_of(dims, SampleType::int16, 16, 8.0 / 4096));
+  }
+}
+
 TEST(ActivityForecast, LongRowsAreLoadedInPieces) {
   const Index3 dims{257, 9, 8};
   compare_with_definition(blobs<std::uint8_t>(dims, 120, 50),
