@@ -17,4 +17,8 @@ EncodePlan plan_encoding(const CodingParameters& parameters, int threads) {
   return {EncodeBudget::generous(parameters, threads), parameters.bricks().bricks(1)};
 }
 
+DecodePlan plan_decoding(const CodingParameters& parameters, int threads) {
+  return {DecodeBudget::generous(parameters, threads)};
+}
+
 }  // namespace tagrid

@@ -6,6 +6,7 @@
 
 #include "grid/coding_parameters.h"
 #include "pipeline/brick_rows.h"
+#include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
 
 namespace tagrid {
@@ -22,5 +23,12 @@ struct EncodePlan {
 
 /// The plan that needs the least reading on `threads` threads.
 EncodePlan plan_encoding(const CodingParameters& parameters, int threads);
+
+struct DecodePlan {
+  DecodeBudget budget;
+};
+
+/// The plan that writes the largest pieces on `threads` threads.
+DecodePlan plan_decoding(const CodingParameters& parameters, int threads);
 
 }  // namespace tagrid

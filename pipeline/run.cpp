@@ -92,14 +92,17 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  streams.write_layer = [&](const DecodedLayer& layer) {
-    layer.for_each_part([&](std::span<const std::byte> samples) {
-      output_works.run([&] { writer.write_slices(samples); });
+  streams.write_rows = [&](const DecodedRows& rows) {
+    rows.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
+      output_works.run([&] { writer.write_samples(first, samples); });
       done += samples.size();
     });
     if (progress) progress(done, total);
   };
-  output_works.rethrow_after([&] { run_decode_graph(parameters, threads, streams); });
+  DecodePlan plan = plan_decoding(parameters, threads);
+  if (!writer.can_seek()) plan.budget.rows = parameters.bricks().bricks(1);
+  output_works.rethrow_after(
+      [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
   const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
   if (before_naming) before_naming(result);
   writer.commit();
