@@ -133,7 +133,8 @@ void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, co
 // this file.
 bool TagReader::read_brick(BrickBytes& brick) {
   const std::int64_t count = parameters().bricks().count();
-  if (next_brick_ == 0) read_frame(ahead_);
+  if (starting_) read_frame(ahead_);
+  starting_ = false;
   if (ahead_.id < 0) return false;
   brick = std::move(ahead_);
   ahead_ = {};
@@ -168,7 +169,6 @@ void TagReader::read_frame(BrickBytes& brick) {
     to.assign(first, first + from.size());
   };
   last_checksum_ = checksum;
-  sizes_.emplace_back(static_cast<std::uint32_t>(activity.size()), static_cast<std::uint32_t>(values.size()));
   brick.id = next_brick_++;
   copy(activity, brick.activity);
   copy(values, brick.values);
@@ -204,12 +204,27 @@ void TagReader::read_index_section() {
       !status.ok())
     fail(status.what());
   next_brick_ = parameters().bricks().count();
-  constexpr std::uint64_t frame_size = 4 + 8 + 4 + 8;
-  std::uint64_t bricks_size = count * frame_size;
+  std::uint64_t bricks_size = count * smallest_brick;
   for (const IndexEntry& brick : index_.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
   if (header_size_ + bricks_size != start) fail("the sizes of the bricks do not sum to the file's");
   file_size_ = start + head.size() + packed_size + tail.size();
+}
+
+// The frame before it ends with its checksum, which is the seed of the next one's; so does the header.
+void TagReader::seek_brick(std::int64_t brick) {
+  assert(can_seek() && index_.bricks.size() == static_cast<std::uint64_t>(parameters().bricks().count()));
+  std::uint64_t start = header_size_;
+  for (std::int64_t i = 0; i < brick; ++i) {
+    const IndexEntry& entry = index_.bricks[static_cast<std::size_t>(i)];
+    start += smallest_brick + entry.activity_bytes + entry.value_bytes;
+  }
+  std::array<std::byte, 8> before;
+  next_brick_ = brick;
+  bytes_.seek(start - before.size());
+  read_exactly(before.data(), before.size(), "a brick");
+  last_checksum_ = load_little_endian<std::uint64_t>(before.data());
+  starting_ = true;
 }
 
 void TagReader::read_index() {

@@ -9,7 +9,7 @@
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "io/vtu_writer.h"
-#include "pipeline/decode_graph.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"
 #include "stages/tetrahedra.h"
 
@@ -29,22 +29,22 @@ class LayerSamples {
   explicit LayerSamples(const CodingParameters& parameters)
       : volume_(parameters.domain().volume()), size_(size_of(parameters.type)) {}
 
-  void begin_layer(const DecodedLayer& layer) { layer_ = &layer; }
+  void begin_layer(const DecodedRows& layer) { layer_ = &layer; }
   // The sample nearest to a point of the layer.
   const std::byte* at(Index3 p) const {
     const Index3 q = volume_.nearest(p);
-    if (q.z >= layer_->first_slice()) return layer_->at(q);
+    if (q.z >= layer_->box().low.z) return layer_->at(q);
     return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
   }
   void end_layer() {
     below_.resize(layer_->slice_bytes());
-    layer_->copy_slice(layer_->first_slice() + layer_->slices() - 1, below_);
+    layer_->copy_slice(layer_->box().high.z, below_);
   }
 
  private:
   Box volume_;
   std::size_t size_;
-  const DecodedLayer* layer_ = nullptr;
+  const DecodedRows* layer_ = nullptr;
   std::vector<std::byte> below_;
 };
 
@@ -133,7 +133,7 @@ int checked_level(const MeshOptions& options, int cube_size) {
 }
 
 // Layer by layer, as the values of a file with voxels are in its slices.
-void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progress& progress) {
+void mesh_bricks(TagReader& reader, MeshBuilder& mesh, const DecodeBudget& budget, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   const std::uint64_t total =
       static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
@@ -157,7 +157,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
   };
-  streams.write_layer = [&](const DecodedLayer& decoded) {
+  streams.write_rows = [&](const DecodedRows& decoded) {
     samples.begin_layer(decoded);
     for (BrickPoints& brick : layer) {
       add_brick(brick);
@@ -165,16 +165,17 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
     }
     layer.clear();
     samples.end_layer();
-    done += static_cast<std::uint64_t>(decoded.slices()) * decoded.slice_bytes();
+    done += decoded.bytes();
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, threads, streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()), budget, streams);
 }
 
 }  // namespace
 
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      int threads, const Progress& progress, const BeforeNaming<MeshResult>& before_naming) {
+                      const Resources& resources, const Progress& progress,
+                      const BeforeNaming<MeshResult>& before_naming) {
   if (output != "-" && !output.ends_with(".vtu"))
     throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
   refuse_same_file(input, output);
@@ -182,9 +183,10 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   const int level = checked_level(options, parameters.cube_size);
+  const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
   VtuWriter writer(output, parameters.type, options.overwrite);
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
-  mesh_bricks(reader, mesh, threads, progress);
+  mesh_bricks(reader, mesh, plan.budget, progress);
   writer.finish();
   const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
                              writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};

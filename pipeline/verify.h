@@ -19,8 +19,6 @@ struct VerifyResult {
   std::uint64_t active_points = 0;
   /// With an original: what was measured against it.
   std::optional<double> max_error;
-  /// With an original: the checksum (see io/checksum.h) of its samples, as they are in a slice.
-  std::optional<std::uint64_t> original_checksum;
 };
 
 /// Decodes all of `input` and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
@@ -28,7 +26,7 @@ struct VerifyResult {
 /// do not fit. With `original` ("" for none) also a voxel that is further from it than the file's bound, with
 /// its coordinates and both values.
 VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const std::optional<RawDescription>& raw, int threads,
+                         const std::optional<RawDescription>& raw, const Resources& resources,
                          const Progress& progress = {});
 
 }  // namespace tagrid

@@ -35,7 +35,7 @@ struct DecodeCommand {
                     written.bytes_out, achieved_json(written.index)});
     });
     report.keep();
-    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n" + memory_summary(result.memory) + "\n");
     remove_files(removed_after);
   }
 
@@ -43,7 +43,7 @@ struct DecodeCommand {
                       const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     return decode_volume(
-        input, path, chosen, output.overwrite, run.thread_count(),
+        input, path, chosen, output.overwrite, run.resources(),
         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
@@ -58,6 +58,8 @@ Action add_decode_command(CLI::App& app) {
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
   return [state] { state->execute(); };
 }

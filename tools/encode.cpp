@@ -33,13 +33,14 @@ struct EncodeCommand {
     if (description) warn_of_order(run, input, *description);
 
     const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, description, written.temporary, run.thread_count());
+      if (remove) verify_encoding(input, description, written.temporary, run.resources());
       report.write({written.header.parameters.dims, written.header.parameters.type,
                     settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
                     achieved_json(written.index)});
     });
     report.keep();
-    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    if (run.verbosity > 0 && !run.quiet)
+      say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
     remove_files(removed_after);
   }
 
@@ -47,7 +48,7 @@ struct EncodeCommand {
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
     return encode_volume(
-        input, asked.raw, path, output.overwrite, asked.options, run.thread_count(),
+        input, asked.raw, path, output.overwrite, asked.options, run.resources(),
         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
@@ -63,6 +64,8 @@ Action add_encode_command(CLI::App& app) {
   add_encoding_options(*command, state->encoding);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
   return [state] { state->execute(); };
 }

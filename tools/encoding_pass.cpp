@@ -83,15 +83,15 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
   const auto& raw = volume.asked.raw;
   if (raw) warn_of_order(options_.run, volume.input, *raw);
-  const int threads = options_.run.thread_count();
   std::uint64_t input_checksum = 0, output_checksum = 0;
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
                       std::filesystem::path(volume.input).filename().string(), 1);
   const EncodeResult result = encode_volume(
-      volume.input, raw, volume.output, overwrite, volume.asked.options, threads,
+      volume.input, raw, volume.output, overwrite, volume.asked.options, options_.run.resources(),
       [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); },
       [&](const EncodeResult& written) {
-        input_checksum = verify_encoding(volume.input, raw, written.temporary, threads);
+        verify_encoding(volume.input, raw, written.temporary, options_.run.resources());
+        input_checksum = checksum_of_samples(open_volume(volume.input, raw));
         output_checksum = checksum_of_file(written.temporary);
       });
   describe(result.header, result.index, volume.files, result.file_bytes, input_checksum, output_checksum,
@@ -106,9 +106,9 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
     const TagHeader header{resolve(volume.asked.options, original), original.info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made of another volume, or with other options");
-    const VerifyResult found = verify_file(volume.output, volume.input, raw, options_.run.thread_count());
-    describe(found.header, found.index, volume.files, found.bytes_in, found.original_checksum.value(),
-             output_checksum, record);
+    const VerifyResult found = verify_file(volume.output, volume.input, raw, options_.run.resources());
+    describe(found.header, found.index, volume.files, found.bytes_in,
+             checksum_of_samples(open_volume(volume.input, raw)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     throw UsageError(
         fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",

@@ -86,13 +86,14 @@ std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks&
     brick = bricks[next++];
     return true;
   };
-  streams.write_layer = [&](const DecodedLayer& layer) {
-    layer.for_each_part([&](std::span<const std::byte> slices) {
+  streams.write_rows = [&](const DecodedRows& rows) {
+    rows.for_each_part([&](std::int64_t, std::span<const std::byte> slices) {
       samples.insert(samples.end(), slices.begin(), slices.end());
     });
   };
   if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
-  run_decode_graph(parameters, thread_count, streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
+                   DecodeBudget::generous(parameters, thread_count), streams);
   return samples;
 }
 

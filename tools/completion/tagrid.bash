@@ -2,18 +2,18 @@
 
 _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
-  local output='-o --output -f --force' removal='-k --keep --rm'
+  local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
   local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
     --max-level --range --field-scale --brick"
   case $1 in
-    encode) echo "$run $output $removal $encoding" ;;
-    decode) echo "$run $output $removal --format" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding" ;;
+    decode) echo "$run $memory --spool $output $removal --format" ;;
     info) echo "$run" ;;
-    verify) echo "$run $headerless --against -f --force" ;;
-    mesh) echo "$run $output --level --padded" ;;
+    verify) echo "$run $memory $headerless --against -f --force" ;;
+    mesh) echo "$run $memory $output --level --padded" ;;
     convert)
-      echo "$run $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
+      echo "$run $memory $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
       ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
