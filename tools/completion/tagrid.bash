@@ -3,16 +3,17 @@
 _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
   local output='-o --output -f --force' removal='-k --keep --rm'
+  local memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
   case $1 in
     encode)
-      echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
+      echo "$run $memory --spool $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
         "--accuracy --cube --max-level --range --field-scale --brick"
       ;;
-    decode) echo "$run $output $removal --format" ;;
+    decode) echo "$run $memory --spool $output $removal --format" ;;
     info) echo "$run" ;;
-    verify) echo "$run $headerless --against -f --force" ;;
-    mesh) echo "$run $output --level --padded" ;;
+    verify) echo "$run $memory $headerless --against -f --force" ;;
+    mesh) echo "$run $memory $output --level --padded" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
   esac
