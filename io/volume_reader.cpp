@@ -54,22 +54,39 @@ std::string beside(const std::string& header_path, const std::string& data_file)
 
 }  // namespace
 
-VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw) {
+VolumeReader open_volume(const std::string& path, const SourceDescription& source) {
+  const std::optional<RawDescription>& raw = source.raw;
   VolumeReader reader;
   reader.file_ = std::make_unique<FileBytes>(path);
   reader.files_ = {path};
-  const bool nrrd = !(raw && raw->offset > 0) && begins_nrrd(reader.file_->peek(9));
-  if (nrrd)
+  const bool headerless = raw && raw->offset > 0;
+  if (!headerless && begins_vdb(reader.file_->peek(8))) {
+    reader.open_vdb(source);
+    return reader;
+  }
+  if (!source.vdb_grid.empty())
+    throw UsageError(reader.file_->name() + ": is no OpenVDB file; leave out --vdb-grid");
+  if (!headerless && begins_nrrd(reader.file_->peek(9)))
     reader.open_nrrd(path, raw);
   else if (raw)
     reader.open_raw(*raw);
   else
     throw BrokenInput(
         reader.file_->name() +
-        ": not an NRRD volume; if these are samples without a header, say how they lie, with --dims and "
-        "--type");
+        ": not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
+        "with --dims and --type");
   reader.check_size();
   return reader;
+}
+
+void VolumeReader::open_vdb(const SourceDescription& source) {
+  if (source.raw) throw UsageError(file_->name() + ": is an OpenVDB file; leave out --dims and the like");
+  if (!file_->size())
+    throw UsageError(file_->name() + ": an OpenVDB file cannot be read from a pipe; give the file");
+  vdb_ = std::make_unique<VdbReader>(std::move(file_), source.vdb_grid);
+  info_ = vdb_->info();
+  // Which voxels are active, and whatever else is in the file.
+  holds_other_bytes_ = true;
 }
 
 void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDescription>& raw) {
@@ -188,6 +205,10 @@ std::size_t VolumeReader::read_decoded(std::byte* out, std::size_t size) {
 
 void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
   assert(count >= 0 && next_slice_ + count <= info_.dims.z);
+  if (vdb_) {
+    for (; count > 0; --count, ++next_slice_, out += slice_bytes()) vdb_->read_slice(next_slice_, out);
+    return;
+  }
   const std::uint64_t before = static_cast<std::uint64_t>(next_slice_) * slice_bytes();
   const std::size_t size = static_cast<std::size_t>(count) * slice_bytes();
   const std::size_t present = read_decoded(out, size);
@@ -201,6 +222,7 @@ void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
 
 void VolumeReader::finish() {
   assert(next_slice_ == info_.dims.z);
+  if (vdb_) return;
   std::byte next;
   if (read_decoded(&next, 1) != 0)
     throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), samples_expected()));
@@ -210,6 +232,7 @@ void VolumeReader::seek_slice(std::int64_t z) {
   assert(z >= 0 && z <= info_.dims.z);
   const std::uint64_t offset = static_cast<std::uint64_t>(z) * slice_bytes();
   next_slice_ = z;
+  if (vdb_) return;
   if (!gzip_) return file_->seek(start_ + offset);
   if (seekable()) file_->seek(start_);
   gzip_->restart();

@@ -1,4 +1,4 @@
-// Volumes to NRRD files (attached or detached), files of samples alone, and pipes.
+// Volumes to NRRD files (attached or detached), files of samples alone, OpenVDB files, and pipes.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +9,7 @@
 #include <string>
 
 #include "io/output_file.h"
+#include "io/vdb_writer.h"
 #include "io/volume_info.h"
 
 namespace tagrid {
@@ -17,13 +18,15 @@ enum class VolumeFormat {
   nrrd,  ///< Header and samples in one file.
   nhdr,  ///< The header, and a file of the same name with .raw for the samples.
   raw,   ///< The samples alone.
+  vdb,   ///< A grid in an OpenVDB file.
 };
 
-/// The format that a file's name asks for: .nrrd, .nhdr or .raw, and raw for "-". Throws UsageError for
+/// The format that a file's name asks for: .nrrd, .nhdr, .raw or .vdb, and raw for "-". Throws UsageError for
 /// others.
 VolumeFormat format_from_name(const std::string& path);
 
-/// A volume that is written slice by slice, in z order, little endian, and appears when it is complete.
+/// A volume that is written slice by slice, in z order, little endian, and appears when it is complete. An
+/// OpenVDB file is written with the last slice.
 class VolumeWriter {
  public:
   const VolumeInfo& info() const { return info_; }
@@ -39,25 +42,31 @@ class VolumeWriter {
     publish();
     keep();
   }
+  /// What the grid of an OpenVDB file has become; nothing for other files. REQUIRES: all samples were
+  /// written.
+  std::optional<VdbSummary> vdb() const;
   /// Bytes of all files so far, headers included.
   std::uint64_t bytes_written() const;
 
  private:
   friend VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                         bool overwrite, const std::optional<FileAttributes>& like);
+                                         bool overwrite, const std::optional<FileAttributes>& like,
+                                         const VdbOptions& vdb);
   VolumeWriter() = default;
 
   VolumeInfo info_;
   std::unique_ptr<OutputFile> samples_;
   std::unique_ptr<OutputFile> header_;  ///< A detached one only.
+  std::unique_ptr<VdbWriter> vdb_;
   std::uint64_t bytes_left_ = 0;
 };
 
-/// Begins a volume at `path`, or on the standard output for "-", where only formats raw and nrrd exist.
+/// Begins a volume at `path`, or on the standard output for "-", where there is no format nhdr.
 /// Its files get the permissions and times of `like`, if given. Throws UsageError if a file exists and
 /// `overwrite` is false, WorldError if it cannot be created.
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                bool overwrite, const std::optional<FileAttributes>& like = std::nullopt);
+                                bool overwrite, const std::optional<FileAttributes>& like = std::nullopt,
+                                const VdbOptions& vdb = {});
 
 /// The file that the samples of a volume at `path` are written to: beside a detached header, else `path`.
 std::string samples_path(const std::string& path, VolumeFormat format);

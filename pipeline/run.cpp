@@ -19,14 +19,14 @@ int available_threads() {
   return std::max(1, CPU_COUNT(&set));
 }
 
-EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
+EncodeResult encode_volume(const std::string& input, const SourceDescription& source,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
                            int threads, const Progress& progress,
                            const BeforeNaming<EncodeResult>& before_naming) {
   options.validate();
   refuse_same_file(input, output);
   check_output(output, overwrite);
-  VolumeReader reader = open_volume(input, raw);
+  VolumeReader reader = open_volume(input, source);
   for (const std::string& file : reader.files()) refuse_same_file(file, output);
   EncodeResult result;
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
@@ -69,7 +69,7 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
 
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
                            bool overwrite, int threads, const Progress& progress,
-                           const BeforeNaming<DecodeResult>& before_naming) {
+                           const BeforeNaming<DecodeResult>& before_naming, const VdbOptions& vdb) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
@@ -79,7 +79,9 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   info.type = parameters.type;
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input));
+  VdbOptions grid = vdb;
+  grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
@@ -96,16 +98,17 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
     if (progress) progress(done, total);
   };
   output_works.rethrow_after([&] { run_decode_graph(parameters, threads, streams); });
-  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
+                               writer.vdb()};
   if (before_naming) before_naming(result);
   writer.commit();
   return result;
 }
 
-void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, int threads) {
+void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
+                     int threads) {
   try {
-    verify_file(encoded, input, raw, threads);
+    verify_file(encoded, input, source, threads);
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -13,6 +13,7 @@
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
+#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -22,6 +23,7 @@ struct EncodeCommand {
   OutputOptions output;
   RunOptions run;
   RawOptions raw;
+  std::string vdb_grid;
   EncodeOptions options;
   std::string range;
   bool remove = false;
@@ -43,14 +45,16 @@ struct EncodeCommand {
     refuse_terminal_input(input);
     refuse_terminal(path, "compressed bytes");
     const auto description = raw.description();
+    SourceDescription source(description);
+    source.vdb_grid = vdb_grid;
     options.validate();
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_volume(input, description, path);
+    if (remove) removed_after = removable_volume(input, source, path);
     RunReport report(run, output.overwrite, "encode", input, path);
     if (description) warn_of_order(*description);
 
-    const EncodeResult result = encode(description, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, description, written.temporary, run.thread_count());
+    const EncodeResult result = encode(source, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, source, written.temporary, run.thread_count());
       report.write({written.header.parameters.dims, written.header.parameters.type,
                     settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
                     achieved_json(written.index)});
@@ -60,11 +64,11 @@ struct EncodeCommand {
     remove_files(removed_after);
   }
 
-  EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path,
+  EncodeResult encode(const SourceDescription& source, const std::string& path,
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
     return encode_volume(
-        input, description, path, output.overwrite, options, run.thread_count(),
+        input, source, path, output.overwrite, options, run.thread_count(),
         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 
@@ -138,12 +142,13 @@ void add_grid_options(CLI::App& command, EncodeCommand& c) {
 Action add_encode_command(CLI::App& app) {
   auto state = std::make_shared<EncodeCommand>();
   CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
-  command->add_option("INPUT", state->input, "NRRD file, headerless file, or - for the standard input")
+  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for the standard input")
       ->required();
   add_output_options(*command, state->output);
   add_bounds(*command, state->options);
   add_grid_options(*command, *state);
   add_raw_options(*command, state->raw);
+  add_vdb_grid_option(*command, state->vdb_grid);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_removal_options(*command, state->remove);
