@@ -8,9 +8,12 @@
 
 namespace tagrid {
 
-/// Checksum of the concatenation of `parts`. `bound_to` makes equal bytes in another place differ.
-std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts,
-                          std::uint64_t bound_to = 0);
+/// Checksum of the concatenation of `parts`.
+std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts);
+
+/// The checksum that follows a block in a .tag file: of the block's own (which is known without what precedes
+/// it, so that blocks can be made anywhere and in any order) and of the checksum before it in the file.
+std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before);
 
 /// Whether a checksum that a file has is the one that it should have. With TAGRID_NO_CHECKSUMS always: for
 /// fuzzing, which could not guess one. Only test programs are compiled so; see tests/CMakeLists.txt.

@@ -140,7 +140,7 @@ void OutputFile::write(std::span<const std::byte> bytes) {
 }
 
 void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
-  assert(!temporary_.empty());
+  assert(can_seek());
   while (!bytes.empty()) {
     const ssize_t count = pwrite(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30),
                                  static_cast<off_t>(position));

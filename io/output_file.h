@@ -29,8 +29,10 @@ class OutputFile {
   /// Writes all of `bytes` at the end.
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
-  /// Overwrites bytes that were written before, or leaves a gap. REQUIRES: a regular file.
+  /// Overwrites bytes that were written before, or leaves a gap. REQUIRES: can_seek().
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
+  /// Whether it is a regular file, and not yet published.
+  bool can_seek() const { return !temporary_.empty(); }
   /// Bytes written at the end so far.
   std::uint64_t position() const { return position_; }
   /// For messages: the path, or "standard output".

@@ -52,11 +52,10 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   frame.put(static_cast<std::uint32_t>(length));
   frame.put(static_cast<std::uint64_t>(brick.id));
   frame.put(static_cast<std::uint32_t>(brick.activity.size()));
-  const std::uint64_t checksum =
-      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}, last_checksum_);
-  last_checksum_ = checksum;
+  last_checksum_ = chained_checksum(
+      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}), last_checksum_);
   FieldWriter tail;
-  tail.put(checksum);
+  tail.put(last_checksum_);
   out_.write(frame.bytes());
   out_.write(bytes_of(brick.activity));
   out_.write(bytes_of(brick.values));
@@ -74,7 +73,7 @@ void TagWriter::finish() {
   section.put(static_cast<std::uint64_t>(fields.size()));
   section.put(static_cast<std::uint64_t>(packed.size()));
   section.put_bytes(packed);
-  section.put(checksum_of({section.bytes()}, last_checksum_));
+  section.put(chained_checksum(checksum_of({section.bytes()}), last_checksum_));
   section.put(start);
   section.put(header_checksum_);
   section.put_bytes(std::as_bytes(std::span(end_magic)));
@@ -134,7 +133,8 @@ void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, co
 // this file.
 bool TagReader::read_brick(BrickBytes& brick) {
   const std::int64_t count = parameters().bricks().count();
-  if (next_brick_ == 0) read_frame(ahead_);
+  if (starting_) read_frame(ahead_);
+  starting_ = false;
   if (ahead_.id < 0) return false;
   brick = std::move(ahead_);
   ahead_ = {};
@@ -158,7 +158,7 @@ void TagReader::read_frame(BrickBytes& brick) {
   const auto id = reader.get<std::uint64_t>();
   const auto activity_size = reader.get<std::uint32_t>();
   const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
-  if (!checksums_agree(checksum, checksum_of({length_bytes, body}, last_checksum_)))
+  if (!checksums_agree(checksum, chained_checksum(checksum_of({length_bytes, body}), last_checksum_)))
     fail("the checksum does not fit: the brick is damaged, or it or the one before is of another file");
   if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
   const auto activity = reader.get_bytes(activity_size);
@@ -169,7 +169,6 @@ void TagReader::read_frame(BrickBytes& brick) {
     to.assign(first, first + from.size());
   };
   last_checksum_ = checksum;
-  sizes_.emplace_back(static_cast<std::uint32_t>(activity.size()), static_cast<std::uint32_t>(values.size()));
   brick.id = next_brick_++;
   copy(activity, brick.activity);
   copy(values, brick.values);
@@ -192,7 +191,7 @@ void TagReader::read_index_section() {
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");
   if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
-                       checksum_of({head, packed}, last_checksum_)))
+                       chained_checksum(checksum_of({head, packed}), last_checksum_)))
     fail("the checksum does not fit: the index is damaged, or the last brick is of another file");
   if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
       !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum_) ||
@@ -205,12 +204,27 @@ void TagReader::read_index_section() {
       !status.ok())
     fail(status.what());
   next_brick_ = parameters().bricks().count();
-  constexpr std::uint64_t frame_size = 4 + 8 + 4 + 8;
-  std::uint64_t bricks_size = count * frame_size;
+  std::uint64_t bricks_size = count * smallest_brick;
   for (const IndexEntry& brick : index_.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
   if (header_size_ + bricks_size != start) fail("the sizes of the bricks do not sum to the file's");
   file_size_ = start + head.size() + packed_size + tail.size();
+}
+
+// The frame before it ends with its checksum, which is the seed of the next one's; so does the header.
+void TagReader::seek_brick(std::int64_t brick) {
+  assert(can_seek() && index_.bricks.size() == static_cast<std::uint64_t>(parameters().bricks().count()));
+  std::uint64_t start = header_size_;
+  for (std::int64_t i = 0; i < brick; ++i) {
+    const IndexEntry& entry = index_.bricks[static_cast<std::size_t>(i)];
+    start += smallest_brick + entry.activity_bytes + entry.value_bytes;
+  }
+  std::array<std::byte, 8> before;
+  next_brick_ = brick;
+  bytes_.seek(start - before.size());
+  read_exactly(before.data(), before.size(), "a brick");
+  last_checksum_ = load_little_endian<std::uint64_t>(before.data());
+  starting_ = true;
 }
 
 void TagReader::read_index() {

@@ -64,6 +64,10 @@ class TagReader {
   /// brick, or index and footer, which nothing may follow. Returns false after the last one.
   bool read_brick(BrickBytes& brick);
 
+  /// Makes `brick` the next one that is read. REQUIRES: read_index(), can_seek().
+  void seek_brick(std::int64_t brick);
+  bool can_seek() const { return bytes_.size().has_value(); }
+
   /// Gets index() without reading the bricks where the file can seek; else by reading them all.
   void read_index();
   /// REQUIRES: read_brick() gave the last brick, or read_index() was called.
@@ -81,10 +85,10 @@ class TagReader {
   FileBytes bytes_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
-  std::int64_t next_brick_ = 0;
+  std::int64_t next_brick_ = 0;      ///< whose frame is read next
+  bool starting_ = true;             ///< nothing is in ahead_ yet
   std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes_;  ///< of activity and values, as read
   std::vector<std::byte> body_;
   TagIndex index_;
   std::uint64_t file_size_ = 0;

@@ -203,21 +203,42 @@ std::size_t VolumeReader::read_decoded(std::byte* out, std::size_t size) {
   return gzip_ ? gzip_->read(out, size) : file_->read(out, size);
 }
 
+// The next `count` samples; `position` is the first one's in the volume.
+void VolumeReader::read_samples(std::byte* out, std::uint64_t position, std::uint64_t count) {
+  const std::size_t size = static_cast<std::size_t>(count) * size_of(info_.type);
+  const std::size_t present = read_decoded(out, size);
+  if (present != size)
+    throw BrokenInput(fmt::format("{}: {}, but it ends after {}", file_->name(), samples_expected(),
+                                  position * size_of(info_.type) + present));
+  if (big_endian_ != (std::endian::native == std::endian::big))
+    swap_bytes_of_samples(out, size / size_of(info_.type), size_of(info_.type));
+}
+
 void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
   assert(count >= 0 && next_slice_ + count <= info_.dims.z);
   if (vdb_) {
     for (; count > 0; --count, ++next_slice_, out += slice_bytes()) vdb_->read_slice(next_slice_, out);
     return;
   }
-  const std::uint64_t before = static_cast<std::uint64_t>(next_slice_) * slice_bytes();
-  const std::size_t size = static_cast<std::size_t>(count) * slice_bytes();
-  const std::size_t present = read_decoded(out, size);
-  if (present != size)
-    throw BrokenInput(
-        fmt::format("{}: {}, but it ends after {}", file_->name(), samples_expected(), before + present));
-  if (big_endian_ != (std::endian::native == std::endian::big))
-    swap_bytes_of_samples(out, size / size_of(info_.type), size_of(info_.type));
+  read_samples(out, static_cast<std::uint64_t>(next_slice_ * slice_samples()),
+               static_cast<std::uint64_t>(count * slice_samples()));
   next_slice_ += count;
+}
+
+void VolumeReader::read_rows(std::byte* out, const Box& rows) {
+  const Box volume = Box::of_size(info_.dims);
+  assert(volume.contains(rows) && rows.size().x == info_.dims.x && rows.size().z == 1);
+  const std::int64_t z = rows.low.z;
+  const std::int64_t first = volume.offset(rows.low);
+  if (random_access()) {
+    const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size_of(info_.type);
+    if (file_->position() != place) file_->seek(place);
+  } else {
+    assert(z == next_slice_ && rows.count() == slice_samples());
+    if (vdb_) return read_slices(out, 1);
+  }
+  read_samples(out, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(rows.count()));
+  next_slice_ = z + 1;
 }
 
 void VolumeReader::finish() {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "grid/box.h"
 #include "io/file_bytes.h"
 #include "io/gzip_bytes.h"
 #include "io/vdb_reader.h"
@@ -28,11 +29,16 @@ class VolumeReader {
   /// Reads the next `count` whole slices to `out`: samples of info().type in the machine's byte order, x
   /// fastest. REQUIRES: the volume has as many left.
   void read_slices(std::byte* out, std::int64_t count);
+  /// Reads `rows`, whole rows of one slice, which becomes the one after the next: any of a file with
+  /// random_access(), else the next slice, whole. REQUIRES: as said.
+  void read_rows(std::byte* out, const Box& rows);
   /// To be called after the last slice: throws BrokenInput if anything follows it.
   void finish();
 
   /// Whether slices can be read again: a file, not a pipe.
   bool seekable() const { return vdb_ || file_->size().has_value(); }
+  /// Whether any rows can be read as fast as the next ones.
+  bool random_access() const { return seekable() && !gzip_ && !vdb_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
   /// dims.z.
   void seek_slice(std::int64_t z);
@@ -66,6 +72,7 @@ class VolumeReader {
   void check_size() const;
   std::string samples_expected() const;
   std::uint64_t slice_bytes() const;
+  void read_samples(std::byte* out, std::uint64_t position, std::uint64_t count);
   std::size_t read_decoded(std::byte* out, std::size_t size);
 
   VolumeInfo info_;

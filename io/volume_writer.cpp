@@ -55,6 +55,7 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
     writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
     if (format == VolumeFormat::vdb) writer.vdb_ = std::make_unique<VdbWriter>(path, info, vdb);
+    writer.start_ = writer.samples_->position();
     return writer;
   }
   if (path == "-") throw UsageError("a detached header (nhdr) needs a file name; choose nrrd or raw");
@@ -69,6 +70,10 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
 }
 
 void VolumeWriter::write_slices(std::span<const std::byte> samples) {
+  write_samples(static_cast<std::int64_t>((samples_->position() - start_) / size_of(info_.type)), samples);
+}
+
+void VolumeWriter::write_samples(std::int64_t first, std::span<const std::byte> samples) {
   assert(samples.size() <= bytes_left_ && samples.size() % size_of(info_.type) == 0);
   bytes_left_ -= samples.size();
   if (vdb_) {
@@ -76,13 +81,17 @@ void VolumeWriter::write_slices(std::span<const std::byte> samples) {
     if (bytes_left_ == 0) vdb_->finish(*samples_);
     return;
   }
-  if constexpr (std::endian::native == std::endian::little) {
-    samples_->write(samples);
-  } else {
-    std::vector<std::byte> swapped(samples.begin(), samples.end());
+  std::vector<std::byte> swapped;
+  if constexpr (std::endian::native != std::endian::little) {
+    swapped.assign(samples.begin(), samples.end());
     swap_bytes_of_samples(swapped.data(), swapped.size() / size_of(info_.type), size_of(info_.type));
-    samples_->write(swapped);
+    samples = swapped;
   }
+  const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size_of(info_.type);
+  if (place == samples_->position())
+    samples_->write(samples);
+  else
+    samples_->write_at(place, samples);
 }
 
 std::optional<VdbSummary> VolumeWriter::vdb() const {
@@ -90,7 +99,9 @@ std::optional<VdbSummary> VolumeWriter::vdb() const {
 }
 
 std::uint64_t VolumeWriter::bytes_written() const {
-  return samples_->position() + (header_ ? header_->position() : 0);
+  if (vdb_) return samples_->position();
+  return start_ + sample_bytes(info_.dims, info_.type).value() - bytes_left_ +
+         (header_ ? header_->position() : 0);
 }
 
 void VolumeWriter::publish() {

@@ -25,8 +25,8 @@ enum class VolumeFormat {
 /// others.
 VolumeFormat format_from_name(const std::string& path);
 
-/// A volume that is written slice by slice, in z order, little endian, and appears when it is complete. An
-/// OpenVDB file is written with the last slice.
+/// A volume that is written in raster order, or in a file in any order, little endian, and appears when it is
+/// complete. An OpenVDB file is written with the last sample.
 class VolumeWriter {
  public:
   const VolumeInfo& info() const { return info_; }
@@ -34,6 +34,11 @@ class VolumeWriter {
   /// Writes the next samples: of info().type in the machine's byte order, x fastest, in pieces of any whole
   /// number of samples.
   void write_slices(std::span<const std::byte> samples);
+  /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or can_seek();
+  /// none is written twice.
+  void write_samples(std::int64_t first, std::span<const std::byte> samples);
+  /// Whether samples can be written in any order: to a file, not to a pipe, nor as a grid of OpenVDB.
+  bool can_seek() const { return !vdb_ && samples_->can_seek(); }
   /// Makes the files durable and gives them their names: all or none. Without keep() they lose them again.
   /// See OutputFile. REQUIRES: all samples were written.
   void publish();
@@ -57,6 +62,7 @@ class VolumeWriter {
   VolumeInfo info_;
   std::unique_ptr<OutputFile> samples_;
   std::unique_ptr<OutputFile> header_;  ///< A detached one only.
+  std::uint64_t start_ = 0;             ///< where the samples begin in their file
   std::unique_ptr<VdbWriter> vdb_;
   std::uint64_t bytes_left_ = 0;
 };

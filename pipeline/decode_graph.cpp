@@ -49,42 +49,47 @@ Brick decode_one(const CodingParameters& parameters, const BrickBytes& brick, co
   return decoded;
 }
 
-void build_and_run(const CodingParameters& parameters, int threads, const DecodeStreams& streams) {
-  const std::int64_t layer_bricks = parameters.bricks().layer_count();
+void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                   const DecodeStreams& streams) {
   const bool keep = static_cast<bool>(streams.inspect_brick);
-  DecodedLayer layer(parameters);
+  const std::int64_t first_brick = rows.first_brick(parameters.bricks());
+  std::int64_t bricks_left = rows.count(parameters.bricks());
+  DecodedRows gathered(parameters, rows, budget.rows);
 
   using Write = flow::multifunction_node<Brick, std::tuple<int>>;
 
   flow::graph graph;
   flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
     auto bytes = std::make_shared<BrickBytes>();
-    if (!streams.read_brick(*bytes)) control.stop();
+    if (bricks_left == 0 || !streams.read_brick(*bytes))
+      control.stop();
+    else
+      --bricks_left;
     return bytes;
   });
-  flow::limiter_node<CodedBrick, int> budget(graph, static_cast<std::size_t>(2 * layer_bricks));
+  flow::limiter_node<CodedBrick, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
   flow::function_node<CodedBrick, Brick> decode(
-      graph, static_cast<std::size_t>(threads), [&](const CodedBrick& brick) {
+      graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
         Brick decoded = decode_one(parameters, *brick, streams.name, keep);
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
       });
   flow::sequencer_node<Brick> in_order(
-      graph, [](const Brick& brick) { return static_cast<std::size_t>(brick->id); });
+      graph, [&](const Brick& brick) { return static_cast<std::size_t>(brick->id - first_brick); });
   Write write(graph, flow::serial, [&](const Brick& brick, Write::output_ports_type& out) {
     if (keep) streams.inspect_brick(*brick);
-    layer.add(std::move(brick->samples));
-    if (!layer.complete()) return;
-    streams.write_layer(layer);
-    layer.begin_next();
-    std::get<0>(out).try_put(static_cast<int>(layer_bricks));
+    gathered.add(std::move(brick->samples));
+    std::get<0>(out).try_put(1);
+    if (!gathered.complete()) return;
+    streams.write_rows(gathered);
+    gathered.begin_next();
   });
 
-  flow::make_edge(read, budget);
-  flow::make_edge(budget, decode);
+  flow::make_edge(read, bricks);
+  flow::make_edge(bricks, decode);
   flow::make_edge(decode, in_order);
   flow::make_edge(in_order, write);
-  flow::make_edge(flow::output_port<0>(write), budget.decrementer());
+  flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
 
   read.activate();
   graph.wait_for_all();
@@ -92,11 +97,16 @@ void build_and_run(const CodingParameters& parameters, int threads, const Decode
 
 }  // namespace
 
-void run_decode_graph(const CodingParameters& parameters, int threads, const DecodeStreams& streams) {
+DecodeBudget DecodeBudget::generous(const CodingParameters& parameters, int threads) {
+  return {threads, 16 * std::int64_t{threads}, parameters.bricks().bricks(1)};
+}
+
+void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                      const DecodeStreams& streams) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          static_cast<std::size_t>(threads));
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] { build_and_run(parameters, threads, streams); });
+                                          static_cast<std::size_t>(budget.threads));
+  oneapi::tbb::task_arena arena(budget.threads);
+  arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
 }
 
 }  // namespace tagrid

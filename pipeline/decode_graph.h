@@ -10,7 +10,8 @@
 #include "grid/coding_parameters.h"
 #include "grid/lattice_bits.h"
 #include "io/tag_file.h"
-#include "pipeline/decoded_layer.h"
+#include "pipeline/brick_rows.h"
+#include "pipeline/decoded_rows.h"
 
 namespace tagrid {
 
@@ -27,18 +28,30 @@ struct DecodeStreams {
   std::string name;
   /// Reads the next brick, or returns false after the last one; never called at the same time.
   std::function<bool(BrickBytes&)> read_brick;
-  /// Takes one layer of bricks after the other, from z = 0; never called at the same time. Every brick of the
-  /// layer has been decoded without an error before.
-  std::function<void(const DecodedLayer& layer)> write_layer;
-  /// Takes every brick, in the order of their numbers, before write_layer takes its layer. May be empty.
+  /// Takes some rows of bricks after the other, in the order of their numbers; never called at the same time.
+  /// Every brick of them has been decoded without an error before.
+  std::function<void(const DecodedRows& rows)> write_rows;
+  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. May be empty.
   std::function<void(const DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Runs the whole decoding on `threads` threads. At most two layers of bricks are in memory, and
-/// no more than the bricks that were read so far. Throws
-/// BrokenInput where a brick does not decode.
-void run_decode_graph(const CodingParameters& parameters, int threads, const DecodeStreams& streams);
+/// How much may be in memory at once.
+struct DecodeBudget {
+  int threads = 1;
+  /// Bricks between the reader and the rows that they are gathered to.
+  std::int64_t bricks_in_flight = 1;
+  /// Rows of bricks that are gathered and then written; all of a layer make whole slices.
+  std::int64_t rows = 1;
+
+  /// Threads never wait for the writer; whole layers.
+  static DecodeBudget generous(const CodingParameters& parameters, int threads);
+};
+
+/// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
+/// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
+void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                      const DecodeStreams& streams);
 
 }  // namespace tagrid

@@ -109,30 +109,32 @@ class Stages {
   const EncodeSchedule& schedule_;
 };
 
-void build_and_run(const CodingParameters& parameters, int threads, const EncodeStreams& streams) {
-  EncodeSchedule schedule(parameters, mark_halo(parameters));
+void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
+                   const EncodeStreams& streams) {
+  EncodeSchedule schedule(parameters, rows, mark_halo(parameters));
   const Stages stages(parameters, schedule);
-  const auto workers = static_cast<std::size_t>(threads);
-  const std::int64_t layer_bricks = parameters.bricks().layer_count(),
-                     layer_slices = schedule.slices_in_layer();
-  // The layer that is encoded, and as many slices as the next one adds: reading goes on meanwhile.
-  const std::int64_t slices_in_flight = schedule.slices_needed() + layer_slices;
-  std::int64_t slices_read = 0;
+  const auto workers = static_cast<std::size_t>(budget.threads);
+  const std::int64_t first_brick = rows.first_brick(parameters.bricks()),
+                     layer_bricks = rows.layer_count(parameters.bricks());
+  Box next_rows = schedule.samples();
+  next_rows.high.z = next_rows.low.z;
 
   using Arrival = std::variant<SliceSamples, MarkedTile>;
   using Schedule = flow::multifunction_node<Arrival, std::tuple<MarkJob, BrickJob>>;
-  using Write = flow::multifunction_node<EncodedBrick, std::tuple<int>>;
+  using Write = flow::multifunction_node<EncodedBrick, std::tuple<int, int>>;
 
   flow::graph graph;
   flow::input_node<Arrival> read(graph, [&](oneapi::tbb::flow_control& control) -> Arrival {
-    if (slices_read == parameters.dims.z) {
+    if (next_rows.low.z > schedule.samples().high.z) {
       control.stop();
       return {};
     }
-    ++slices_read;
-    return streams.read_slice();
+    SliceSamples slice = streams.read_slice(next_rows);
+    ++next_rows.low.z, ++next_rows.high.z;
+    return slice;
   });
-  flow::limiter_node<Arrival, int> budget(graph, static_cast<std::size_t>(slices_in_flight));
+  flow::limiter_node<Arrival, int> slices(
+      graph, static_cast<std::size_t>(schedule.slices_needed() + budget.slices_ahead));
   Schedule plan(graph, flow::serial, [&](const Arrival& arrival, Schedule::output_ports_type& out) {
     if (const auto* slice = std::get_if<SliceSamples>(&arrival))
       for (MarkJob& job : schedule.add_slice(*slice)) std::get<0>(out).try_put(std::move(job));
@@ -142,6 +144,8 @@ void build_and_run(const CodingParameters& parameters, int threads, const Encode
   });
   flow::function_node<MarkJob, Arrival> curvature(
       graph, workers, [&](const MarkJob& job) -> Arrival { return stages.mark(job); });
+  flow::queue_node<BrickJob> ready(graph);
+  flow::limiter_node<BrickJob, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
   flow::function_node<BrickJob, SubdividedBrick> subdivide_node(
       graph, workers, [&](const BrickJob& job) { return stages.subdivide_brick(job); });
   flow::function_node<SubdividedBrick, EncodedBrick> encode(graph, workers,
@@ -152,21 +156,28 @@ void build_and_run(const CodingParameters& parameters, int threads, const Encode
                                                               return encoded;
                                                             });
   flow::sequencer_node<EncodedBrick> in_order(
-      graph, [](const EncodedBrick& brick) { return static_cast<std::size_t>(brick.id); });
+      graph, [&](const EncodedBrick& brick) { return static_cast<std::size_t>(brick.id - first_brick); });
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
     streams.write_brick(brick.id, std::move(*brick.code));
-    if ((brick.id + 1) % layer_bricks == 0) std::get<0>(out).try_put(static_cast<int>(layer_slices));
+    std::get<0>(out).try_put(1);
+    const std::int64_t done = brick.id - first_brick + 1;
+    if (done % layer_bricks == 0)
+      std::get<1>(out).try_put(
+          static_cast<int>(schedule.slices_released_by(rows.z_low + done / layer_bricks - 1)));
   });
 
-  flow::make_edge(read, budget);
-  flow::make_edge(budget, plan);
+  flow::make_edge(read, slices);
+  flow::make_edge(slices, plan);
   flow::make_edge(flow::output_port<0>(plan), curvature);
   flow::make_edge(curvature, plan);
-  flow::make_edge(flow::output_port<1>(plan), subdivide_node);
+  flow::make_edge(flow::output_port<1>(plan), ready);
+  flow::make_edge(ready, bricks);
+  flow::make_edge(bricks, subdivide_node);
   flow::make_edge(subdivide_node, encode);
   flow::make_edge(encode, in_order);
   flow::make_edge(in_order, write);
-  flow::make_edge(flow::output_port<0>(write), budget.decrementer());
+  flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
+  flow::make_edge(flow::output_port<1>(write), slices.decrementer());
 
   read.activate();
   graph.wait_for_all();
@@ -174,11 +185,17 @@ void build_and_run(const CodingParameters& parameters, int threads, const Encode
 
 }  // namespace
 
-void run_encode_graph(const CodingParameters& parameters, int threads, const EncodeStreams& streams) {
+EncodeBudget EncodeBudget::generous(const CodingParameters& parameters, int threads) {
+  // As many slices as the next layer adds: reading goes on while a layer is encoded.
+  return {threads, std::int64_t{parameters.brick_edge} * parameters.cube_size, 16 * std::int64_t{threads}};
+}
+
+void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
+                      const EncodeStreams& streams) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          static_cast<std::size_t>(threads));
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] { build_and_run(parameters, threads, streams); });
+                                          static_cast<std::size_t>(budget.threads));
+  oneapi::tbb::task_arena arena(budget.threads);
+  arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
 }
 
 }  // namespace tagrid

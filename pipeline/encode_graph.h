@@ -5,14 +5,15 @@
 #include <functional>
 
 #include "grid/coding_parameters.h"
+#include "pipeline/brick_rows.h"
 #include "pipeline/slices.h"
 #include "stages/brick_codec.h"
 
 namespace tagrid {
 
 struct EncodeStreams {
-  /// Reads the next slice; called dims.z times, never at the same time.
-  std::function<SliceSamples()> read_slice;
+  /// Reads samples: whole rows of one slice, of one z after the other; never called at the same time.
+  std::function<SliceSamples(const Box& rows)> read_slice;
   /// Takes the bricks in the order of their numbers, never two at the same time.
   std::function<void(std::int64_t brick, BrickCode code)> write_brick;
   /// Told by a worker that it has encoded a brick, before that is put in order; called at the same time by
@@ -20,9 +21,21 @@ struct EncodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Runs the whole encoding on `threads` threads and returns when the last brick was written. What is in
-/// flight is bounded: see EncodeSchedule::slices_needed(). The bricks do not depend on the number of threads.
-/// An exception in a stream ends the run and is thrown on.
-void run_encode_graph(const CodingParameters& parameters, int threads, const EncodeStreams& streams);
+/// How much may be in memory at once.
+struct EncodeBudget {
+  int threads = 1;
+  /// Slices that are read ahead of those that a layer of bricks needs.
+  std::int64_t slices_ahead = 0;
+  /// Bricks between their subdivision and the writer.
+  std::int64_t bricks_in_flight = 1;
+
+  /// Threads never wait for the reader, or for one another.
+  static EncodeBudget generous(const CodingParameters& parameters, int threads);
+};
+
+/// Encodes the bricks of `rows` and returns when the last one was written. The bricks do not depend on the
+/// budget. An exception in a stream ends the run and is thrown on.
+void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
+                      const EncodeStreams& streams);
 
 }  // namespace tagrid

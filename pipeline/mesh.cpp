@@ -29,22 +29,22 @@ class LayerSamples {
   explicit LayerSamples(const CodingParameters& parameters)
       : volume_(parameters.domain().volume()), size_(size_of(parameters.type)) {}
 
-  void begin_layer(const DecodedLayer& layer) { layer_ = &layer; }
+  void begin_layer(const DecodedRows& layer) { layer_ = &layer; }
   // The sample nearest to a point of the layer.
   const std::byte* at(Index3 p) const {
     const Index3 q = volume_.nearest(p);
-    if (q.z >= layer_->first_slice()) return layer_->at(q);
+    if (q.z >= layer_->box().low.z) return layer_->at(q);
     return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
   }
   void end_layer() {
     below_.resize(layer_->slice_bytes());
-    layer_->copy_slice(layer_->first_slice() + layer_->slices() - 1, below_);
+    layer_->copy_slice(layer_->box().high.z, below_);
   }
 
  private:
   Box volume_;
   std::size_t size_;
-  const DecodedLayer* layer_ = nullptr;
+  const DecodedRows* layer_ = nullptr;
   std::vector<std::byte> below_;
 };
 
@@ -157,7 +157,7 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
   };
-  streams.write_layer = [&](const DecodedLayer& decoded) {
+  streams.write_rows = [&](const DecodedRows& decoded) {
     samples.begin_layer(decoded);
     for (BrickPoints& brick : layer) {
       add_brick(brick);
@@ -165,10 +165,11 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
     }
     layer.clear();
     samples.end_layer();
-    done += static_cast<std::uint64_t>(decoded.slices()) * decoded.slice_bytes();
+    done += decoded.bytes();
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, threads, streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
+                   DecodeBudget::generous(parameters, threads), streams);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/until_it_fails.h"
 #include "pipeline/verify.h"
 
@@ -35,18 +36,18 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   TagWriter writer(file, result.header);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  const std::size_t slice_bytes = static_cast<std::size_t>(reader.slice_samples()) * size_of(parameters.type);
-  std::int64_t slices = 0;
   std::uint64_t done = 0;
   UntilItFails output_works;
   reader.stop_when(output_works.failed());
+  const EncodePlan plan = plan_encoding(parameters, threads);
   EncodeStreams streams;
-  streams.read_slice = [&] {
-    auto slice = std::make_shared<std::vector<std::byte>>(slice_bytes);
-    reader.read_slices(slice->data(), 1);
-    // What follows the last slice makes the whole input wrong, so it is looked at before anything is
+  streams.read_slice = [&](const Box& rows) {
+    auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(rows.count()) *
+                                                          size_of(parameters.type));
+    reader.read_rows(slice->data(), rows);
+    // What follows the last sample makes the whole input wrong, so it is looked at before anything is
     // finished.
-    if (++slices == parameters.dims.z) reader.finish();
+    if (rows.high.y == parameters.dims.y - 1 && rows.high.z == parameters.dims.z - 1) reader.finish();
     return SliceSamples(std::move(slice));
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
@@ -56,7 +57,10 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
     });
     if (progress) progress(done, total);
   };
-  output_works.rethrow_after([&] { run_encode_graph(parameters, threads, streams); });
+  output_works.rethrow_after([&] {
+    for (const BrickRows& strip : plan.strips(parameters.bricks(), BrickRows::all(parameters.bricks())))
+      run_encode_graph(parameters, strip, plan.budget, streams);
+  });
   writer.finish();
   result.index = writer.index();
   result.bytes_in = reader.bytes_read();
@@ -90,14 +94,17 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  streams.write_layer = [&](const DecodedLayer& layer) {
-    layer.for_each_part([&](std::span<const std::byte> samples) {
-      output_works.run([&] { writer.write_slices(samples); });
+  streams.write_rows = [&](const DecodedRows& rows) {
+    rows.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
+      output_works.run([&] { writer.write_samples(first, samples); });
       done += samples.size();
     });
     if (progress) progress(done, total);
   };
-  output_works.rethrow_after([&] { run_decode_graph(parameters, threads, streams); });
+  DecodePlan plan = plan_decoding(parameters, threads);
+  if (!writer.can_seek()) plan.budget.rows = parameters.bricks().bricks(1);
+  output_works.rethrow_after(
+      [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
   const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
                                writer.vdb()};
   if (before_naming) before_naming(result);

@@ -13,18 +13,19 @@
 
 namespace tagrid {
 
-/// The samples of one z, x fastest. Shared by everything that still reads it; freed with its last reader.
+/// Samples of one z, whole rows, x fastest. Shared by everything that still reads it; freed with its last
+/// reader.
 using SliceSamples = std::shared_ptr<const std::vector<std::byte>>;
 
-/// Slices first, first + 1, ...
+/// Slices first, first + 1, ..., of which each holds the rows from first_row on.
 struct SliceRange {
-  std::int64_t first = 0;
+  std::int64_t first = 0, first_row = 0;
   std::vector<SliceSamples> slices;
 };
 
 /// Copies the samples of `box` to `out`, x fastest. A point outside the volume of `dims` samples takes the
-/// value of the nearest sample. REQUIRES: `range` holds the slices nearest to the box; out has box.count()
-/// places.
+/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box; out has
+/// box.count() places.
 template <class T>
 void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
   const Box volume = Box::of_size(dims);
@@ -38,7 +39,8 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
       assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices.size()));
       const auto* slice =
           reinterpret_cast<const T*>(range.slices[static_cast<std::size_t>(p.z - range.first)]->data());
-      const T* row = slice + p.y * dims.x;
+      assert(p.y >= range.first_row);
+      const T* row = slice + (p.y - range.first_row) * dims.x;
       out = std::fill_n(out, before, row[low]);
       out = std::copy(row + low, row + high + 1, out);
       out = std::fill_n(out, after, row[high]);
@@ -48,20 +50,23 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
 /// The slices that were read and may still be needed.
 class SliceWindow {
  public:
+  /// Begins with slice `first`; all have the rows from `first_row` on.
+  SliceWindow(std::int64_t first, std::int64_t first_row) : first_(first), first_row_(first_row) {}
+
   void add(SliceSamples slice) { slices_.push_back(std::move(slice)); }
   /// One more than the last z that was added.
   std::int64_t end() const { return first_ + static_cast<std::int64_t>(slices_.size()); }
   /// REQUIRES: low .. high are in the window.
   SliceRange range(std::int64_t low, std::int64_t high) const {
     assert(low >= first_ && high < end());
-    return {low, {slices_.begin() + (low - first_), slices_.begin() + (high - first_ + 1)}};
+    return {low, first_row_, {slices_.begin() + (low - first_), slices_.begin() + (high - first_ + 1)}};
   }
   void release_below(std::int64_t z) {
     for (; first_ < z && !slices_.empty(); ++first_) slices_.pop_front();
   }
 
  private:
-  std::int64_t first_ = 0;
+  std::int64_t first_ = 0, first_row_ = 0;
   std::deque<SliceSamples> slices_;
 };
 

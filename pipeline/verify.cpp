@@ -38,10 +38,10 @@ class AgainstOriginal {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
 
-  void compare(const DecodedLayer& layer) {
+  void compare(const DecodedRows& layer) {
     slice_.resize(layer.slice_bytes());
     decoded_.resize(layer.slice_bytes());
-    for (z_ = layer.first_slice(); z_ < layer.first_slice() + layer.slices(); ++z_) {
+    for (z_ = layer.box().low.z; z_ <= layer.box().high.z; ++z_) {
       reader_.read_slices(slice_.data(), 1);
       layer.copy_slice(z_, decoded_);
       with_sample_type(parameters_.type, [&](auto type) {
@@ -182,12 +182,13 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
     statistics.add(brick);
     if (against) against->add_activity(brick.active);
   };
-  streams.write_layer = [&](const DecodedLayer& layer) {
+  streams.write_rows = [&](const DecodedRows& layer) {
     if (against) against->compare(layer);
-    done += static_cast<std::uint64_t>(layer.slices()) * layer.slice_bytes();
+    done += layer.bytes();
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, threads, streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
+                   DecodeBudget::generous(parameters, threads), streams);
   statistics.compare(reader);
 
   VerifyResult result{reader.header(),

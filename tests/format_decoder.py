@@ -25,6 +25,11 @@ def require(condition, what):
         raise Broken(what)
 
 
+def chained(block, before):
+    """The checksum that follows a block, from its bytes and the checksum before it: section 4.1."""
+    return xxh3(struct.pack("<Q", xxh3(block)), before)
+
+
 class SampleType:
     def __init__(self, number):
         require(1 <= number <= 8, "the sample type is not of version 3")
@@ -131,7 +136,7 @@ def check_index(data, at, header, last, sizes):
     end = at + 20 + packed_size
     require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
     checksum, start, header_checksum, magic = struct.unpack_from("<QQQ8s", data, end)
-    require(checksum == xxh3(data[at:end], last), "the index is damaged, or the last brick was exchanged")
+    require(checksum == chained(data[at:end], last), "the index is damaged, or the last brick was exchanged")
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
     fields = unpack(data[at + 20:end], size)
     if fields is not None:
@@ -154,7 +159,7 @@ def decode(data):
         end = at + 4 + length
         require(len(data) >= end + 8, "the file is truncated")
         checksum = struct.unpack_from("<Q", data, end)[0]
-        require(checksum == xxh3(data[at:end], last), f"brick {number} is damaged")
+        require(checksum == chained(data[at:end], last), f"brick {number} is damaged")
         require(stored_number == number and activity_size <= length - 12, f"brick {number} is not in its place")
         middle = at + 16 + activity_size
         volume.update(decode_brick(header, number, data[at + 16:middle], data[middle:end]))

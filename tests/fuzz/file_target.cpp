@@ -31,11 +31,13 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
     std::vector<std::byte> samples;
     DecodeStreams streams;
     streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-    streams.write_layer = [&](const DecodedLayer& layer) {
-      layer.for_each_part(
-          [&](std::span<const std::byte> part) { samples.insert(samples.end(), part.begin(), part.end()); });
+    streams.write_rows = [&](const DecodedRows& rows) {
+      rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
+        samples.insert(samples.end(), part.begin(), part.end());
+      });
     };
-    run_decode_graph(reader.parameters(), 1, streams);
+    run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
+                     DecodeBudget::generous(reader.parameters(), 1), streams);
     claim(samples.size() == *sample_bytes(reader.parameters().dims, reader.parameters().type),
           "a file that decodes has all its samples");
     return samples;

@@ -28,14 +28,31 @@ CodingParameters parameters_of(const Case& c) {
   return p;
 }
 
+/// All rows; each single one; each two of a layer; each two layers.
+std::vector<BrickRows> stretches(const BrickGrid& bricks) {
+  const std::int64_t ny = bricks.bricks(1), nz = bricks.bricks(2);
+  std::vector<BrickRows> result = {BrickRows::all(bricks)};
+  for (std::int64_t z = 0; z < nz; ++z) {
+    if (z + 2 <= nz) result.push_back({0, ny, z, z + 2});
+    for (std::int64_t y = 0; y < ny; ++y)
+      for (std::int64_t rows = 1; rows <= 2 && y + rows <= ny; ++rows)
+        result.push_back({y, y + rows, z, z + 1});
+  }
+  return result;
+}
+
 class Playthrough {
  public:
-  Playthrough(const Case& c, unsigned seed)
-      : parameters_(parameters_of(c)), schedule_(parameters_, c.halo), random_(seed) {}
+  Playthrough(const Case& c, const BrickRows& rows, unsigned seed)
+      : parameters_(parameters_of(c)),
+        rows_(rows),
+        schedule_(parameters_, rows, c.halo),
+        random_(seed),
+        next_brick_(rows.first_brick(parameters_.bricks())) {}
 
   // Feeds the schedule as the graph does, finished tiles in random order, until nothing is left to do.
   void play() {
-    for (std::int64_t z = 0; z < parameters_.dims.z; ++z) {
+    for (std::int64_t z = schedule_.samples().low.z; z <= schedule_.samples().high.z; ++z) {
       auto slice = std::make_shared<std::vector<std::byte>>(1);
       alive_.emplace_back(slice);
       for (MarkJob& job : schedule_.add_slice(slice)) {
@@ -75,6 +92,8 @@ class Playthrough {
       for (std::int64_t y = needed.low.y; y <= needed.high.y; ++y)
         for (std::int64_t x = needed.low.x; x <= needed.high.x; ++x) ASSERT_TRUE(covered.test({x, y, z}));
     const Box samples = intersection(bricks.closed_box(job.brick), parameters_.domain().volume());
+    EXPECT_TRUE(schedule_.samples().contains(samples));
+    EXPECT_EQ(job.slices.first_row, schedule_.samples().low.y);
     EXPECT_EQ(job.slices.first, samples.low.z);
     EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices.size()), samples.size().z);
   }
@@ -84,29 +103,35 @@ class Playthrough {
   }
 
   CodingParameters parameters_;
+  BrickRows rows_;
   EncodeSchedule schedule_;
   std::mt19937 random_;
   std::vector<MarkJob> waiting_;
   std::set<std::array<std::int64_t, 3>> tiles_;
   std::vector<std::weak_ptr<std::vector<std::byte>>> alive_;
-  std::int64_t next_brick_ = 0, most_alive_ = 0;
+  std::int64_t next_brick_, most_alive_ = 0;
 };
 
 TEST(EncodeSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
   for (const Case& c : cases)
-    for (unsigned seed = 0; seed < 5; ++seed) {
-      Playthrough run(c, seed);
-      run.play();
-      EXPECT_EQ(run.next_brick_, run.parameters_.bricks().count());
-      EXPECT_EQ(static_cast<std::int64_t>(run.tiles_.size()),
-                run.parameters_.bricks().layer_count() * run.parameters_.domain().cubes(2));
-    }
+    for (const BrickRows& rows : stretches(parameters_of(c).bricks()))
+      for (unsigned seed = 0; seed < 5; ++seed) {
+        const BrickGrid bricks = parameters_of(c).bricks();
+        Playthrough run(c, rows, seed);
+        run.play();
+        EXPECT_EQ(run.next_brick_, rows.first_brick(bricks) + rows.count(bricks));
+        if (rows == BrickRows::all(bricks)) {
+          EXPECT_EQ(static_cast<std::int64_t>(run.tiles_.size()),
+                    bricks.layer_count() * bricks.domain.cubes(2));
+        }
+        EXPECT_LE(run.most_alive_, run.schedule_.samples().size().z);
+      }
 }
 
 TEST(EncodeSchedule, EveryMarkHasOneOwner) {
   for (const Case& c : cases) {
     const CodingParameters p = parameters_of(c);
-    const EncodeSchedule schedule(p, c.halo);
+    const EncodeSchedule schedule(p, BrickRows::all(p.bricks()), c.halo);
     std::int64_t points = 0;
     for (std::int64_t z = 0; z < p.domain().cubes(2); ++z)
       for (std::int64_t y = 0; y < p.bricks().bricks(1); ++y)
@@ -121,27 +146,29 @@ TEST(EncodeSchedule, EveryMarkHasOneOwner) {
 // The law behind the limit on slices in flight: with slices_needed() slices of a layer there is always
 // something to do, and what a finished layer gives back is enough for the next one.
 TEST(EncodeSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
-  for (const Case& c : cases) {
-    const CodingParameters p = parameters_of(c);
-    EncodeSchedule schedule(p, c.halo);
-    std::int64_t budget = schedule.slices_needed(), read = 0, bricks = 0;
-    while (bricks < p.bricks().count()) {
-      ASSERT_TRUE(budget > 0 && read < p.dims.z) << "stuck after " << bricks << " bricks";
-      --budget;
-      ++read;
-      for (const MarkJob& job : schedule.add_slice(std::make_shared<std::vector<std::byte>>(1)))
-        for (const BrickJob& brick :
-             schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})) {
-          (void)brick;
-          if (++bricks % p.bricks().layer_count() == 0) budget += schedule.slices_in_layer();
-        }
+  for (const Case& c : cases)
+    for (const BrickRows& rows : stretches(parameters_of(c).bricks())) {
+      const CodingParameters p = parameters_of(c);
+      EncodeSchedule schedule(p, rows, c.halo);
+      std::int64_t budget = schedule.slices_needed(), read = schedule.samples().low.z, bricks = 0;
+      while (bricks < rows.count(p.bricks())) {
+        ASSERT_TRUE(budget > 0 && read <= schedule.samples().high.z) << "stuck after " << bricks << " bricks";
+        --budget;
+        ++read;
+        for (const MarkJob& job : schedule.add_slice(std::make_shared<std::vector<std::byte>>(1)))
+          for (const BrickJob& brick :
+               schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})) {
+            ++bricks;
+            if (bricks % rows.layer_count(p.bricks()) == 0)
+              budget += schedule.slices_released_by(brick.brick.z);
+          }
+      }
     }
-  }
 }
 
 TEST(EncodeSchedule, SlicesAreFreedAsLayersAreDone) {
   const Case tall{{5, 5, 400}, 8, 2, 4};
-  Playthrough run(tall, 1);
+  Playthrough run(tall, BrickRows::all(parameters_of(tall).bricks()), 1);
   for (std::int64_t z = 0; z < run.parameters_.dims.z; ++z) {
     auto slice = std::make_shared<std::vector<std::byte>>(1);
     run.alive_.emplace_back(slice);

@@ -65,12 +65,13 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
       DecodeStreams streams;
       streams.name = reader.name();
       streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-      streams.write_layer = [&](const DecodedLayer& layer) {
-        layer.for_each_part([&](std::span<const std::byte> part) {
+      streams.write_rows = [&](const DecodedRows& rows) {
+        rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
           out.append(reinterpret_cast<const char*>(part.data()), part.size());
         });
       };
-      run_decode_graph(reader.parameters(), 2, streams);
+      run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
+                       DecodeBudget::generous(reader.parameters(), 2), streams);
     } catch (const BrokenInput& error) {
       failed = true;
       EXPECT_NE(std::string(error.what()).find("b.tag: "), std::string::npos) << error.what();

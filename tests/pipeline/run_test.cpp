@@ -134,12 +134,14 @@ TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
   parameters.field_scale = 1;
   int read = 0;
   EncodeStreams streams;
-  streams.read_slice = [&]() -> SliceSamples {
+  streams.read_slice = [&](const Box&) -> SliceSamples {
     if (++read == 60) throw WorldError("the disk is gone");
     return std::make_shared<std::vector<std::byte>>(400);
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
-  EXPECT_THROW(run_encode_graph(parameters, 2, streams), WorldError);
+  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
+                                EncodeBudget::generous(parameters, 2), streams),
+               WorldError);
 }
 
 TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
@@ -149,11 +151,15 @@ TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
   parameters.max_level = 9;
   parameters.field_scale = 1;
   EncodeStreams streams;
-  streams.read_slice = [&]() -> SliceSamples { return std::make_shared<std::vector<std::byte>>(400); };
+  streams.read_slice = [&](const Box&) -> SliceSamples {
+    return std::make_shared<std::vector<std::byte>>(400);
+  };
   streams.write_brick = [](std::int64_t id, BrickCode) {
     if (id == 3) throw WorldError("the disk is full");
   };
-  EXPECT_THROW(run_encode_graph(parameters, 2, streams), WorldError);
+  EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
+                                EncodeBudget::generous(parameters, 2), streams),
+               WorldError);
 }
 
 TEST_F(Run, MetadataComesBackAsItWentIn) {

@@ -62,7 +62,7 @@ Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* sh
   std::size_t z = 0;
   Bricks bricks;
   EncodeStreams streams;
-  streams.read_slice = [&] {
+  streams.read_slice = [&](const Box&) {
     auto bytes = std::make_shared<std::vector<std::byte>>(slice);
     std::memcpy(bytes->data(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
     return bytes;
@@ -71,7 +71,8 @@ Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* sh
     bricks.push_back({id, std::move(code.activity), std::move(code.values)});
   };
   if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
-  run_encode_graph(parameters, thread_count, streams);
+  run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
+                   EncodeBudget::generous(parameters, thread_count), streams);
   return bricks;
 }
 
@@ -85,13 +86,14 @@ std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks&
     brick = bricks[next++];
     return true;
   };
-  streams.write_layer = [&](const DecodedLayer& layer) {
-    layer.for_each_part([&](std::span<const std::byte> slices) {
+  streams.write_rows = [&](const DecodedRows& rows) {
+    rows.for_each_part([&](std::int64_t, std::span<const std::byte> slices) {
       samples.insert(samples.end(), slices.begin(), slices.end());
     });
   };
   if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
-  run_decode_graph(parameters, thread_count, streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
+                   DecodeBudget::generous(parameters, thread_count), streams);
   return samples;
 }
 

@@ -44,7 +44,8 @@ class ForgedFiles : public CommandLine {
   }
   /// `file`, and a block whose checksum is right for that place.
   static std::string with_block(const std::string& file, const std::string& block) {
-    return file + block + number(checksum_of({std::as_bytes(std::span(block))}, last_number(file)));
+    return file + block +
+           number(chained_checksum(checksum_of({std::as_bytes(std::span(block))}), last_number(file)));
   }
   /// A brick: the grid of its root corners, and one value for all voxels.
   static std::string with_constant_brick(const std::string& file, const CodingParameters& p,

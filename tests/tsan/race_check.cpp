@@ -25,13 +25,14 @@ int main(int argc, char** argv) {
       ++improper;
   };
   EncodeStreams streams;
-  streams.read_slice = [&]() -> SliceSamples {
+  streams.read_slice = [&](const Box&) -> SliceSamples {
     count();
     return std::make_shared<std::vector<std::byte>>(3600);
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
   streams.brick_done = [&](std::int64_t) { count(); };
-  run_encode_graph(parameters, 4, streams);
+  run_encode_graph(parameters, BrickRows::all(parameters.bricks()), EncodeBudget::generous(parameters, 4),
+                   streams);
   std::printf("%ld slices and bricks\n", proper + improper);
   return 0;
 }

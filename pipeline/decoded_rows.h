@@ -1,0 +1,90 @@
+// The decoded samples of some rows of bricks, as the bricks come.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "grid/coding_parameters.h"
+#include "pipeline/brick_rows.h"
+
+namespace tagrid {
+
+/// Samples of a few rows of bricks of one layer, and then of the next few, kept brick by brick: memory grows
+/// with what has been decoded, not with the width that a header claims.
+class DecodedRows {
+ public:
+  /// Goes through `all`, `together` rows at a time, or what is left of a layer.
+  DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together);
+
+  /// Adds the samples that the next brick owns, x fastest.
+  void add(std::vector<std::byte> samples) { samples_.push_back(std::move(samples)); }
+  bool complete() const { return static_cast<std::int64_t>(samples_.size()) == rows_.count(bricks_); }
+  /// Forgets its bricks; the next one is the first of the rows after these.
+  void begin_next();
+
+  /// The samples that the bricks own: whole rows of whole slices.
+  const Box& box() const { return box_; }
+  /// Bytes of the rows of one slice.
+  std::size_t slice_bytes() const;
+  /// Bytes of all.
+  std::size_t bytes() const { return static_cast<std::size_t>(box_.count()) * size_; }
+
+  /// A sample. REQUIRES: complete(), box().contains(p).
+  const std::byte* at(Index3 p) const;
+  /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for at().
+  void copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high, std::span<std::byte> out) const;
+  /// Copies all rows of slice `z`.
+  void copy_slice(std::int64_t z, std::span<std::byte> out) const {
+    copy_rows(z, box_.low.y, box_.high.y, out);
+  }
+  /// Calls use(first, std::span<const std::byte>) for all samples in raster order, a stretch of samples that
+  /// follow one another in the volume at a time: `first` is the number of the first, in raster order.
+  template <class Use>
+  void for_each_part(Use use) const {
+    constexpr std::size_t enough = std::size_t{1} << 20;  // for a write to be worth its call
+    const Box volume = bricks_.domain.volume();
+    const std::size_t row = static_cast<std::size_t>(volume.size().x) * size_;
+    const auto step = static_cast<std::int64_t>(std::max(enough / row, std::size_t{1}));
+    std::vector<std::byte> part;
+    std::int64_t first = 0, next = 0;
+    const auto hand_out = [&] {
+      if (!part.empty()) use(first, std::span<const std::byte>(part));
+      part.clear();
+    };
+    for (std::int64_t z = box_.low.z; z <= box_.high.z; ++z)
+      for (std::int64_t y = box_.low.y; y <= box_.high.y; y += step) {
+        const std::int64_t last = std::min(y + step - 1, box_.high.y), start = volume.offset({0, y, z});
+        const std::size_t size = static_cast<std::size_t>(last - y + 1) * row;
+        if (start != next || part.size() + size > enough) hand_out();
+        if (part.empty()) first = start;
+        next = start + (last - y + 1) * volume.size().x;
+        part.resize(part.size() + size);
+        copy_rows(z, y, last, std::span(part).last(size));
+      }
+    hand_out();
+  }
+
+ private:
+  Box owned(std::int64_t in_rows) const {
+    const std::int64_t nx = bricks_.bricks(0);
+    return bricks_.owned_box({in_rows % nx, rows_.y_low + in_rows / nx, rows_.z_low});
+  }
+  std::int64_t brick_of(std::int64_t coordinate) const {
+    return coordinate == 0 ? 0 : (coordinate - 1) / edge_;
+  }
+  void begin(std::int64_t y, std::int64_t z);
+
+  BrickGrid bricks_;
+  BrickRows all_;
+  std::int64_t together_;
+  std::int64_t edge_;  ///< of a brick, in samples
+  std::size_t size_;   ///< of a sample
+  BrickRows rows_;     ///< these
+  Box box_;
+  std::vector<std::vector<std::byte>> samples_;  ///< by brick, in the order of their numbers
+};
+
+}  // namespace tagrid
