@@ -80,7 +80,7 @@ void VdbVoxels<T>::add_leaf(const Index3& low) {
   const auto is_first = [&](T value) { return bits_of(value) == bits_of(values[0]); };
   if (count == vdb::leaf_values && std::all_of(values, values + count, is_first)) {
     slot.where = bits_of(values[0]);
-    checksum_ = checksum_of({std::as_bytes(std::span(values, 1))}, checksum_);
+    checksum_ = chained_checksum(checksum_of({std::as_bytes(std::span(values, 1))}), checksum_);
   } else {
     const auto mask = active.bytes();
     record_.assign(mask.begin(), mask.end());
@@ -89,7 +89,7 @@ void VdbVoxels<T>::add_leaf(const Index3& low) {
     slot.where = spool_.size();
     slot.size = static_cast<std::uint32_t>(record_.size());
     spool_.write(record_);
-    checksum_ = checksum_of({record_}, checksum_);
+    checksum_ = chained_checksum(checksum_of({record_}), checksum_);
   }
   slots_.push_back(slot);
 }

@@ -181,7 +181,7 @@ struct VdbWriter::GridOf final : Grid {
     out.put(library_major);
     out.put(library_minor);
     out.put(std::uint8_t{1});  // there are positions
-    const std::uint64_t low = checksum_of({head}, voxels->checksum());
+    const std::uint64_t low = chained_checksum(checksum_of({head}), voxels->checksum());
     const std::string uuid = uuid_of(voxels->checksum(), low);
     out.put_bytes(std::as_bytes(std::span(uuid)));
     out.put(std::uint32_t{0});  // metadata of the file

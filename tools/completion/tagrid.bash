@@ -7,11 +7,11 @@ _tagrid_options() {
   case $1 in
     encode)
       echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
-        "--accuracy --cube --max-level --range --field-scale --brick"
+        "--accuracy --cube --max-level --range --field-scale --brick --vdb-grid"
       ;;
-    decode) echo "$run $output $removal --format" ;;
+    decode) echo "$run $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
     info) echo "$run" ;;
-    verify) echo "$run $headerless --against -f --force" ;;
+    verify) echo "$run $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $output --level --padded" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
@@ -29,7 +29,7 @@ _tagrid() {
   [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
-    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw' -- "$current") && return ;;
+    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
     --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;
