@@ -23,6 +23,7 @@ class FieldWriter {
     bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
   }
   std::vector<std::byte>& bytes() { return bytes_; }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
 
  private:
   std::vector<std::byte> bytes_;

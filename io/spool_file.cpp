@@ -114,17 +114,31 @@ void SpoolFile::flush() {
   buffer_.clear();
 }
 
-std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
+void SpoolFile::begin_reading() {
   if (!reading_) flush();
   reading_ = true;
-  buffer_.resize(buffer_size);
-  ssize_t count;
-  do {
-    count = pread(descriptor_, buffer_.data(), std::min<std::uint64_t>(buffer_.size(), size_ - position),
-                  static_cast<off_t>(position));
-  } while (count < 0 && errno == EINTR);
+}
+
+std::size_t SpoolFile::read_some(std::uint64_t position, std::span<std::byte> to) const {
+  const ssize_t count =
+      uninterrupted([&] { return pread(descriptor_, to.data(), to.size(), static_cast<off_t>(position)); });
   if (count <= 0) fail("cannot read", count < 0 ? errno : EIO);
-  return std::span(buffer_).first(static_cast<std::size_t>(count));
+  return static_cast<std::size_t>(count);
+}
+
+void SpoolFile::read_at(std::uint64_t position, std::span<std::byte> to) {
+  begin_reading();
+  while (!to.empty()) {
+    const std::size_t count = read_some(position, to);
+    to = to.subspan(count);
+    position += count;
+  }
+}
+
+std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
+  begin_reading();
+  buffer_.resize(buffer_size);
+  return std::span(buffer_).first(read_some(position, buffer_));
 }
 
 }  // namespace tagrid

@@ -41,12 +41,16 @@ class SpoolFile {
       position += part.size();
     }
   }
+  /// Reads bytes anywhere. REQUIRES: they were written; no write() after the first call.
+  void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:
   [[noreturn]] void fail(const char* what, int error) const;
   void create();
   void write_all(std::uint64_t position, std::span<const std::byte> bytes);
   void flush();
+  void begin_reading();
+  std::size_t read_some(std::uint64_t position, std::span<std::byte> to) const;
   std::span<std::byte> read_part(std::uint64_t position);
 
   std::string name_;  ///< Of whom it is for, for messages.

@@ -64,6 +64,17 @@ struct RawDescription {
   std::uint64_t offset = 0;
 };
 
+/// What has to be said of a volume that does not say it itself.
+struct SourceDescription {
+  SourceDescription() = default;
+  SourceDescription(std::nullopt_t) {}
+  SourceDescription(const RawDescription& description) : raw(description) {}
+  SourceDescription(const std::optional<RawDescription>& description) : raw(description) {}
+
+  std::optional<RawDescription> raw;
+  std::string vdb_grid;  ///< Of an OpenVDB file: the name of the grid; "": it has only one.
+};
+
 /// Bytes of a volume's samples, or nothing where a size is not positive or the product is 2^62 or more.
 std::optional<std::uint64_t> sample_bytes(const Index3& dims, SampleType type);
 

@@ -54,22 +54,39 @@ std::string beside(const std::string& header_path, const std::string& data_file)
 
 }  // namespace
 
-VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw) {
+VolumeReader open_volume(const std::string& path, const SourceDescription& source) {
+  const std::optional<RawDescription>& raw = source.raw;
   VolumeReader reader;
   reader.file_ = std::make_unique<FileBytes>(path);
   reader.files_ = {path};
-  const bool nrrd = !(raw && raw->offset > 0) && begins_nrrd(reader.file_->peek(9));
-  if (nrrd)
+  const bool headerless = raw && raw->offset > 0;
+  if (!headerless && begins_vdb(reader.file_->peek(8))) {
+    reader.open_vdb(source);
+    return reader;
+  }
+  if (!source.vdb_grid.empty())
+    throw UsageError(reader.file_->name() + ": is no OpenVDB file; leave out --vdb-grid");
+  if (!headerless && begins_nrrd(reader.file_->peek(9)))
     reader.open_nrrd(path, raw);
   else if (raw)
     reader.open_raw(*raw);
   else
     throw BrokenInput(
         reader.file_->name() +
-        ": not an NRRD volume; if these are samples without a header, say how they lie, with --dims and "
-        "--type");
+        ": not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
+        "with --dims and --type");
   reader.check_size();
   return reader;
+}
+
+void VolumeReader::open_vdb(const SourceDescription& source) {
+  if (source.raw) throw UsageError(file_->name() + ": is an OpenVDB file; leave out --dims and the like");
+  if (!file_->size())
+    throw UsageError(file_->name() + ": an OpenVDB file cannot be read from a pipe; give the file");
+  vdb_ = std::make_unique<VdbReader>(std::move(file_), source.vdb_grid);
+  info_ = vdb_->info();
+  // Which voxels are active, and whatever else is in the file.
+  holds_other_bytes_ = true;
 }
 
 void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDescription>& raw) {
@@ -199,6 +216,11 @@ void VolumeReader::read_samples(std::byte* out, std::uint64_t position, std::uin
 
 void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
   assert(count >= 0 && next_sample_ + count * slice_samples() <= Box::of_size(info_.dims).count());
+  if (vdb_) {
+    for (; count > 0; --count, next_sample_ += slice_samples(), out += slice_bytes())
+      vdb_->read_slice(next_sample_ / slice_samples(), out);
+    return;
+  }
   read_samples(out, static_cast<std::uint64_t>(next_sample_),
                static_cast<std::uint64_t>(count * slice_samples()));
   next_sample_ += count * slice_samples();
@@ -213,6 +235,10 @@ void VolumeReader::read_rows(std::byte* out, const Box& rows) {
     if (file_->position() != place) file_->seek(place);
   } else {
     assert(first == next_sample_);
+    if (vdb_) {
+      assert(rows.count() == slice_samples());
+      return read_slices(out, 1);
+    }
   }
   read_samples(out, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(rows.count()));
   next_sample_ = first + rows.count();
@@ -220,6 +246,7 @@ void VolumeReader::read_rows(std::byte* out, const Box& rows) {
 
 void VolumeReader::finish() {
   assert(next_sample_ == Box::of_size(info_.dims).count());
+  if (vdb_) return;
   std::byte next;
   if (read_decoded(&next, 1) != 0)
     throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), samples_expected()));
@@ -229,6 +256,7 @@ void VolumeReader::seek_slice(std::int64_t z) {
   assert(z >= 0 && z <= info_.dims.z);
   const std::uint64_t offset = static_cast<std::uint64_t>(z) * slice_bytes();
   next_sample_ = z * slice_samples();
+  if (vdb_) return;
   if (!gzip_) return file_->seek(start_ + offset);
   if (seekable()) file_->seek(start_);
   gzip_->restart();
@@ -243,6 +271,7 @@ void VolumeReader::seek_slice(std::int64_t z) {
 
 void VolumeReader::spool(const std::string& folder) {
   assert(next_sample_ == 0);
+  if (vdb_) return spool_slices(folder);
   SpoolFile spooled(folder, file_->name());
   std::vector<std::byte> part(std::size_t{1} << 20);
   for (std::uint64_t left = *sample_bytes(info_.dims, info_.type), done = 0; left > 0;) {
@@ -262,6 +291,19 @@ void VolumeReader::spool(const std::string& folder) {
   file_ = std::make_unique<FileBytes>(spooled.release(), name);
   start_ = 0;
   next_sample_ = 0;
+}
+
+// The same of an OpenVDB file, whose slices are made one by one.
+void VolumeReader::spool_slices(const std::string& folder) {
+  SpoolFile spooled(folder, files_.front());
+  std::vector<std::byte> slice(static_cast<std::size_t>(slice_bytes()));
+  for (std::int64_t z = 0; z < info_.dims.z; ++z) {
+    vdb_->read_slice(z, slice.data());
+    spooled.write(slice);
+  }
+  spooled_bytes_ = vdb_->file_size();
+  vdb_.reset();
+  file_ = std::make_unique<FileBytes>(spooled.release(), files_.front());
 }
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// Volumes from NRRD files (attached, detached, raw or gzip), headerless files, and pipes of either.
+// Volumes from NRRD files (attached, detached, raw or gzip), headerless files, pipes of either, and OpenVDB
+// files.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include "grid/box.h"
 #include "io/file_bytes.h"
 #include "io/gzip_bytes.h"
+#include "io/vdb_reader.h"
 #include "io/volume_info.h"
 
 namespace tagrid {
@@ -34,9 +36,9 @@ class VolumeReader {
   void finish();
 
   /// Whether slices can be read again: a file, not a pipe.
-  bool seekable() const { return file_->size().has_value(); }
+  bool seekable() const { return vdb_ || file_->size().has_value(); }
   /// Whether any rows can be read as fast as the next ones.
-  bool random_access() const { return seekable() && !gzip_; }
+  bool random_access() const { return seekable() && !gzip_ && !vdb_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
   /// dims.z.
   void seek_slice(std::int64_t z);
@@ -46,37 +48,43 @@ class VolumeReader {
   void spool(const std::string& folder);
 
   /// See FileBytes.
-  void stop_when(const std::atomic<bool>& stop) { file_->stop_when(stop); }
+  void stop_when(const std::atomic<bool>& stop) {
+    if (file_) file_->stop_when(stop);
+  }
 
   /// The files that it is in: its own, and that of the samples where the header is detached. "-" for the
   /// standard input.
   const std::vector<std::string>& files() const { return files_; }
   /// Whether the files hold more than a header and these samples: bytes that are skipped.
   bool holds_other_bytes() const { return holds_other_bytes_; }
-  /// Bytes read so far, of all files, since the last rewind.
+  /// Bytes read so far, of all files, since the last rewind; of an OpenVDB file, all that it has.
   std::uint64_t bytes_read() const {
+    if (vdb_) return vdb_->file_size();
     return detached_header_bytes_ + (spooled_bytes_ > 0 ? spooled_bytes_ : file_->position());
   }
 
  private:
-  friend VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw);
+  friend VolumeReader open_volume(const std::string& path, const SourceDescription& source);
 
   VolumeReader() = default;
   void open_nrrd(const std::string& path, const std::optional<RawDescription>& raw);
   void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) const;
+  void open_vdb(const SourceDescription& source);
   void open_raw(const RawDescription& raw);
   void go_to_samples(const NrrdHeader& header);
   void skip_to(std::uint64_t position);
   void check_size() const;
   std::string samples_expected() const;
   std::uint64_t slice_bytes() const;
+  void spool_slices(const std::string& folder);
   void read_samples(std::byte* out, std::uint64_t position, std::uint64_t count);
   std::size_t read_decoded(std::byte* out, std::size_t size);
 
   VolumeInfo info_;
   bool big_endian_ = false;
-  std::unique_ptr<FileBytes> file_;
+  std::unique_ptr<FileBytes> file_;  ///< None of an OpenVDB file.
   std::unique_ptr<GzipBytes> gzip_;
+  std::unique_ptr<VdbReader> vdb_;
   /// Where the samples, or the gzip stream, begin in the file; and how much of the decompressed to skip.
   std::uint64_t start_ = 0, gzip_skip_ = 0;
   std::int64_t next_sample_ = 0;
@@ -87,9 +95,9 @@ class VolumeReader {
 };
 
 /// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one
-/// (unless `raw` has an offset), and must then agree with what `raw` says, if given: another size is
-/// BrokenInput, another type, spacing or order of bytes UsageError. Anything else needs `raw`. The sizes of
-/// files are checked at once.
-VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw = std::nullopt);
+/// (unless `source.raw` has an offset), and must then agree with what `raw` says, if given: another size is
+/// BrokenInput, another type, spacing or order of bytes UsageError. What begins as an OpenVDB file is read as
+/// one, and must be a file. Anything else needs `raw`. The sizes of files are checked at once.
+VolumeReader open_volume(const std::string& path, const SourceDescription& source = {});
 
 }  // namespace tagrid

@@ -18,10 +18,11 @@ VolumeFormat format_from_name(const std::string& path) {
   if (extension == ".nrrd") return VolumeFormat::nrrd;
   if (extension == ".nhdr") return VolumeFormat::nhdr;
   if (extension == ".raw") return VolumeFormat::raw;
+  if (extension == ".vdb") return VolumeFormat::vdb;
   throw UsageError(
       path +
       ": the name of a volume must end in .nrrd (header and samples), .nhdr (header, samples in a "
-      ".raw beside it) or .raw (samples alone)");
+      ".raw beside it), .raw (samples alone) or .vdb (OpenVDB)");
 }
 
 std::string samples_path(const std::string& path, VolumeFormat format) {
@@ -45,13 +46,15 @@ void require_name_in_header(const VolumeInfo& info, const std::string& data_file
 }  // namespace
 
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                bool overwrite, const std::optional<FileAttributes>& like) {
+                                bool overwrite, const std::optional<FileAttributes>& like,
+                                const VdbOptions& vdb) {
   VolumeWriter writer;
   writer.info_ = info;
   writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
   if (format != VolumeFormat::nhdr) {
     writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
+    if (format == VolumeFormat::vdb) writer.vdb_ = std::make_unique<VdbWriter>(path, info, vdb);
     writer.start_ = writer.samples_->position();
     return writer;
   }
@@ -73,6 +76,11 @@ void VolumeWriter::write_slices(std::span<const std::byte> samples) {
 void VolumeWriter::write_samples(std::int64_t first, std::span<const std::byte> samples) {
   assert(samples.size() <= bytes_left_ && samples.size() % size_of(info_.type) == 0);
   bytes_left_ -= samples.size();
+  if (vdb_) {
+    vdb_->write(samples);
+    if (bytes_left_ == 0) vdb_->finish(*samples_);
+    return;
+  }
   std::vector<std::byte> swapped;
   if constexpr (std::endian::native != std::endian::little) {
     swapped.assign(samples.begin(), samples.end());
@@ -86,7 +94,12 @@ void VolumeWriter::write_samples(std::int64_t first, std::span<const std::byte> 
     samples_->write_at(place, samples);
 }
 
+std::optional<VdbSummary> VolumeWriter::vdb() const {
+  return vdb_ ? std::optional(vdb_->summary()) : std::nullopt;
+}
+
 std::uint64_t VolumeWriter::bytes_written() const {
+  if (vdb_) return samples_->position();
   return start_ + sample_bytes(info_.dims, info_.type).value() - bytes_left_ +
          (header_ ? header_->position() : 0);
 }

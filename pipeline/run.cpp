@@ -21,14 +21,14 @@ int available_threads() {
   return std::max(1, CPU_COUNT(&set));
 }
 
-EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
+EncodeResult encode_volume(const std::string& input, const SourceDescription& source,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
                            const Resources& resources, const Progress& progress,
                            const BeforeNaming<EncodeResult>& before_naming) {
   options.validate();
   refuse_same_file(input, output);
   check_output(output, overwrite);
-  VolumeReader reader = open_volume(input, raw);
+  VolumeReader reader = open_volume(input, source);
   for (const std::string& file : reader.files()) refuse_same_file(file, output);
   // Before anything is read: a limit that cannot be kept is found at once.
   const EncodePlan plan =
@@ -81,7 +81,7 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
 
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
                            bool overwrite, const Resources& resources, const Progress& progress,
-                           const BeforeNaming<DecodeResult>& before_naming) {
+                           const BeforeNaming<DecodeResult>& before_naming, const VdbOptions& vdb) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
@@ -91,10 +91,12 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   info.type = parameters.type;
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
-  const bool any_order = is_regular_output(output);
+  const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
   const DecodePlan plan =
       plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream);
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input));
+  VdbOptions grid = vdb;
+  grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
@@ -111,17 +113,17 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   };
   output_works.rethrow_after(
       [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
-  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
-                               plan.memory};
+  const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
+                               writer.bytes_written(), plan.memory,    writer.vdb()};
   if (before_naming) before_naming(result);
   writer.commit();
   return result;
 }
 
-void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, const Resources& resources) {
+void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
+                     const Resources& resources) {
   try {
-    verify_file(encoded, input, raw, resources);
+    verify_file(encoded, input, source, resources);
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -21,11 +21,11 @@ std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); 
 class AgainstOriginal {
  public:
   AgainstOriginal(const std::string& name, const CodingParameters& parameters, const std::string& original,
-                  const std::optional<RawDescription>& raw)
+                  const SourceDescription& source)
       : name_(name),
         parameters_(parameters),
         bricks_(parameters.bricks()),
-        reader_(open_volume(original, raw)) {
+        reader_(open_volume(original, source)) {
     const VolumeInfo& info = reader_.info();
     if (info.dims != parameters.dims || info.type != parameters.type)
       throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
@@ -162,12 +162,12 @@ class StatisticsCheck {
 }  // namespace
 
 VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const std::optional<RawDescription>& raw, const Resources& resources,
+                         const SourceDescription& source, const Resources& resources,
                          const Progress& progress) {
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   std::optional<AgainstOriginal> against;
-  if (!original.empty()) against.emplace(reader.name(), parameters, original, raw);
+  if (!original.empty()) against.emplace(reader.name(), parameters, original, source);
   const bool any_order = !against || against->random_access();
   const DecodePlan plan =
       plan_decoding(parameters, resources, any_order ? DecodeUse::verify : DecodeUse::verify_stream);

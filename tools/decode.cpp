@@ -9,6 +9,7 @@
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
+#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -18,6 +19,7 @@ struct DecodeCommand {
   OutputOptions output;
   RunOptions run;
   std::string format;
+  VdbOptions vdb;
   bool remove = false;
 
   void execute() const {
@@ -25,16 +27,20 @@ struct DecodeCommand {
     refuse_terminal_input(input);
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
+    check_vdb_options(vdb, chosen);
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path);
     RunReport report(run, output.overwrite, "decode", input, path);
 
     const DecodeResult result = decode(path, chosen, [&](const DecodeResult& written) {
       const CodingParameters& parameters = written.header.parameters;
-      report.write({parameters.dims, parameters.type, settings_json(parameters), written.bytes_in,
-                    written.bytes_out, achieved_json(written.index)});
+      nlohmann::ordered_json settings = settings_json(parameters);
+      if (written.vdb) settings["vdb"] = vdb_json(*written.vdb);
+      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
+                    achieved_json(written.index)});
     });
     report.keep();
+    if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
     if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n" + memory_summary(result.memory) + "\n");
     remove_files(removed_after);
   }
@@ -44,7 +50,7 @@ struct DecodeCommand {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     return decode_volume(
         input, path, chosen, output.overwrite, run.resources(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming, vdb);
   }
 };
 
@@ -56,6 +62,7 @@ Action add_decode_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
+  add_vdb_output_options(*command, state->vdb);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

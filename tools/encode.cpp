@@ -10,6 +10,7 @@
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
+#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -19,6 +20,7 @@ struct EncodeCommand {
   OutputOptions output;
   RunOptions run;
   EncodingOptions encoding;
+  std::string vdb_grid;
   bool remove = false;
 
   void execute() const {
@@ -27,13 +29,15 @@ struct EncodeCommand {
     refuse_terminal(path, "compressed bytes");
     const Encoding asked = encoding.checked();
     const auto& description = asked.raw;
+    SourceDescription source(description);
+    source.vdb_grid = vdb_grid;
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_volume(input, description, path);
+    if (remove) removed_after = removable_volume(input, source, path);
     RunReport report(run, output.overwrite, "encode", input, path);
     if (description) warn_of_order(run, input, *description);
 
-    const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, description, written.temporary, run.resources());
+    const EncodeResult result = encode(source, asked, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, source, written.temporary, run.resources());
       report.write({written.header.parameters.dims, written.header.parameters.type,
                     settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
                     achieved_json(written.index)});
@@ -44,11 +48,11 @@ struct EncodeCommand {
     remove_files(removed_after);
   }
 
-  EncodeResult encode(const Encoding& asked, const std::string& path,
+  EncodeResult encode(const SourceDescription& source, const Encoding& asked, const std::string& path,
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
     return encode_volume(
-        input, asked.raw, path, output.overwrite, asked.options, run.resources(),
+        input, source, path, output.overwrite, asked.options, run.resources(),
         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
@@ -58,10 +62,11 @@ struct EncodeCommand {
 Action add_encode_command(CLI::App& app) {
   auto state = std::make_shared<EncodeCommand>();
   CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
-  command->add_option("INPUT", state->input, "NRRD file, headerless file, or - for the standard input")
+  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for the standard input")
       ->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);
+  add_vdb_grid_option(*command, state->vdb_grid);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

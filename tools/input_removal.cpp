@@ -31,10 +31,10 @@ std::vector<std::string> removable_tag(const std::string& input, const std::stri
   return {input};
 }
 
-std::vector<std::string> removable_volume(const std::string& input, const std::optional<RawDescription>& raw,
+std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output) {
   removable_tag(input, output);
-  const VolumeReader reader = open_volume(input, raw);
+  const VolumeReader reader = open_volume(input, source);
   const auto folder = std::filesystem::path(input).parent_path();
   for (const std::string& file : reader.files()) {
     require_removable(file);

@@ -14,7 +14,7 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output);
 
 /// The same of a volume; also refuses files that hold bytes that are not encoded.
-std::vector<std::string> removable_volume(const std::string& input, const std::optional<RawDescription>& raw,
+std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output);
 
 /// Removes them. Throws WorldError.

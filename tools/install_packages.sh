@@ -4,8 +4,10 @@
 #   tools/install_packages.sh build|test|fuzz|bench
 set -euo pipefail
 
-build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev)
-test=("${build[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh)
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+  libblosc-dev)
+test=("${build[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
+  libopenvdb-dev libopenvdb-tools libboost-dev)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 

@@ -100,15 +100,17 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 void add_format_option(CLI::App& command, std::string& format) {
   command
       .add_option("--format", format,
-                  "nrrd (attached), nhdr (detached, with .raw beside it) or raw; default: from the name")
-      ->check(one_of({"nrrd", "nhdr", "raw"}))
-      ->option_text("nrrd|nhdr|raw");
+                  "nrrd (attached), nhdr (detached, with .raw beside it), raw or vdb (OpenVDB); default: "
+                  "from the name")
+      ->check(one_of({"nrrd", "nhdr", "raw", "vdb"}))
+      ->option_text("nrrd|nhdr|raw|vdb");
 }
 
 VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
   // A device or a named pipe is like the standard output.
   if (format.empty()) return is_regular_output(output) ? format_from_name(output) : VolumeFormat::raw;
   if (format == "nrrd") return VolumeFormat::nrrd;
+  if (format == "vdb") return VolumeFormat::vdb;
   return format == "nhdr" ? VolumeFormat::nhdr : VolumeFormat::raw;
 }
 

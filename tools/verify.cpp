@@ -8,6 +8,7 @@
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
+#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -17,17 +18,20 @@ struct VerifyCommand {
   RunOptions run;
   bool overwrite = false;
   RawOptions raw;
+  std::string vdb_grid;
 
   void execute() const {
     const auto description = raw.description();
-    if (original.empty() && description)
+    if (original.empty() && (description || !vdb_grid.empty()))
       throw UsageError("--dims and the like describe the original; give it with --against");
     if (input == "-" && original == "-")
       throw UsageError("--against -: the standard input is the .tag file already; give a file");
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run, overwrite, "verify", input, "");
-    const VerifyResult result = verify(description);
+    SourceDescription source(description);
+    source.vdb_grid = vdb_grid;
+    const VerifyResult result = verify(source);
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
@@ -41,9 +45,9 @@ struct VerifyCommand {
     if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
   }
 
-  VerifyResult verify(const std::optional<RawDescription>& description) const {
+  VerifyResult verify(const SourceDescription& source) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    return verify_file(input, original, description, run.resources(),
+    return verify_file(input, original, source, run.resources(),
                        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
@@ -58,6 +62,7 @@ Action add_verify_command(CLI::App& app) {
   command->add_option("--against", state->original, "Compare every voxel with this volume")
       ->option_text("ORIGINAL");
   add_raw_options(*command, state->raw);
+  add_vdb_grid_option(*command, state->vdb_grid);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

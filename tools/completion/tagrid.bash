@@ -7,10 +7,10 @@ _tagrid_options() {
   local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
     --max-level --range --field-scale --brick"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $encoding" ;;
-    decode) echo "$run $memory --spool $output $removal --format" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding --vdb-grid" ;;
+    decode) echo "$run $memory --spool $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
     info) echo "$run" ;;
-    verify) echo "$run $memory $headerless --against -f --force" ;;
+    verify) echo "$run $memory $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
       echo "$run $memory $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
@@ -31,7 +31,7 @@ _tagrid() {
   [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
-    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw' -- "$current") && return ;;
+    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
     --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;

@@ -1,0 +1,57 @@
+// What OpenVDB's own library makes of a file: files for tests, and what is in files that tagrid wrote.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "grid/box.h"
+
+namespace tagrid::oracle {
+
+enum class Type { floats, halves, doubles, ints, bools };
+
+/// A cuboid of one value, in tiles where they fit.
+struct Fill {
+  Box box;
+  double value = 0;
+  bool active = true;
+};
+
+struct Grid {
+  std::string name = "density";
+  Type type = Type::floats;
+  double background = 0;
+  std::vector<Fill> fills;
+  /// Active voxels, one by one, in this box.
+  Box noise = {{0, 0, 0}, {-1, -1, -1}};
+  std::function<double(const Index3&)> value = {};
+  /// Rows for x, y, z and the translation.
+  std::array<std::array<double, 3>, 4> transform = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
+  bool uniform = false;      ///< a uniform scale, of transform[0][0], instead
+  bool perspective = false;  ///< a frustum instead
+};
+
+/// Compression, as bits: 1 zip, 2 active values only, 4 blosc.
+void write_file(const std::string& path, const std::vector<Grid>& grids, std::uint32_t compression = 6);
+/// The same as a stream, which has no positions.
+void write_stream(const std::string& path, const std::vector<Grid>& grids);
+/// Two grids that share the tree of the first one.
+void write_instances(const std::string& path, const Grid& grid, const std::string& second_name);
+
+/// What the library reads in a file.
+struct Read {
+  std::string type;
+  double background = 0;
+  Box active;
+  std::uint64_t active_voxels = 0, leaves = 0, active_tiles = 0;
+  std::vector<double> values;  ///< in the box that was asked for, x fastest
+  std::vector<bool> is_active;
+  std::array<std::array<double, 3>, 4> transform = {};
+  bool uniform = false;
+};
+Read read_file(const std::string& path, const std::string& grid, const Box& box);
+
+}  // namespace tagrid::oracle
