@@ -68,7 +68,7 @@ TEST(MemoryPlan, OfEncodingKeepsEveryLimitThatItDoesNotRefuse) {
         const EncodePlan plan = plan_encoding(p, limited(3, least * times), random_access);
         EXPECT_LE(plan.memory, least * times);
         EXPECT_FALSE(plan.spooled);
-        if (!random_access) EXPECT_FALSE(plan.in_strips(p.bricks()));
+        EXPECT_TRUE(random_access || !plan.in_strips(p.bricks()));
         if (plan.budget.threads == 3) {
           EXPECT_GE(plan.rows, rows) << "more memory, and less at once";
           rows = plan.rows;
@@ -93,8 +93,8 @@ TEST(MemoryPlan, OfDecodingKeepsEveryLimitThatItDoesNotRefuse) {
       for (const std::uint64_t times : {1, 2, 5, 1000}) {
         const DecodePlan plan = plan_decoding(p, limited(3, least * times), use);
         EXPECT_LE(plan.memory, least * times);
-        if (use != DecodeUse::write && use != DecodeUse::verify)
-          EXPECT_EQ(plan.budget.rows, p.bricks().bricks(1));
+        const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
+        EXPECT_TRUE(any_order || plan.budget.rows == p.bricks().bricks(1));
       }
       EXPECT_NO_THROW(plan_decoding(p, 3, use)) << "without a limit nothing is refused";
     }
