@@ -37,6 +37,7 @@ class VolumeReader {
   bool seekable() const { return file_->size().has_value(); }
   /// Whether any rows can be read as fast as the next ones.
   bool random_access() const { return seekable() && !gzip_; }
+  std::int64_t next_slice() const { return next_slice_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
   /// dims.z.
   void seek_slice(std::int64_t z);

@@ -45,12 +45,13 @@ void require_name_in_header(const VolumeInfo& info, const std::string& data_file
 }  // namespace
 
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
-                                bool overwrite, const std::optional<FileAttributes>& like) {
+                                bool overwrite, const std::optional<FileAttributes>& like,
+                                bool others_write) {
   VolumeWriter writer;
   writer.info_ = info;
   writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
   if (format != VolumeFormat::nhdr) {
-    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like);
+    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like, others_write);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
     writer.start_ = writer.samples_->position();
     return writer;
@@ -61,7 +62,7 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
     throw UsageError(path + ": a detached header cannot be named .raw");
   require_name_in_header(info, data.filename().string());
   writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
-  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like);
+  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like, others_write);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));
   return writer;
 }

@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/input_slices.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/until_it_fails.h"
 #include "pipeline/verify.h"
@@ -41,15 +42,7 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   reader.stop_when(output_works.failed());
   const EncodePlan plan = plan_encoding(parameters, threads);
   EncodeStreams streams;
-  streams.read_slice = [&](const Box& rows) {
-    auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(rows.count()) *
-                                                          size_of(parameters.type));
-    reader.read_rows(slice->data(), rows);
-    // What follows the last sample makes the whole input wrong, so it is looked at before anything is
-    // finished.
-    if (rows.high.y == parameters.dims.y - 1 && rows.high.z == parameters.dims.z - 1) reader.finish();
-    return SliceSamples(std::move(slice));
-  };
+  streams.read_slice = [&](const Box& rows) { return read_input_slice(reader, rows); };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
     done += code.statistics.samples * size_of(parameters.type);
     output_works.run([&] {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/decode_parts.h"
+#include "pipeline/encode_parts.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"
 #include "tools/input_removal.h"
@@ -42,9 +44,11 @@ struct DecodeCommand {
   DecodeResult decode(const std::string& path, VolumeFormat chosen,
                       const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    return decode_volume(
-        input, path, chosen, output.overwrite, run.thread_count(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    if (ranks().count() > 1 && parts_are_possible(input, path))
+      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.threads, update,
+                             before_naming);
+    return decode_volume(input, path, chosen, output.overwrite, run.thread_count(), update, before_naming);
   }
 };
 

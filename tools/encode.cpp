@@ -5,9 +5,14 @@
 #include <algorithm>
 
 #include "io/errors.h"
+#include "io/file_attributes.h"
+#include "io/system_call.h"
+#include "io/temporaries.h"
 #include "pipeline/dims_order.h"
+#include "pipeline/encode_parts.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"
+#include "tools/exit_codes.h"
 #include "tools/input_removal.h"
 #include "tools/process.h"
 #include "tools/report.h"
@@ -24,7 +29,7 @@ struct EncodeCommand {
   RawOptions raw;
   EncodeOptions options;
   std::string range;
-  bool remove = false;
+  bool remove = false, resume = false;
 
   // "auto" or lo:hi.
   void parse_range() {
@@ -44,6 +49,7 @@ struct EncodeCommand {
     refuse_terminal(path, "compressed bytes");
     const auto description = raw.description();
     options.validate();
+    if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_volume(input, description, path);
     RunReport report(run, output.overwrite, "encode", input, path);
@@ -63,9 +69,22 @@ struct EncodeCommand {
   EncodeResult encode(const std::optional<RawDescription>& description, const std::string& path,
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    return encode_volume(
-        input, description, path, output.overwrite, options, run.thread_count(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
+      return encode_in_parts(ranks(), input, description, path, output.overwrite, options,
+                             {resume, "tagrid " TAGRID_VERSION, run.threads}, update, before_naming);
+    return encode_volume(input, description, path, output.overwrite, options, run.thread_count(), update,
+                         before_naming);
+  }
+
+  // A run whose parts are kept; from now on a signal leaves them.
+  void require_resumable(const std::string& path) const {
+    if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
+    // Whether it is there is for its reader to find.
+    if (input == "-" || (status_of(input) && !attributes_of(input)))
+      throw UsageError("--resume: the input must be a file, which can be read again");
+    end_signals_with(exit_resumable,
+                     run.quiet ? "" : "tagrid: interrupted; the same command goes on from here\n");
   }
 
   void warn_of_order(const RawDescription& description) const {
@@ -147,6 +166,8 @@ Action add_encode_command(CLI::App& app) {
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_removal_options(*command, state->remove);
+  command->add_flag("--resume", state->resume,
+                    "Keep what is done in .NAME.parts, and go on with it after an interruption");
   return [state] { state->execute(); };
 }
 

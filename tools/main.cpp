@@ -15,6 +15,10 @@
 #include "tools/commands.h"
 #include "tools/exit_codes.h"
 #include "tools/process.h"
+#ifdef TAGRID_MPI
+#include "pipeline/mpi/mpi_ranks.h"
+#include "pipeline/work_orders.h"
+#endif
 
 namespace {
 
@@ -62,17 +66,8 @@ int run(int argc, char** argv) {
   return exit_ok;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
-  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
-  // allocated so often that threads would wait for each other.
-  mallopt(M_MMAP_THRESHOLD, 1 << 25);
-  mallopt(M_TRIM_THRESHOLD, 1 << 27);
-  mallopt(M_ARENA_MAX, 1);
-  occupy_standard_streams();
-  catch_signals();
+/// The exit code of a run that may end in any way.
+int guarded_run(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const UsageError& error) {
@@ -92,4 +87,45 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return fail(exit_bug, fmt::format("this is a bug: {}; please report it", error.what()));
   }
+}
+
+#ifdef TAGRID_MPI
+/// Rank 0 is the program, and speaks for all; the others do as it says.
+int run_with_mpi(int argc, char** argv) {
+  int code = exit_bug;
+  try {
+    start_ranks(start_mpi());
+    // Not before: MPI has handlers of its own.
+    catch_signals();
+    if (ranks().rank() > 0) {
+      code = serve(ranks());
+    } else {
+      code = guarded_run(argc, argv);
+      dismiss(ranks(), code);
+    }
+  } catch (const std::exception& error) {
+    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks().rank(), error.what()));
+    abort_mpi(exit_bug);
+  }
+  start_ranks(nullptr);
+  return code;
+}
+#endif
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
+  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
+  // allocated so often that threads would wait for each other.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 27);
+  mallopt(M_ARENA_MAX, 1);
+  occupy_standard_streams();
+#ifdef TAGRID_MPI
+  return run_with_mpi(argc, argv);
+#else
+  catch_signals();
+  return guarded_run(argc, argv);
+#endif
 }

@@ -7,7 +7,7 @@ _tagrid_options() {
   case $1 in
     encode)
       echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
-        "--accuracy --cube --max-level --range --field-scale --brick"
+        "--accuracy --cube --max-level --range --field-scale --brick --resume"
       ;;
     decode) echo "$run $output $removal --format" ;;
     info) echo "$run" ;;
@@ -47,4 +47,4 @@ _tagrid() {
   fi
 }
 
-complete -o filenames -F _tagrid tagrid
+complete -o filenames -F _tagrid tagrid tagrid-mpi

@@ -1,0 +1,34 @@
+#include "pipeline/run_settings.h"
+
+#include <fmt/format.h>
+
+namespace tagrid {
+namespace {
+
+std::string bound(double value) { return value < 0 ? "none" : fmt::format("{}", value); }
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,
+                                                             const std::optional<RawDescription>& raw) {
+  const bool ranged = p.range_low < p.range_high;
+  return {
+      {"--dims", fmt::format("{},{},{}", p.dims.x, p.dims.y, p.dims.z)},
+      {"--type", std::string(name_of(p.type))},
+      {"--endian", raw && raw->big_endian.value_or(false) ? "big" : "little"},
+      {"--offset", fmt::format("{}", raw ? raw->offset : 0)},
+      {"--grid-only", p.mode == FileMode::grid ? "given" : "not given"},
+      {"--max-error", bound(p.max_error)},
+      {"--surface-error", bound(p.surface_error)},
+      {"--mesh-error", bound(p.mesh_error)},
+      {"--effort", std::string(name_of(p.effort))},
+      {"--accuracy", fmt::format("{}", p.accuracy)},
+      {"--cube", fmt::format("{}", p.cube_size)},
+      {"--brick", fmt::format("{}", p.brick_edge)},
+      {"--max-level", fmt::format("{}", p.max_level)},
+      {"--range", ranged ? fmt::format("{}:{}", p.range_low, p.range_high) : "not given"},
+      {"--field-scale", fmt::format("{}", p.field_scale)},
+  };
+}
+
+}  // namespace tagrid
