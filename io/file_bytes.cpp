@@ -20,6 +20,16 @@ FileBytes::FileBytes(const std::string& path)
   descriptor_ =
       path == "-" ? STDIN_FILENO : uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  look_at_file();
+}
+
+FileBytes::FileBytes(int descriptor, const std::string& name)
+    : name_(name), descriptor_(descriptor), buffer_(peek_limit) {
+  lseek(descriptor_, 0, SEEK_SET);
+  look_at_file();
+}
+
+void FileBytes::look_at_file() {
   struct stat status;
   off_t base = 0;
   int error = fstat(descriptor_, &status) != 0 ? errno : 0;

@@ -16,6 +16,8 @@ class FileBytes {
  public:
   /// Opens a file, or the standard input for "-".
   explicit FileBytes(const std::string& path);
+  /// Takes a regular file that is open, from its beginning; `name` is for messages.
+  FileBytes(int descriptor, const std::string& name);
   ~FileBytes();
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
@@ -45,6 +47,7 @@ class FileBytes {
   static constexpr std::size_t peek_limit = std::size_t{1} << 16;
 
  private:
+  void look_at_file();
   void wait_for_bytes() const;
   std::size_t read_once(std::byte* out, std::size_t size);
   void fill(std::size_t size);

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
+#include <utility>
 
 #include "io/errors.h"
 #include "io/system_call.h"
@@ -38,6 +39,14 @@ std::string folder_beside(const std::string& path) {
 
 SpoolFile::SpoolFile(const std::string& path)
     : name_(path == "-" ? "standard output" : path), folder_(folder_beside(path)) {
+  create();
+}
+
+SpoolFile::SpoolFile(const std::string& folder, const std::string& whose) : name_(whose), folder_(folder) {
+  create();
+}
+
+void SpoolFile::create() {
   buffer_.reserve(buffer_size);
   descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
@@ -70,14 +79,38 @@ void SpoolFile::write(std::span<const std::byte> bytes) {
   }
 }
 
-void SpoolFile::flush() {
-  std::span<const std::byte> rest = buffer_;
-  while (!rest.empty()) {
-    const ssize_t count = ::write(descriptor_, rest.data(), rest.size());
+void SpoolFile::write_all(std::uint64_t position, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = pwrite(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30),
+                                 static_cast<off_t>(position));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail("cannot write", errno);
-    rest = rest.subspan(static_cast<std::size_t>(count));
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    position += static_cast<std::uint64_t>(count);
   }
+}
+
+void SpoolFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+  assert(!reading_ && buffer_.empty());
+  write_all(position, bytes);
+  size_ = std::max(size_, position + bytes.size());
+  flushed_ = size_;
+}
+
+void SpoolFile::clear() {
+  buffer_.clear();
+  reading_ = false;
+  size_ = flushed_ = 0;
+}
+
+int SpoolFile::release() {
+  flush();
+  return std::exchange(descriptor_, -1);
+}
+
+void SpoolFile::flush() {
+  write_all(flushed_, buffer_);
+  flushed_ += buffer_.size();
   buffer_.clear();
 }
 
@@ -87,7 +120,8 @@ std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
   buffer_.resize(buffer_size);
   ssize_t count;
   do {
-    count = pread(descriptor_, buffer_.data(), buffer_.size(), static_cast<off_t>(position));
+    count = pread(descriptor_, buffer_.data(), std::min<std::uint64_t>(buffer_.size(), size_ - position),
+                  static_cast<off_t>(position));
   } while (count < 0 && errno == EINTR);
   if (count <= 0) fail("cannot read", count < 0 ? errno : EIO);
   return std::span(buffer_).first(static_cast<std::size_t>(count));

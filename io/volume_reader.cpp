@@ -10,7 +10,7 @@
 #include "io/little_endian.h"
 #include "io/nrrd_header.h"
 #include "io/nrrd_line.h"
-
+#include "io/spool_file.h"
 #include "io/system_call.h"
 
 namespace tagrid {
@@ -198,29 +198,28 @@ void VolumeReader::read_samples(std::byte* out, std::uint64_t position, std::uin
 }
 
 void VolumeReader::read_slices(std::byte* out, std::int64_t count) {
-  assert(count >= 0 && next_slice_ + count <= info_.dims.z);
-  read_samples(out, static_cast<std::uint64_t>(next_slice_ * slice_samples()),
+  assert(count >= 0 && next_sample_ + count * slice_samples() <= Box::of_size(info_.dims).count());
+  read_samples(out, static_cast<std::uint64_t>(next_sample_),
                static_cast<std::uint64_t>(count * slice_samples()));
-  next_slice_ += count;
+  next_sample_ += count * slice_samples();
 }
 
 void VolumeReader::read_rows(std::byte* out, const Box& rows) {
   const Box volume = Box::of_size(info_.dims);
   assert(volume.contains(rows) && rows.size().x == info_.dims.x && rows.size().z == 1);
-  const std::int64_t z = rows.low.z;
   const std::int64_t first = volume.offset(rows.low);
   if (random_access()) {
     const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size_of(info_.type);
     if (file_->position() != place) file_->seek(place);
   } else {
-    assert(z == next_slice_ && rows.count() == slice_samples());
+    assert(first == next_sample_);
   }
   read_samples(out, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(rows.count()));
-  next_slice_ = z + 1;
+  next_sample_ = first + rows.count();
 }
 
 void VolumeReader::finish() {
-  assert(next_slice_ == info_.dims.z);
+  assert(next_sample_ == Box::of_size(info_.dims).count());
   std::byte next;
   if (read_decoded(&next, 1) != 0)
     throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), samples_expected()));
@@ -229,7 +228,7 @@ void VolumeReader::finish() {
 void VolumeReader::seek_slice(std::int64_t z) {
   assert(z >= 0 && z <= info_.dims.z);
   const std::uint64_t offset = static_cast<std::uint64_t>(z) * slice_bytes();
-  next_slice_ = z;
+  next_sample_ = z * slice_samples();
   if (!gzip_) return file_->seek(start_ + offset);
   if (seekable()) file_->seek(start_);
   gzip_->restart();
@@ -240,6 +239,29 @@ void VolumeReader::seek_slice(std::int64_t z) {
       throw BrokenInput(fmt::format("{}: {}, but it ends before", file_->name(), samples_expected()));
     left -= count;
   }
+}
+
+void VolumeReader::spool(const std::string& folder) {
+  assert(next_sample_ == 0);
+  SpoolFile spooled(folder, file_->name());
+  std::vector<std::byte> part(std::size_t{1} << 20);
+  for (std::uint64_t left = *sample_bytes(info_.dims, info_.type), done = 0; left > 0;) {
+    const std::size_t wanted = std::min<std::uint64_t>(left, part.size());
+    const std::size_t count = read_decoded(part.data(), wanted);
+    done += count;
+    if (count != wanted)
+      throw BrokenInput(fmt::format("{}: {}, but it ends after {}", file_->name(), samples_expected(), done));
+    spooled.write(std::span(part).first(count));
+    left -= count;
+  }
+  next_sample_ = Box::of_size(info_.dims).count();
+  finish();
+  spooled_bytes_ = file_->position();
+  gzip_.reset();
+  const std::string name = file_->name();
+  file_ = std::make_unique<FileBytes>(spooled.release(), name);
+  start_ = 0;
+  next_sample_ = 0;
 }
 
 }  // namespace tagrid

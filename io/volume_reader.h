@@ -27,8 +27,8 @@ class VolumeReader {
   /// Reads the next `count` whole slices to `out`: samples of info().type in the machine's byte order, x
   /// fastest. REQUIRES: the volume has as many left.
   void read_slices(std::byte* out, std::int64_t count);
-  /// Reads `rows`, whole rows of one slice, which becomes the one after the next: any of a file with
-  /// random_access(), else the next slice, whole. REQUIRES: as said.
+  /// Reads `rows`, whole rows of one slice: any of a file with random_access(), else those that come next.
+  /// REQUIRES: as said.
   void read_rows(std::byte* out, const Box& rows);
   /// To be called after the last slice: throws BrokenInput if anything follows it.
   void finish();
@@ -37,11 +37,15 @@ class VolumeReader {
   bool seekable() const { return file_->size().has_value(); }
   /// Whether any rows can be read as fast as the next ones.
   bool random_access() const { return seekable() && !gzip_; }
-  std::int64_t next_slice() const { return next_slice_; }
+  /// The number of the sample that comes next, in raster order.
+  std::int64_t next_sample() const { return next_sample_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
   /// dims.z.
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
+  /// Copies all samples into a nameless file in `folder` and reads from there from then on: random_access().
+  /// REQUIRES: nothing was read, or rewind().
+  void spool(const std::string& folder);
 
   /// See FileBytes.
   void stop_when(const std::atomic<bool>& stop) { file_->stop_when(stop); }
@@ -52,7 +56,9 @@ class VolumeReader {
   /// Whether the files hold more than a header and these samples: bytes that are skipped.
   bool holds_other_bytes() const { return holds_other_bytes_; }
   /// Bytes read so far, of all files, since the last rewind.
-  std::uint64_t bytes_read() const { return detached_header_bytes_ + file_->position(); }
+  std::uint64_t bytes_read() const {
+    return detached_header_bytes_ + (spooled_bytes_ > 0 ? spooled_bytes_ : file_->position());
+  }
 
  private:
   friend VolumeReader open_volume(const std::string& path, const std::optional<RawDescription>& raw);
@@ -75,7 +81,8 @@ class VolumeReader {
   std::unique_ptr<GzipBytes> gzip_;
   /// Where the samples, or the gzip stream, begin in the file; and how much of the decompressed to skip.
   std::uint64_t start_ = 0, gzip_skip_ = 0;
-  std::int64_t next_slice_ = 0;
+  std::int64_t next_sample_ = 0;
+  std::uint64_t spooled_bytes_ = 0;  ///< of the file that the samples came from, where they were spooled
   std::vector<std::string> files_;
   std::uint64_t detached_header_bytes_ = 0;
   bool holds_other_bytes_ = false;

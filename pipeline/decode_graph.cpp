@@ -29,19 +29,23 @@ Brick decode_one(const CodingParameters& parameters, const BrickBytes& brick, co
   const Index3 position = parameters.bricks().position(brick.id);
   auto decoded = std::make_shared<DecodedBrick>();
   decoded->id = brick.id;
-  // Voxels are coded without a look at the grid, unless it selects their bound.
-  const bool needs_activity = keep || parameters.mode == FileMode::grid || parameters.surface_error >= 0;
+  const bool values_first = activity_follows_values(parameters);
   Status status;
-  if (needs_activity) status = decode_brick_activity(brick.activity, parameters, position, decoded->active);
-  if (status.ok())
-    with_sample_type(parameters.type, [&](auto type) {
-      using T = decltype(type);
-      std::vector<T> samples, points;
-      status = decode_brick_values<T>(brick.values, decoded->active, parameters, position, samples, points);
-      if (!status.ok()) return;
-      decoded->samples = bytes_of(samples);
-      if (keep) decoded->points = bytes_of(points);
-    });
+  with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    std::vector<T> samples, points;
+    const auto decode_activity = [&] {
+      status = decode_brick_activity<T>(brick.activity, samples, parameters, position, decoded->active);
+    };
+    if (!values_first) decode_activity();
+    if (!status.ok()) return;
+    status = decode_brick_values<T>(brick.values, decoded->active, parameters, position, samples, points);
+    if (!status.ok()) return;
+    // Who wants samples alone has no use for the grid.
+    if (values_first && keep) decode_activity();
+    decoded->samples = bytes_of(samples);
+    if (keep) decoded->points = bytes_of(points);
+  });
   if (!status.ok())
     throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(brick.id) + ": " +
                       status.what());

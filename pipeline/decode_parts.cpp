@@ -23,7 +23,7 @@ class PartDecoder {
         reader_(order.input),
         file_(order.file, order.name),
         parts_(parts_of(reader_.parameters().bricks())),
-        plan_(plan_decoding(reader_.parameters(), order.threads > 0 ? order.threads : available_threads())) {
+        plan_(plan_decoding(reader_.parameters(), of_this_rank(order.resources))) {
     reader_.read_index();
   }
 
@@ -98,8 +98,8 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progr
 }
 
 DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
-                             VolumeFormat format, bool overwrite, int threads, const Progress& progress,
-                             const BeforeNaming<DecodeResult>& before_naming) {
+                             VolumeFormat format, bool overwrite, const Resources& resources,
+                             const Progress& progress, const BeforeNaming<DecodeResult>& before_naming) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
@@ -110,16 +110,18 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
   info.type = parameters.type;
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
+  const std::uint64_t memory = plan_decoding(parameters, of_this_rank(resources)).memory;
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), true);
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   const DecodeOrder order{input, writer.temporary(), samples_path(output, format), writer.samples_start(),
-                          threads};
+                          resources};
   send_order(ranks, order);
   decode_parts(ranks, order, [&](std::uint64_t done) {
     if (progress) progress(std::min(done, total), total);
   });
   writer.samples_were_placed();
-  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
+                               memory};
   if (before_naming) before_naming(result);
   writer.commit();
   return result;

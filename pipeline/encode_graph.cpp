@@ -29,13 +29,6 @@ struct EncodedBrick {
   std::shared_ptr<BrickCode> code;
 };
 
-// The halos of the stages that make marks.
-int mark_halo(const CodingParameters& parameters) {
-  return parameters.mesh_error < 0
-             ? CurvatureField::halo
-             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
-}
-
 // From a job's slices and marks to the stage functions: what each worker does.
 class Stages {
  public:
@@ -184,6 +177,12 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 }
 
 }  // namespace
+
+int mark_halo(const CodingParameters& parameters) {
+  return parameters.mesh_error < 0
+             ? CurvatureField::halo
+             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
+}
 
 EncodeBudget EncodeBudget::generous(const CodingParameters& parameters, int threads) {
   // As many slices as the next layer adds: reading goes on while a layer is encoded.

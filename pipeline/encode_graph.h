@@ -11,6 +11,9 @@
 
 namespace tagrid {
 
+/// Samples that marks depend on, beyond the root cubes around them: the halo of the stages that make marks.
+int mark_halo(const CodingParameters& parameters);
+
 struct EncodeStreams {
   /// Reads samples: whole rows of one slice, of one z after the other; never called at the same time.
   std::function<SliceSamples(const Box& rows)> read_slice;

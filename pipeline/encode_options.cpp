@@ -52,21 +52,30 @@ std::pair<double, double> range_of_data(VolumeReader& reader) {
   double low = INFINITY, high = -INFINITY;
   with_sample_type(reader.info().type, [&](auto type) {
     using T = decltype(type);
-    std::vector<T> slice(static_cast<std::size_t>(reader.slice_samples()));
-    for (std::int64_t z = 0; z < reader.info().dims.z; ++z) {
-      reader.read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
+    // A slice may be larger than memory.
+    const Index3& dims = reader.info().dims;
+    const std::int64_t step = std::clamp<std::int64_t>((std::int64_t{1} << 20) / dims.x, 1, dims.y);
+    std::vector<T> part;
+    const auto take = [&] {
       if constexpr (std::is_integral_v<T>) {
-        const auto [least, most] = std::minmax_element(slice.begin(), slice.end());
+        const auto [least, most] = std::minmax_element(part.begin(), part.end());
         low = std::min(low, static_cast<double>(*least));
         high = std::max(high, static_cast<double>(*most));
       } else {
-        for (const T v : slice) {
+        for (const T v : part) {
           if (!std::isfinite(v)) continue;
           low = std::min(low, static_cast<double>(v));
           high = std::max(high, static_cast<double>(v));
         }
       }
-    }
+    };
+    for (std::int64_t z = 0; z < dims.z; ++z)
+      for (std::int64_t y = 0; y < dims.y; y += step) {
+        const Box rows{{0, y, z}, {dims.x - 1, std::min(y + step, dims.y) - 1, z}};
+        part.resize(static_cast<std::size_t>(rows.count()));
+        reader.read_rows(reinterpret_cast<std::byte*>(part.data()), rows);
+        take();
+      }
   });
   reader.finish();
   reader.rewind();
@@ -146,7 +155,7 @@ void EncodeOptions::validate() const {
       "--range must be lo:hi with lo < hi");
 }
 
-CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader) {
   options.validate();
   CodingParameters p;
   p.dims = reader.info().dims;
@@ -158,6 +167,11 @@ CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
   p.max_level = options.max_level.value_or(max_level(options.cube_size));
   p.accuracy = options.accuracy;
   set_bounds(options, p);
+  return p;
+}
+
+CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
+  CodingParameters p = parameters_but_scale(options, reader);
   set_field_scale(options, reader, p);
   // What a reader would refuse is not written in the first place.
   const Status status = check_parameters(p);

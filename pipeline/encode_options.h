@@ -27,6 +27,10 @@ struct EncodeOptions {
   void validate() const;
 };
 
+/// The parameters of the encoding of `reader`'s volume, without what may depend on its samples: the value
+/// range and the field scale. Throws as resolve() does.
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader);
+
 /// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
 /// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);

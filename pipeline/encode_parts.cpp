@@ -11,6 +11,8 @@
 #include "io/part_folder.h"
 #include "io/system_call.h"
 #include "io/temporaries.h"
+#include "pipeline/encode_schedule.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/part_work.h"
 #include "pipeline/run_settings.h"
 #include "pipeline/work_orders.h"
@@ -61,6 +63,8 @@ class RunInParts {
     // Nothing is made where nothing may come of it, but a run that was ended just before its end has the
     // output.
     if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
+    // Before anything is read: a limit that cannot be kept is found at once.
+    plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(parts_.resources));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
     settle(goes_on ? known_range(options) : options);
@@ -78,7 +82,7 @@ class RunInParts {
     else if (parts_.resume)
       folder.clear();
     if (!goes_on) write_file(folder.record(), record_bytes_);
-    const PartOrder order{input_, raw_, folder.path(), record_bytes_, parts_.threads, code_after_signal()};
+    const PartOrder order{input_, raw_, folder.path(), record_bytes_, parts_.resources, code_after_signal()};
     send_order(ranks_, order);
     const std::uint64_t total = sample_bytes(parameters().dims, parameters().type).value();
     make_parts(ranks_, order, [&](std::uint64_t done) {
@@ -148,7 +152,14 @@ class RunInParts {
   EncodeResult finished_result() const {
     TagReader reader(output_);
     reader.read_index();
-    return {reader.header(), reader.index(), input_bytes(), reader.sizes().file, output_};
+    EncodeResult result;
+    result.header = reader.header();
+    result.index = reader.index();
+    result.bytes_in = input_bytes();
+    result.file_bytes = reader.sizes().file;
+    result.temporary = output_;
+    result.memory = plan_.memory;
+    return result;
   }
 
   std::uint64_t input_bytes() const {
@@ -178,12 +189,24 @@ class RunInParts {
     return reader.blocks_size();
   }
 
+  // How often a sample is read for all parts, those of earlier runs included.
+  double times_read(const PartsOfRun& parts) const {
+    double samples = 0;
+    for (const BrickRows& part : parts.rows())
+      for (const BrickRows& strip : plan_.strips(parameters().bricks(), part))
+        samples += static_cast<double>(
+            EncodeSchedule(parameters(), strip, mark_halo(parameters())).samples().count());
+    return samples / static_cast<double>(parameters().domain().volume().count());
+  }
+
   EncodeResult assemble(const PartFolder& folder, bool overwrite,
                         const BeforeNaming<EncodeResult>& before_naming) {
     EncodeResult result;
     result.header = header_;
     result.bytes_in = input_bytes();
+    result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
+    result.times_read = times_read(parts);
     PlaceOrder order{folder.path(), record_bytes_, "", output_, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
     for (std::int64_t part = 0; part < parts.count(); ++part) {
@@ -213,6 +236,7 @@ class RunInParts {
   const std::string& output_;
   const PartsOptions& parts_;
   VolumeReader reader_;
+  EncodePlan plan_;
   TagHeader header_;
   RunRecord record_, earlier_;
   Bytes record_bytes_;

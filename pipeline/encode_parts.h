@@ -16,8 +16,8 @@ struct PartsOptions {
   bool resume = false;
   /// Who encodes, with its version: another one may make other bytes.
   std::string program;
-  /// Of each rank; 0: all that it may run on.
-  int threads = 0;
+  /// Of each rank; with 0 threads: as many as it may run on.
+  Resources resources{0};
 };
 
 /// Whether that can be done: from a file to a file.

@@ -17,6 +17,7 @@ EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, const BrickRo
     : bricks_(parameters.bricks()),
       rows_(rows),
       halo_(mark_halo),
+      marks_outside_(parameters.mesh_error >= 0),
       marked_(cubes_around(bricks_, rows)),
       samples_(intersection(marked_.grown(mark_halo), bricks_.domain.volume())),
       window_(samples_.low.z, samples_.low.y),
@@ -36,7 +37,8 @@ Box EncodeSchedule::mark_box(Index3 tile) const {
   const Box padded = bricks_.domain.padded();
   for (int axis = 0; axis < 3; ++axis)
     if (box.high[axis] < padded.high[axis]) --box.high[axis];
-  return box;
+  // Outside the volume nothing is curved, and nothing need be kept.
+  return marks_outside_ ? box : intersection(box, bricks_.domain.volume());
 }
 
 std::int64_t EncodeSchedule::slices_needed() const {
@@ -60,9 +62,9 @@ std::vector<MarkJob> EncodeSchedule::add_slice(SliceSamples slice) {
     const std::int64_t low = std::max(k * s - halo_, samples_.low.z),
                        high = std::min((k + 1) * s + halo_, last);
     if (window_.end() <= high) break;
+    const SliceRange slices = window_.range(low, high);
     for (std::int64_t y = tile_row_low(); y < tile_row_end(); ++y)
-      for (std::int64_t x = 0; x < bricks_.bricks(0); ++x)
-        jobs.push_back({{x, y, k}, window_.range(low, high)});
+      for (std::int64_t x = 0; x < bricks_.bricks(0); ++x) jobs.push_back({{x, y, k}, slices});
     RootLayer layer;
     layer.missing = (tile_row_end() - tile_row_low()) * bricks_.bricks(0);
     layer.tiles.resize(static_cast<std::size_t>(layer.missing));
@@ -98,12 +100,13 @@ std::vector<BrickJob> EncodeSchedule::layers_that_became_ready() {
 
 void EncodeSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) {
   const std::int64_t nx = bricks_.bricks(0);
+  const Box layer_box = intersection(bricks_.closed_box({0, 0, layer}), bricks_.domain.volume());
+  const SliceRange slices = window_.range(layer_box.low.z, layer_box.high.z);
   for (std::int64_t y = rows_.y_low; y < rows_.y_end; ++y)
     for (std::int64_t x = 0; x < nx; ++x) {
       BrickJob job;
       job.brick = {x, y, layer};
-      const Box box = intersection(bricks_.closed_box(job.brick), bricks_.domain.volume());
-      job.slices = window_.range(box.low.z, box.high.z);
+      job.slices = slices;
       for (std::int64_t k = layer * bricks_.edge - 1; k <= (layer + 1) * bricks_.edge; ++k) {
         const auto found = marks_.find(k);
         if (found == marks_.end()) continue;

@@ -71,7 +71,8 @@ class EncodeSchedule {
   BrickGrid bricks_;
   BrickRows rows_;
   std::int64_t halo_;
-  Box marked_;  ///< whole root cubes: those of the bricks, and one more on every side
+  bool marks_outside_;  ///< there are marks outside the volume
+  Box marked_;          ///< whole root cubes: those of the bricks, and one more on every side
   Box samples_;
   SliceWindow window_;
   std::int64_t root_layer_end_;

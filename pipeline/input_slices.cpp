@@ -12,7 +12,7 @@ SliceSamples read_input_slice(VolumeReader& reader, const Box& rows) {
   if (!reader.random_access()) {
     wanted.low.y = 0;
     wanted.high.y = dims.y - 1;
-    if (reader.next_slice() != rows.low.z) reader.seek_slice(rows.low.z);
+    if (reader.next_sample() != rows.low.z * reader.slice_samples()) reader.seek_slice(rows.low.z);
   }
   auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(wanted.size().y) * row);
   reader.read_rows(slice->data(), wanted);

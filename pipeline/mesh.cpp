@@ -9,7 +9,7 @@
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "io/vtu_writer.h"
-#include "pipeline/decode_graph.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"
 #include "stages/tetrahedra.h"
 
@@ -133,7 +133,7 @@ int checked_level(const MeshOptions& options, int cube_size) {
 }
 
 // Layer by layer, as the values of a file with voxels are in its slices.
-void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progress& progress) {
+void mesh_bricks(TagReader& reader, MeshBuilder& mesh, const DecodeBudget& budget, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   const std::uint64_t total =
       static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
@@ -168,14 +168,14 @@ void mesh_bricks(TagReader& reader, MeshBuilder& mesh, int threads, const Progre
     done += decoded.bytes();
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   DecodeBudget::generous(parameters, threads), streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()), budget, streams);
 }
 
 }  // namespace
 
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      int threads, const Progress& progress, const BeforeNaming<MeshResult>& before_naming) {
+                      const Resources& resources, const Progress& progress,
+                      const BeforeNaming<MeshResult>& before_naming) {
   if (output != "-" && !output.ends_with(".vtu"))
     throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
   refuse_same_file(input, output);
@@ -183,9 +183,10 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   const int level = checked_level(options, parameters.cube_size);
+  const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
   VtuWriter writer(output, parameters.type, options.overwrite);
   MeshBuilder mesh(reader.header(), level, options.padded, writer);
-  mesh_bricks(reader, mesh, threads, progress);
+  mesh_bricks(reader, mesh, plan.budget, progress);
   writer.finish();
   const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
                              writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};

@@ -37,7 +37,7 @@ struct MeshResult {
 /// Throws UsageError for a level that the grid cannot have and for a name that does not end in ".vtu",
 /// BrokenInput, WorldError; then nothing is left under the name of the output.
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      int threads, const Progress& progress = {},
+                      const Resources& resources, const Progress& progress = {},
                       const BeforeNaming<MeshResult>& before_naming = {});
 
 }  // namespace tagrid

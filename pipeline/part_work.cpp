@@ -50,9 +50,11 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         reader_(open_volume(order.input, order.raw)),
-        plan_(plan_encoding(parameters_, order.threads > 0 ? order.threads : available_threads())) {
+        plan_(plan_encoding(parameters_, of_this_rank(order.resources))) {
     if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
+    // Else what precedes a part has to be decompressed for each.
+    if (!reader_.random_access() && !order.resources.spool.empty()) reader_.spool(order.resources.spool);
   }
 
   void encode(std::int64_t part, SharedWork& shared) {
@@ -105,6 +107,11 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 }
 
 }  // namespace
+
+Resources of_this_rank(Resources given) {
+  if (given.threads == 0) given.threads = available_threads();
+  return given;
+}
 
 PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::move(folder)) {
   Status status = parse_record(record, record_);

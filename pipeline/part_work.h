@@ -12,6 +12,7 @@
 #include "io/volume_info.h"
 #include "pipeline/brick_rows.h"
 #include "pipeline/ranks.h"
+#include "pipeline/resources.h"
 
 namespace tagrid {
 
@@ -21,7 +22,7 @@ struct PartOrder {
   std::optional<RawDescription> raw;
   std::string folder;          ///< where the parts are
   Bytes record;                ///< of the run, see RunRecord
-  int threads = 0;             ///< of each rank; 0: all that it may run on
+  Resources resources{0};      ///< of each rank; 0 threads: as many as it may run on
   int code_after_signal = -1;  ///< see io/temporaries.h: the run can be continued
 };
 
@@ -37,6 +38,9 @@ struct PlaceOrder {
   std::string name;  ///< its name, for messages
   std::vector<PartPlace> places;
 };
+
+/// What this rank may take where each may take `given`.
+Resources of_this_rank(Resources given);
 
 /// Told how many bytes of samples are done, by all ranks together.
 using DoneBytes = std::function<void(std::uint64_t done)>;

@@ -10,6 +10,7 @@
 #include "pipeline/encode_graph.h"
 #include "pipeline/input_slices.h"
 #include "pipeline/memory_plan.h"
+#include "pipeline/row_output.h"
 #include "pipeline/until_it_fails.h"
 #include "pipeline/verify.h"
 
@@ -23,14 +24,18 @@ int available_threads() {
 
 EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
-                           int threads, const Progress& progress,
+                           const Resources& resources, const Progress& progress,
                            const BeforeNaming<EncodeResult>& before_naming) {
   options.validate();
   refuse_same_file(input, output);
   check_output(output, overwrite);
   VolumeReader reader = open_volume(input, raw);
   for (const std::string& file : reader.files()) refuse_same_file(file, output);
+  // Before anything is read: a limit that cannot be kept is found at once.
+  const EncodePlan plan =
+      plan_encoding(parameters_but_scale(options, reader), resources, reader.random_access());
   EncodeResult result;
+  result.memory = plan.memory;
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
   OutputFile file(output, overwrite, attributes_of(reader.files().back()));
@@ -40,9 +45,14 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   std::uint64_t done = 0;
   UntilItFails output_works;
   reader.stop_when(output_works.failed());
-  const EncodePlan plan = plan_encoding(parameters, threads);
+  if (plan.spooled) reader.spool(resources.spool);
+  double samples_read = plan.spooled ? static_cast<double>(total) : 0;
   EncodeStreams streams;
-  streams.read_slice = [&](const Box& rows) { return read_input_slice(reader, rows); };
+  streams.read_slice = [&](const Box& rows) {
+    SliceSamples slice = read_input_slice(reader, rows);
+    samples_read += static_cast<double>(slice->size());
+    return slice;
+  };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
     done += code.statistics.samples * size_of(parameters.type);
     output_works.run([&] {
@@ -57,6 +67,7 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
   writer.finish();
   result.index = writer.index();
   result.bytes_in = reader.bytes_read();
+  result.times_read = samples_read / static_cast<double>(total);
   result.file_bytes = file.position();
   result.temporary = file.temporary();
   if (before_naming) before_naming(result);
@@ -65,7 +76,7 @@ EncodeResult encode_volume(const std::string& input, const std::optional<RawDesc
 }
 
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
-                           bool overwrite, int threads, const Progress& progress,
+                           bool overwrite, const Resources& resources, const Progress& progress,
                            const BeforeNaming<DecodeResult>& before_naming) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
@@ -76,6 +87,9 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   info.type = parameters.type;
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
+  const bool any_order = is_regular_output(output);
+  const DecodePlan plan =
+      plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream);
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input));
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
@@ -85,27 +99,25 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  RowOutput row_output(writer, plan.spooled ? resources.spool : "", output);
   streams.write_rows = [&](const DecodedRows& rows) {
-    rows.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
-      output_works.run([&] { writer.write_samples(first, samples); });
-      done += samples.size();
-    });
+    output_works.run([&] { row_output.write(rows); });
+    done += rows.bytes();
     if (progress) progress(done, total);
   };
-  DecodePlan plan = plan_decoding(parameters, threads);
-  if (!writer.can_seek()) plan.budget.rows = parameters.bricks().bricks(1);
   output_works.rethrow_after(
       [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
-  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written()};
+  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
+                               plan.memory};
   if (before_naming) before_naming(result);
   writer.commit();
   return result;
 }
 
 void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, int threads) {
+                     const std::string& encoded, const Resources& resources) {
   try {
-    verify_file(encoded, input, raw, threads);
+    verify_file(encoded, input, raw, resources);
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -9,6 +9,7 @@
 #include "io/tag_file.h"
 #include "io/volume_writer.h"
 #include "pipeline/encode_options.h"
+#include "pipeline/resources.h"
 
 namespace tagrid {
 
@@ -29,6 +30,8 @@ struct EncodeResult {
   std::uint64_t bytes_in = 0;    ///< read, headers included
   std::uint64_t file_bytes = 0;  ///< written
   std::string temporary;         ///< where the file is before it gets its name; "" for pipes and devices
+  std::uint64_t memory = 0;      ///< that the plan takes at most
+  double times_read = 0;         ///< how often a sample was read to be encoded, on average
 };
 
 /// Encodes the volume at `input` into `output` ("-": the standard streams). From file to file the permissions
@@ -36,7 +39,7 @@ struct EncodeResult {
 /// under the name of the output.
 EncodeResult encode_volume(const std::string& input, const std::optional<RawDescription>& raw,
                            const std::string& output, bool overwrite, const EncodeOptions& options,
-                           int threads, const Progress& progress = {},
+                           const Resources& resources, const Progress& progress = {},
                            const BeforeNaming<EncodeResult>& before_naming = {});
 
 struct DecodeResult {
@@ -44,17 +47,18 @@ struct DecodeResult {
   TagIndex index;
   std::uint64_t bytes_in = 0;   ///< of the .tag file
   std::uint64_t bytes_out = 0;  ///< written, headers included
+  std::uint64_t memory = 0;     ///< that the plan takes at most
 };
 
 /// Decodes the .tag file `input` into the volume `output`. From file to file the permissions and the time are
 /// kept.
 DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
-                           bool overwrite, int threads, const Progress& progress = {},
+                           bool overwrite, const Resources& resources, const Progress& progress = {},
                            const BeforeNaming<DecodeResult>& before_naming = {});
 
 /// What an encoding made, put to the test before its input may go: decodes `encoded` and compares it with the
 /// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound.
 void verify_encoding(const std::string& input, const std::optional<RawDescription>& raw,
-                     const std::string& encoded, int threads);
+                     const std::string& encoded, const Resources& resources);
 
 }  // namespace tagrid

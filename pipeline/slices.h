@@ -17,10 +17,11 @@ namespace tagrid {
 /// reader.
 using SliceSamples = std::shared_ptr<const std::vector<std::byte>>;
 
-/// Slices first, first + 1, ..., of which each holds the rows from first_row on.
+/// Slices first, first + 1, ..., of which each holds the rows from first_row on. Cheap to copy: all jobs of a
+/// layer hold the same.
 struct SliceRange {
   std::int64_t first = 0, first_row = 0;
-  std::vector<SliceSamples> slices;
+  std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
 /// Copies the samples of `box` to `out`, x fastest. A point outside the volume of `dims` samples takes the
@@ -36,9 +37,9 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
   for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
       const Index3 p = volume.nearest({0, y, z});
-      assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices.size()));
+      assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
       const auto* slice =
-          reinterpret_cast<const T*>(range.slices[static_cast<std::size_t>(p.z - range.first)]->data());
+          reinterpret_cast<const T*>((*range.slices)[static_cast<std::size_t>(p.z - range.first)]->data());
       assert(p.y >= range.first_row);
       const T* row = slice + (p.y - range.first_row) * dims.x;
       out = std::fill_n(out, before, row[low]);
@@ -59,7 +60,9 @@ class SliceWindow {
   /// REQUIRES: low .. high are in the window.
   SliceRange range(std::int64_t low, std::int64_t high) const {
     assert(low >= first_ && high < end());
-    return {low, first_row_, {slices_.begin() + (low - first_), slices_.begin() + (high - first_ + 1)}};
+    return {low, first_row_,
+            std::make_shared<const std::vector<SliceSamples>>(slices_.begin() + (low - first_),
+                                                              slices_.begin() + (high - first_ + 1))};
   }
   void release_below(std::int64_t z) {
     for (; first_ < z && !slices_.empty(); ++first_) slices_.pop_front();

@@ -7,7 +7,7 @@
 
 #include "grid/conformity.h"
 #include "io/errors.h"
-#include "pipeline/decode_graph.h"
+#include "pipeline/memory_plan.h"
 #include "pipeline/shared_faces.h"
 #include "stages/brick_codec.h"
 #include "stages/sample_statistics.h"
@@ -33,17 +33,20 @@ class AgainstOriginal {
                                     name_of(parameters.type)));
   }
 
-  /// The activity of the next brick of the layer.
+  bool random_access() const { return reader_.random_access(); }
+  /// The activity of the next brick of the rows.
   void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
 
-  void compare(const DecodedRows& layer) {
-    slice_.resize(layer.slice_bytes());
-    decoded_.resize(layer.slice_bytes());
-    for (z_ = layer.box().low.z; z_ <= layer.box().high.z; ++z_) {
-      reader_.read_slices(slice_.data(), 1);
-      layer.copy_slice(z_, decoded_);
+  void compare(const DecodedRows& rows) {
+    slice_.resize(rows.slice_bytes());
+    decoded_.resize(rows.slice_bytes());
+    rows_ = rows.box();
+    for (rows_.low.z = rows.box().low.z; rows_.low.z <= rows.box().high.z; ++rows_.low.z) {
+      rows_.high.z = rows_.low.z;
+      reader_.read_rows(slice_.data(), rows_);
+      rows.copy_slice(rows_.low.z, decoded_);
       with_sample_type(parameters_.type, [&](auto type) {
         using T = decltype(type);
         compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded_.data()));
@@ -69,7 +72,7 @@ class AgainstOriginal {
   void compare_slice(const T* original, const T* decoded) {
     const double bound = parameters_.max_error < 0 ? INFINITY : parameters_.max_error;
     const double tightest = parameters_.surface_error < 0 ? bound : parameters_.surface_error;
-    for (std::int64_t i = 0; i < reader_.slice_samples(); ++i) {
+    for (std::int64_t i = 0; i < rows_.count(); ++i) {
       const double error = sample_error(original[i], decoded[i]);
       worst_ = std::max(worst_, error);
       if constexpr (std::is_integral_v<T>)
@@ -77,7 +80,7 @@ class AgainstOriginal {
       else
         real_squares_ = Statistics::limited(real_squares_ + error * error);
       if (error <= tightest) continue;
-      const Index3 p{i % parameters_.dims.x, i / parameters_.dims.x, z_};
+      const Index3 p{i % parameters_.dims.x, rows_.low.y + i / parameters_.dims.x, rows_.low.z};
       if (error > bound || is_active(p))
         throw BrokenInput(fmt::format("{}: voxel {} is {}, the original {}: further apart than {}", name_,
                                       text(p), +decoded[i], +original[i], error > bound ? bound : tightest));
@@ -86,21 +89,22 @@ class AgainstOriginal {
 
   bool is_active(Index3 p) const {
     if (active_.empty()) return false;
-    const auto brick = [&](int axis) {
-      return p[axis] == 0 ? 0
-                          : (p[axis] - 1) / (std::int64_t{parameters_.brick_edge} * parameters_.cube_size);
+    const auto brick = [&](std::int64_t coordinate) {
+      return coordinate == 0
+                 ? 0
+                 : (coordinate - 1) / (std::int64_t{parameters_.brick_edge} * parameters_.cube_size);
     };
-    return active_[static_cast<std::size_t>(brick(1) * bricks_.bricks(0) + brick(0))].test(p);
+    const std::int64_t row = brick(p.y) - brick(rows_.low.y);
+    return active_[static_cast<std::size_t>(row * bricks_.bricks(0) + brick(p.x))].test(p);
   }
 
   std::string name_;
   const CodingParameters& parameters_;
   BrickGrid bricks_;
   VolumeReader reader_;
-  std::vector<LatticeBits>
-      active_;  ///< of the bricks of the layer; only where they have a bound of their own
+  std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only where they have a bound of their own
   std::vector<std::byte> slice_, decoded_;  ///< of the original, and of the file
-  std::int64_t z_ = 0;
+  Box rows_;                                ///< of one slice, that are compared
   double worst_ = 0;
   Uint128 squares_ = 0;
   double real_squares_ = 0;
@@ -158,11 +162,15 @@ class StatisticsCheck {
 }  // namespace
 
 VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const std::optional<RawDescription>& raw, int threads, const Progress& progress) {
+                         const std::optional<RawDescription>& raw, const Resources& resources,
+                         const Progress& progress) {
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   std::optional<AgainstOriginal> against;
   if (!original.empty()) against.emplace(reader.name(), parameters, original, raw);
+  const bool any_order = !against || against->random_access();
+  const DecodePlan plan =
+      plan_decoding(parameters, resources, any_order ? DecodeUse::verify : DecodeUse::verify_stream);
   SharedFaces faces(parameters);
   StatisticsCheck statistics(parameters);
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
@@ -187,8 +195,7 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
     done += layer.bytes();
     if (progress) progress(done, total);
   };
-  run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   DecodeBudget::generous(parameters, threads), streams);
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams);
   statistics.compare(reader);
 
   VerifyResult result{reader.header(),

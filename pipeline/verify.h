@@ -26,7 +26,7 @@ struct VerifyResult {
 /// do not fit. With `original` ("" for none) also a voxel that is further from it than the file's bound, with
 /// its coordinates and both values.
 VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const std::optional<RawDescription>& raw, int threads,
+                         const std::optional<RawDescription>& raw, const Resources& resources,
                          const Progress& progress = {});
 
 }  // namespace tagrid

@@ -72,6 +72,13 @@ class Reading {
   FieldReader& fields_;
 };
 
+template <class Fields, class Given>
+void describe_resources(Fields& fields, Given& resources) {
+  fields(resources.threads);
+  if (fields.present(resources.memory)) fields(*resources.memory);
+  fields(resources.spool);
+}
+
 template <class Fields, class Raw>
 void describe_raw(Fields& fields, Raw& raw) {
   if (!fields.present(raw)) return;
@@ -98,7 +105,7 @@ void describe(Fields& fields, Order& order) {
   describe_raw(fields, order.raw);
   fields(order.folder);
   fields(order.record);
-  fields(order.threads);
+  describe_resources(fields, order.resources);
   fields(order.code_after_signal);
 }
 
@@ -123,7 +130,7 @@ void describe(Fields& fields, Order& order) {
   fields(order.file);
   fields(order.name);
   fields(order.start);
-  fields(order.threads);
+  describe_resources(fields, order.resources);
 }
 
 template <class Order>
@@ -160,7 +167,7 @@ void dismiss(Ranks& ranks, int code) {
   ranks.broadcast(fields.bytes());
 }
 
-int serve(Ranks& ranks) {
+int serve(Ranks& ranks, const std::function<void()>& limit_memory) {
   for (;;) {
     Bytes bytes;
     ranks.broadcast(bytes);
@@ -174,6 +181,7 @@ int serve(Ranks& ranks) {
           // left.
           const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
           if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");
+          if (order.resources.memory) limit_memory();
           make_parts(ranks, order);
           forget_temporary(slot);
         });
@@ -182,7 +190,10 @@ int serve(Ranks& ranks) {
         obey<PlaceOrder>(fields, [&](const PlaceOrder& order) { place_parts(ranks, order); });
         break;
       case Task::decode_parts:
-        obey<DecodeOrder>(fields, [&](const DecodeOrder& order) { decode_parts(ranks, order); });
+        obey<DecodeOrder>(fields, [&](const DecodeOrder& order) {
+          if (order.resources.memory) limit_memory();
+          decode_parts(ranks, order);
+        });
         break;
       default:
         throw std::logic_error("an order of rank 0 cannot be read");

@@ -16,6 +16,7 @@ void send_order(Ranks& ranks, const DecodeOrder& order);  ///< decode_parts()
 void dismiss(Ranks& ranks, int code);
 
 /// By the other ranks: does what rank 0 says until it has no more orders; returns the exit code that it gave.
-int serve(Ranks& ranks);
+/// `limit_memory` is called where a limit on memory was given.
+int serve(Ranks& ranks, const std::function<void()>& limit_memory);
 
 }  // namespace tagrid

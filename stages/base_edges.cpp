@@ -1,5 +1,7 @@
 #include "stages/base_edges.h"
 
+#include <cmath>
+
 #include "stages/vector_code.h"
 
 namespace tagrid {
@@ -171,7 +173,7 @@ void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t
     run.count = (count - first + runs - 1) / runs;
     run.rise_scale = rise_scale;
     for (std::size_t c = 0; c < F::component_count; ++c)
-      run.components[c] = field.components[static_cast<std::size_t>(components_of[number][c])].data();
+      run.components[c] = field.components[static_cast<std::size_t>(components_of[number][c])].get();
     const std::int64_t start = (low_x - field.box.low.x) / 2;
     run.left = field.row_offset(row.y - way.y * u, row.z - way.z * u) + start;
     run.right = field.row_offset(row.y + way.y * u, row.z + way.z * u) + start + across;
@@ -185,6 +187,22 @@ void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t
       base_edges::load_space(run, {y, z}, edges, lane);
     lane += static_cast<std::size_t>(run.count);
   }
+}
+
+EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale) {
+  // The ends of all edges of a row are in two rows, or in one.
+  const Way way = way_of(row, row.x0 - (row.odd_x ? row.unit : 0));
+  const std::int64_t dy = way.y * row.unit, dz = way.z * row.unit;
+  constexpr float inverse_sqrt[4] = {0, 1, 0.70710678F, 0.57735027F}, rounding = 1.0001F;
+  // Of NaNs none may be lost, as by a comparison.
+  const auto larger = [](float a, float b) { return a > b || std::isnan(a) ? a : b; };
+  const F::RowBounds& l = field.rows[static_cast<std::size_t>(field.row_number(row.y - dy, row.z - dz))];
+  const F::RowBounds& r = field.rows[static_cast<std::size_t>(field.row_number(row.y + dy, row.z + dz))];
+  const float rise = larger(l.highest, r.highest) + larger(-l.lowest, -r.lowest);
+  const float length = static_cast<float>(2 * row.unit);
+  return {rounding * larger(l.slope, r.slope),
+          rounding * (rise * rise_scale) * (inverse_sqrt[row.odd] / length),
+          rounding * larger(l.bend, r.bend)};
 }
 
 }  // namespace tagrid

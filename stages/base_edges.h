@@ -35,4 +35,34 @@ struct RowOfEdges {
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
                 float rise_scale, EdgeBatch& edges);
 
+/// What no edge of a row exceeds, in voxels, rounding included: absolute slopes, of the curve at both ends
+/// and of the chord, and absolute second derivatives. NaN or infinite where an entry of the field is.
+struct EdgeBounds {
+  float slope, chord, bend;
+};
+EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale);
+
+/// Calls f(row) for all rows of points of `box` up to a level, by unit, coarse to fine, then by class.
+template <class F>
+void for_each_row_of_edges(const Box& box, int cube_size, int max_level, F f) {
+  // The first coordinate >= low of the form unit * odd number, or unit * even number.
+  const auto first_of = [](std::int64_t low, std::int64_t unit, bool odd) {
+    const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
+    return offset + (low - offset + period - 1) / period * period;
+  };
+  int cycle = 0;
+  for (std::int64_t unit = cube_size / 2; unit >= 1; unit /= 2, ++cycle)
+    for (int bits = 1; bits < 8; ++bits) {
+      const bool ox = bits & 1, oy = bits & 2, oz = bits & 4;
+      const int odd = int{ox} + int{oy} + int{oz};
+      if (3 * cycle + 4 - odd > max_level) continue;
+      const std::int64_t x0 = first_of(box.low.x, unit, ox), period = 2 * unit;
+      if (x0 > box.high.x) continue;
+      const std::int64_t count = (box.high.x - x0) / period + 1;
+      for (std::int64_t z = first_of(box.low.z, unit, oz); z <= box.high.z; z += period)
+        for (std::int64_t y = first_of(box.low.y, unit, oy); y <= box.high.y; y += period)
+          f(RowOfEdges{unit, x0, y, z, count, odd, ox, oy, oz, period != cube_size});
+    }
+}
+
 }  // namespace tagrid

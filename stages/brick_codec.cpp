@@ -8,6 +8,7 @@
 
 #include "grid/lattice.h"
 #include "stages/activity_coding.h"
+#include "stages/activity_forecast.h"
 #include "stages/interpolation.h"
 #include "stages/point_coding.h"
 #include "stages/sample_statistics.h"
@@ -137,7 +138,18 @@ std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& a
   return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
 }
 
+// What is forecast from decoded samples, where they do not depend on the activity.
+template <class T>
+Forecast forecast_of(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
+  if (!activity_follows_values(parameters)) return {};
+  return forecast_activity<T>(samples, parameters, brick);
+}
+
 }  // namespace
+
+bool activity_follows_values(const CodingParameters& parameters) {
+  return parameters.mode == FileMode::voxels && parameters.surface_error < 0;
+}
 
 Box samples_to_encode(const CodingParameters& parameters, Index3 brick) {
   const BrickGrid bricks = parameters.bricks();
@@ -150,14 +162,16 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   assert(samples.box == samples_to_encode(parameters, brick));
   const auto n = static_cast<std::size_t>(samples.box.count());
   const std::span<const T> original(samples.data, n);
-  encode_activity(active, parameters.cube_size, parameters.max_level, code.activity);
   count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels) {
     std::vector<T> decoded(n);
     encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded);
+    encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
+                    parameters.max_level, code.activity);
     measure_samples<T>(original, decoded, code.statistics);
     return;
   }
+  encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
   std::vector<T> points(n);
   for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
   encode_brick_points<T>(points, active, parameters, code.values);
@@ -165,10 +179,12 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
 }
 
-Status decode_brick_activity(std::span<const std::uint8_t> bytes, const CodingParameters& parameters,
-                             Index3 brick, LatticeBits& active) {
+template <class T>
+Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
+                             const CodingParameters& parameters, Index3 brick, LatticeBits& active) {
   active = LatticeBits(parameters.bricks().closed_box(brick));
-  return decode_activity(bytes, parameters.cube_size, parameters.max_level, active);
+  return decode_activity(bytes, forecast_of<T>(samples, parameters, brick), parameters.cube_size,
+                         parameters.max_level, active);
 }
 
 template <class T>
@@ -221,6 +237,8 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
 #define TAGRID_INSTANTIATE(T)                                                                        \
   template void encode_brick(const Samples<T>&, const LatticeBits&, const CodingParameters&, Index3, \
                              BrickCode&);                                                            \
+  template Status decode_brick_activity(std::span<const std::uint8_t>, std::span<const T>,           \
+                                        const CodingParameters&, Index3, LatticeBits&);              \
   template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
                                       const CodingParameters&, Index3, std::vector<T>&, std::vector<T>&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)

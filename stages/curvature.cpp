@@ -1,7 +1,10 @@
 #include "stages/curvature.h"
 
+#include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -83,6 +86,40 @@ inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, 
   }
 }
 
+// Floats as integers of the same order. Their largest and smallest are found by vector code, those of floats
+// are not; NaNs are beyond infinity.
+TAGRID_INLINE std::int32_t ordered(float v) {
+  const auto bits = std::bit_cast<std::int32_t>(v);
+  return bits ^ ((bits >> 31) & 0x7fffffff);
+}
+TAGRID_INLINE float from_ordered(std::int32_t order) {
+  return std::bit_cast<float>(order ^ ((order >> 31) & 0x7fffffff));
+}
+
+inline __attribute__((always_inline)) CurvatureField::RowBounds bounds_of_row(
+    const std::array<float*, 10>& row, std::int64_t n) {
+  using F = CurvatureField;
+  constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(),
+                         most = std::numeric_limits<std::int32_t>::max();
+  std::int32_t lowest = most, highest = least;
+  std::uint32_t slope = 0, bend = 0;  // a NaN is the largest, of either sign
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int32_t value = ordered(row[F::value][i]);
+    lowest = value < lowest ? value : lowest;
+    highest = value > highest ? value : highest;
+    const float gx = row[F::gx][i], gy = row[F::gy][i], gz = row[F::gz][i];
+    const float hxx = row[F::hxx][i], hyy = row[F::hyy][i], hzz = row[F::hzz][i];
+    const float hxy = row[F::hxy][i], hxz = row[F::hxz][i], hyz = row[F::hyz][i];
+    const auto g = std::bit_cast<std::uint32_t>(gx * gx + gy * gy + gz * gz);
+    const auto h = std::bit_cast<std::uint32_t>((hxx * hxx + hyy * hyy + hzz * hzz) +
+                                                2.0F * (hxy * hxy + hxz * hxz + hyz * hyz));
+    slope = g > slope ? g : slope;
+    bend = h > bend ? h : bend;
+  }
+  return {from_ordered(lowest), from_ordered(highest), std::sqrt(std::bit_cast<float>(slope)),
+          std::sqrt(std::bit_cast<float>(bend))};
+}
+
 }  // namespace
 
 template <class T>
@@ -92,13 +129,16 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
   out.box = box;
   out.size = {(box.size().x + 1) / 2, (box.size().y + 1) / 2, (box.size().z + 1) / 2};
   for (auto& component : out.components)
-    component.resize(static_cast<std::size_t>(out.size.x * out.size.y * out.size.z));
+    component = std::make_unique_for_overwrite<float[]>(
+        static_cast<std::size_t>(out.size.x * out.size.y * out.size.z));
 
   const std::int64_t width = box.size().x + 2;
   const auto scale = static_cast<float>(field_scale);
   RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums;
   sums.resize(static_cast<std::size_t>(width));
   std::array<float*, 10> target;
+  out.rows.clear();
+  out.rows.reserve(static_cast<std::size_t>(out.size.y * out.size.z));
   std::size_t position = 0;
   for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
     for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
@@ -108,8 +148,9 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
           rows.at[static_cast<std::size_t>(3 * (dz + 1) + dy + 1)] =
               samples.row(y + dy, z + dz) + (box.low.x - 1 - samples.box.low.x);
       sum_rows(rows, width, sums);
-      for (std::size_t c = 0; c < 10; ++c) target[c] = out.components[c].data() + position;
+      for (std::size_t c = 0; c < 10; ++c) target[c] = out.components[c].get() + position;
       finish_row(sums, out.size.x, scale, target);
+      out.rows.push_back(bounds_of_row(target, out.size.x));
       position += static_cast<std::size_t>(out.size.x);
     }
 }

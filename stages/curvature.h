@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "grid/box.h"
@@ -22,14 +23,24 @@ struct CurvatureField {
 
   enum Component { value, gx, gy, gz, hxx, hyy, hzz, hxy, hxz, hyz, component_count };
 
-  Box box;      ///< even corners
-  Index3 size;  ///< points an axis, at distance 2
-  std::array<std::vector<float>, component_count> components;
+  Box box;                                                           ///< even corners
+  Index3 size;                                                       ///< points an axis, at distance 2
+  std::array<std::unique_ptr<float[]>, component_count> components;  ///< each of size.x size.y size.z
+
+  /// What bounds the entries of one row: they need no look where that is little.
+  struct RowBounds {
+    float lowest, highest;  ///< values
+    float slope;            ///< length of the gradient: no slope along an edge is larger
+    float bend;             ///< Frobenius norm of the Hessian: nor any second derivative
+  };
+  std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite where an entry is
 
   /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
   /// even x.
-  std::int64_t row_offset(std::int64_t y, std::int64_t z) const {
-    return ((z - box.low.z) / 2 * size.y + (y - box.low.y) / 2) * size.x;
+  std::int64_t row_offset(std::int64_t y, std::int64_t z) const { return row_number(y, z) * size.x; }
+  /// Its place in `rows`.
+  std::int64_t row_number(std::int64_t y, std::int64_t z) const {
+    return (z - box.low.z) / 2 * size.y + (y - box.low.y) / 2;
   }
 };
 

@@ -7,6 +7,12 @@ namespace {
 
 constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
 
+// Whether find_bent() says so of all edges that are within the bounds.
+bool none_is_bent(const EdgeBounds& bounds, float length, const CriterionParameters& constants) {
+  const float half_step = length * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
+  return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
+}
+
 class RowMarker {
  public:
   RowMarker(const CurvatureField& field, const MarkingParameters& parameters, LatticeBits& marks)
@@ -16,6 +22,7 @@ class RowMarker {
         marks_(marks) {}
 
   void mark(const RowOfEdges& row) {
+    if (none_is_bent(bounds_of(field_, row, rise_scale_), length_of(row), constants_)) return;
     for (std::int64_t from = 0; from < row.count; from += capacity) {
       const std::int64_t n = std::min<std::int64_t>(capacity, row.count - from);
       load_edges(field_, row, from, n, rise_scale_, edges_);
@@ -46,8 +53,12 @@ class RowMarker {
     }
   };
 
+  static float length_of(const RowOfEdges& row) {
+    return static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
+  }
+
   void keep_bent(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
-    const float length = static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
+    const float length = length_of(row);
     EdgeBatch::Flags bent;
     if (!find_bent(edges_, static_cast<std::size_t>(n), length, constants_, bent)) return;
     for (std::int64_t lane = 0; lane < n; ++lane) {
@@ -84,12 +95,6 @@ class RowMarker {
   Waiting bent_, undecided_;
 };
 
-// First coordinate >= low of the form unit * odd number, or unit * even number.
-std::int64_t first_of(std::int64_t low, std::int64_t unit, bool odd) {
-  const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
-  return offset + (low - offset + period - 1) / period * period;
-}
-
 }  // namespace
 
 void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
@@ -97,19 +102,8 @@ void mark_curvature(const CurvatureField& field, const Domain& domain, const Mar
   const Box box = intersection(marks.box(), domain.volume());
   if (box.empty()) return;
   RowMarker marker(field, parameters, marks);
-  int cycle = 0;
-  for (std::int64_t unit = domain.cube_size / 2; unit >= 1; unit /= 2, ++cycle)
-    for (int bits = 1; bits < 8; ++bits) {
-      const bool ox = bits & 1, oy = bits & 2, oz = bits & 4;
-      const int odd = int{ox} + int{oy} + int{oz};
-      if (3 * cycle + 4 - odd > parameters.max_level) continue;
-      const std::int64_t x0 = first_of(box.low.x, unit, ox), period = 2 * unit;
-      if (x0 > box.high.x) continue;
-      const std::int64_t count = (box.high.x - x0) / period + 1;
-      for (std::int64_t z = first_of(box.low.z, unit, oz); z <= box.high.z; z += period)
-        for (std::int64_t y = first_of(box.low.y, unit, oy); y <= box.high.y; y += period)
-          marker.mark({unit, x0, y, z, count, odd, ox, oy, oz, period != domain.cube_size});
-    }
+  for_each_row_of_edges(box, domain.cube_size, parameters.max_level,
+                        [&](const RowOfEdges& row) { marker.mark(row); });
   marker.finish();
 }
 

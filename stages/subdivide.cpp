@@ -45,12 +45,12 @@ void or_moved_down(Word* row, const RowBits& bits, std::size_t distance) {
 
 class Closure {
  public:
-  Closure(LatticeBits& bits, int cube_size)
-      : bits_(bits),
+  Closure(std::span<LatticeBits> nested, int cube_size)
+      : nested_(nested),
         cube_size_(cube_size),
-        low_(bits.box().low),
-        high_(bits.box().high),
-        odd_(bits.words_per_row()),
+        low_(nested[0].box().low),
+        high_(nested[0].box().high),
+        odd_(nested[0].words_per_row()),
         even_(odd_),
         one_(odd_),
         three_(odd_),
@@ -63,20 +63,15 @@ class Closure {
   void run() {
     for (std::int64_t unit = 1; unit < cube_size_; unit *= 2) {
       prepare(unit);
-      for_rows([&](auto y, auto z, bool oy, bool oz) {
-        if (!(oy && oz)) edge_midpoints(y, z, oy, oz);
-      });
-      for_rows([&](auto y, auto z, bool oy, bool oz) {
-        if (oy || oz) face_centres(y, z, oy, oz);
-      });
+      for_rows([&](auto y, auto z, bool oy, bool oz) { return !(oy && oz) && edge_midpoints(y, z, oy, oz); });
+      for_rows([&](auto y, auto z, bool oy, bool oz) { return (oy || oz) && face_centres(y, z, oy, oz); });
       if (2 * unit < cube_size_)
-        for_rows([&](auto y, auto z, bool oy, bool oz) {
-          if (oy && oz) cube_centres(y, z);
-        });
+        for_rows([&](auto y, auto z, bool oy, bool oz) { return oy && oz && cube_centres(y, z); });
     }
-    for (std::int64_t z = low_.z; z <= high_.z; z += cube_size_)
-      for (std::int64_t y = low_.y; y <= high_.y; y += cube_size_)
-        for (std::int64_t x = low_.x; x <= high_.x; x += cube_size_) bits_.set({x, y, z});
+    for (LatticeBits& bits : nested_)
+      for (std::int64_t z = low_.z; z <= high_.z; z += cube_size_)
+        for (std::int64_t y = low_.y; y <= high_.y; y += cube_size_)
+          for (std::int64_t x = low_.x; x <= high_.x; x += cube_size_) bits.set({x, y, z});
   }
 
  private:
@@ -97,51 +92,58 @@ class Closure {
     }
   }
 
+  // Calls f(y, z, y is odd, z is odd) for the rows, with every set in turn until it finds no point.
   template <class F>
   void for_rows(F f) {
     for (std::int64_t z = low_.z; z <= high_.z; z += unit_)
       for (std::int64_t y = low_.y; y <= high_.y; y += unit_)
-        f(y, z, ((y - low_.y) & unit_) != 0, ((z - low_.z) & unit_) != 0);
+        for (LatticeBits& bits : nested_) {
+          bits_ = &bits;
+          if (!f(y, z, ((y - low_.y) & unit_) != 0, ((z - low_.z) & unit_) != 0)) break;
+        }
   }
 
   bool find(std::int64_t y, std::int64_t z, const RowBits& mask) {
-    const Word* row = bits_.row(y, z);
+    const Word* row = bits_->row(y, z);
     Word any = 0;
     for (std::size_t i = 0; i < found_.size(); ++i) any |= found_[i] = row[i] & mask[i];
     return any != 0;
   }
 
   void to_y_neighbours(std::int64_t y, std::int64_t z) {
-    if (y > low_.y) or_into(bits_.row(y - unit_, z), found_);
-    if (y < high_.y) or_into(bits_.row(y + unit_, z), found_);
+    if (y > low_.y) or_into(bits_->row(y - unit_, z), found_);
+    if (y < high_.y) or_into(bits_->row(y + unit_, z), found_);
   }
   void to_z_neighbours(std::int64_t y, std::int64_t z) {
-    if (z > low_.z) or_into(bits_.row(y, z - unit_), found_);
-    if (z < high_.z) or_into(bits_.row(y, z + unit_), found_);
+    if (z > low_.z) or_into(bits_->row(y, z - unit_), found_);
+    if (z < high_.z) or_into(bits_->row(y, z + unit_), found_);
   }
   void to_x_neighbours(std::int64_t y, std::int64_t z) {
-    or_moved_up(bits_.row(y, z), found_, static_cast<std::size_t>(unit_), valid_);
-    or_moved_down(bits_.row(y, z), found_, static_cast<std::size_t>(unit_));
+    or_moved_up(bits_->row(y, z), found_, static_cast<std::size_t>(unit_), valid_);
+    or_moved_down(bits_->row(y, z), found_, static_cast<std::size_t>(unit_));
   }
 
-  void edge_midpoints(std::int64_t y, std::int64_t z, bool oy, bool oz) {
-    if (!find(y, z, oy || oz ? even_ : odd_)) return;
+  // These say whether the row has points of the class.
+  bool edge_midpoints(std::int64_t y, std::int64_t z, bool oy, bool oz) {
+    if (!find(y, z, oy || oz ? even_ : odd_)) return false;
     if (oy || oz) to_x_neighbours(y, z);
     if (!oy) to_y_neighbours(y, z);
     if (!oz) to_z_neighbours(y, z);
+    return true;
   }
 
-  void face_centres(std::int64_t y, std::int64_t z, bool oy, bool oz) {
-    if (!find(y, z, oy && oz ? even_ : odd_)) return;
+  bool face_centres(std::int64_t y, std::int64_t z, bool oy, bool oz) {
+    if (!find(y, z, oy && oz ? even_ : odd_)) return false;
     if (oy && oz) to_x_neighbours(y, z);
     if (!oy) to_y_neighbours(y, z);
     if (!oz) to_z_neighbours(y, z);
+    return true;
   }
 
   // A cube centre next to the corner (shared_x, shared_y, shared_z) of its parent cell asks for the midpoints
   // of the three edges that leave this corner: on each, one coordinate is not shared but across the cell.
-  void cube_centres(std::int64_t y, std::int64_t z) {
-    if (!find(y, z, odd_)) return;
+  bool cube_centres(std::int64_t y, std::int64_t z) {
+    if (!find(y, z, odd_)) return false;
     const auto shared = [&](std::int64_t c, std::int64_t low) {
       return ((c - low) & (2 * unit_)) ? c + unit_ : c - unit_;
     };
@@ -150,10 +152,11 @@ class Closure {
     const auto distance = static_cast<std::size_t>(unit_);
 
     move_apart(one_, three_, distance);  // to the shared x: down from 1, up from 3 (modulo 4 units)
-    or_into(bits_.row(across_y, shared_z), moved_);
-    or_into(bits_.row(shared_y, across_z), moved_);
+    or_into(bits_->row(across_y, shared_z), moved_);
+    or_into(bits_->row(shared_y, across_z), moved_);
     move_apart(three_, one_, distance);
-    or_into(bits_.row(shared_y, shared_z), moved_);
+    or_into(bits_->row(shared_y, shared_z), moved_);
+    return true;
   }
 
   void move_apart(const RowBits& down, const RowBits& up, std::size_t distance) {
@@ -165,7 +168,8 @@ class Closure {
     or_moved_down(&moved_[0], part, distance);
   }
 
-  LatticeBits& bits_;
+  std::span<LatticeBits> nested_;
+  LatticeBits* bits_ = nullptr;  ///< the one of them that is looked at
   int cube_size_;
   Index3 low_, high_;
   std::int64_t unit_ = 1;
@@ -175,8 +179,12 @@ class Closure {
 
 }  // namespace
 
+void close_under_parents(std::span<LatticeBits> nested, int cube_size) {
+  if (!nested.empty() && !nested[0].box().empty()) Closure(nested, cube_size).run();
+}
+
 void close_under_parents(LatticeBits& bits, int cube_size) {
-  if (!bits.box().empty()) Closure(bits, cube_size).run();
+  close_under_parents(std::span(&bits, 1), cube_size);
 }
 
 Box region_of_marks(const Box& closed_box, const Domain& domain) {

@@ -1,6 +1,8 @@
 // Subdivision without cracks: which points are active, from the marks around a brick.
 #pragma once
 
+#include <span>
+
 #include "grid/domain.h"
 #include "grid/lattice_bits.h"
 
@@ -12,6 +14,10 @@ namespace tagrid {
 /// One sweep over the levels, finest first, whole words of points at a time. The result is what the paper's
 /// recursion Neighbor_Require_for_Subdivision decides (its section 2.3), without its repetition.
 void close_under_parents(LatticeBits& bits, int cube_size);
+
+/// The same of several sets of one box, each a subset of the one before: where that has no points, the others
+/// are not looked at.
+void close_under_parents(std::span<LatticeBits> nested, int cube_size);
 
 /// The box whose marks decide the activity of the closed box of a brick (the paper's region of reference,
 /// rounded up to whole root cubes).

@@ -14,6 +14,7 @@ import sys
 
 from second_decoder.best import BestDecoder
 from second_decoder.coding import Broken
+from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
 from second_decoder.voxels import FastDecoder, VoxelDecoder, decode_voxels
 from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
@@ -51,7 +52,7 @@ class Header:
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, accuracy, self.effort, scale, low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIIdddddddII", data, 16)
         require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
@@ -62,8 +63,8 @@ class Header:
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
-        require(self.level_limit <= 3 * self.K and accuracy >= 3, "impossible accuracy")
-        require(scale > 0 and all(map(math.isfinite, (scale, low, high))), "impossible range")
+        require(self.level_limit <= 3 * self.K and self.accuracy >= 3, "impossible accuracy")
+        require(self.scale > 0 and all(map(math.isfinite, (self.scale, self.range_low, high))), "impossible range")
         for e in (max_error, surface_error, mesh_error):
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
@@ -95,12 +96,28 @@ def unpack(packed, size):
     return run.stdout
 
 
-def decode_brick(header, number, activity, values):
-    """Samples of the owned box by lattice point."""
+def as_number(sample, sample_type):
+    """A sample as Python has it; floats are kept as bits elsewhere."""
+    if not sample_type.is_float:
+        return sample
+    return struct.unpack("<f" if sample_type.size == 4 else "<d", sample.to_bytes(sample_type.size, "little"))[0]
+
+
+def decode_brick(header, number, activity, values, with_grid):
+    """Samples of the owned box by lattice point, and the active points; None where they are not needed."""
     closed, owned = header.boxes(number)
     active = None
     if header.mode == 1 or header.surface_error >= 0:
         active = decode_activity(activity, closed, header.S, header.level_limit)
+    samples = decode_samples(header, closed, owned, active, values)
+    if active is None and with_grid:
+        numbers = {p: as_number(v, header.type) for p, v in samples.items()}
+        active = decode_activity(activity, closed, header.S, header.level_limit,
+                                 forecast(numbers, owned, closed, header))
+    return samples, active
+
+
+def decode_samples(header, closed, owned, active, values):
     if header.mode == 1 and header.type.is_wide:
         points = decode_wide_points(values, closed, active, header.S, header.point_error, header.type)
         interpolated = interpolate_floats if header.type.is_float else interpolate
@@ -127,7 +144,19 @@ def decode_brick(header, number, activity, values):
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 
-def check_index(data, at, header, last, sizes):
+def level_counts(header, number, active):
+    """Active points that a brick counts as its own, by level: those in (low, high] of its closed box."""
+    counts = [0] * (3 * header.K + 1)
+    closed, owned = header.boxes(number)
+    for p in active:
+        if all(p[a] > closed.low[a] or owned.low[a] == closed.low[a] for a in range(3)):
+            unit = min((c & -c for c in p if c), default=header.S)
+            odd = sum(c & unit != 0 for c in p)
+            counts[0 if unit >= header.S else 3 * (header.K - unit.bit_length()) + 4 - odd] += 1
+    return counts
+
+
+def check_index(data, at, header, last, sizes, counts):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
     n = len(sizes)
@@ -140,14 +169,18 @@ def check_index(data, at, header, last, sizes):
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
     fields = unpack(data[at + 20:end], size)
     if fields is not None:
+        stored_counts = struct.unpack_from(f"<{3 * header.K + 1}Q", fields)
+        require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
         columns = struct.unpack_from(f"<{2 * n}I", fields, 8 * (3 * header.K + 1) + 56)
         second_half = struct.unpack_from("<Q", fields, 8 * (3 * header.K + 1) + 16)[0]
         require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
         require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
 
 
-def decode(data):
+def decode(data, with_grid=True):
+    """All samples. with_grid: the activity is decoded also where samples do not depend on it."""
     header = Header(data)
+    counts = [0] * (3 * header.K + 1)
     volume = {}
     at, last, sizes = header.size, header.checksum, []
     for number in range(math.prod(header.bricks)):
@@ -162,11 +195,14 @@ def decode(data):
         require(checksum == chained(data[at:end], last), f"brick {number} is damaged")
         require(stored_number == number and activity_size <= length - 12, f"brick {number} is not in its place")
         middle = at + 16 + activity_size
-        volume.update(decode_brick(header, number, data[at + 16:middle], data[middle:end]))
+        samples, active = decode_brick(header, number, data[at + 16:middle], data[middle:end], with_grid)
+        volume.update(samples)
+        if with_grid:
+            counts = [a + b for a, b in zip(counts, level_counts(header, number, active))]
         last = checksum
         sizes.append((activity_size, length - 12 - activity_size))
         at = end + 8
-    check_index(data, at, header, last, sizes)
+    check_index(data, at, header, last, sizes, counts if with_grid else None)
     whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
                     for p in whole.raster())

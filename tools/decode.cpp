@@ -37,7 +37,7 @@ struct DecodeCommand {
                     written.bytes_out, achieved_json(written.index)});
     });
     report.keep();
-    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n" + memory_summary(result.memory) + "\n");
     remove_files(removed_after);
   }
 
@@ -46,9 +46,9 @@ struct DecodeCommand {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
     if (ranks().count() > 1 && parts_are_possible(input, path))
-      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.threads, update,
-                             before_naming);
-    return decode_volume(input, path, chosen, output.overwrite, run.thread_count(), update, before_naming);
+      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
+                             update, before_naming);
+    return decode_volume(input, path, chosen, output.overwrite, run.resources(), update, before_naming);
   }
 };
 
@@ -62,6 +62,8 @@ Action add_decode_command(CLI::App& app) {
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
   return [state] { state->execute(); };
 }

@@ -56,13 +56,14 @@ struct EncodeCommand {
     if (description) warn_of_order(*description);
 
     const EncodeResult result = encode(description, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, description, written.temporary, run.thread_count());
+      if (remove) verify_encoding(input, description, written.temporary, run.resources());
       report.write({written.header.parameters.dims, written.header.parameters.type,
                     settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
                     achieved_json(written.index)});
     });
     report.keep();
-    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n");
+    if (run.verbosity > 0 && !run.quiet)
+      say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
     remove_files(removed_after);
   }
 
@@ -72,8 +73,9 @@ struct EncodeCommand {
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
     if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
       return encode_in_parts(ranks(), input, description, path, output.overwrite, options,
-                             {resume, "tagrid " TAGRID_VERSION, run.threads}, update, before_naming);
-    return encode_volume(input, description, path, output.overwrite, options, run.thread_count(), update,
+                             {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank()}, update,
+                             before_naming);
+    return encode_volume(input, description, path, output.overwrite, options, run.resources(), update,
                          before_naming);
   }
 
@@ -165,6 +167,8 @@ Action add_encode_command(CLI::App& app) {
   add_raw_options(*command, state->raw);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
   command->add_flag("--resume", state->resume,
                     "Keep what is done in .NAME.parts, and go on with it after an interruption");

@@ -1,7 +1,6 @@
 // tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
 
 #include <fmt/format.h>
-#include <malloc.h>
 
 #include <cstdio>
 #include <iostream>
@@ -98,7 +97,7 @@ int run_with_mpi(int argc, char** argv) {
     // Not before: MPI has handlers of its own.
     catch_signals();
     if (ranks().rank() > 0) {
-      code = serve(ranks());
+      code = serve(ranks(), give_back_freed_memory);
     } else {
       code = guarded_run(argc, argv);
       dismiss(ranks(), code);
@@ -115,12 +114,7 @@ int run_with_mpi(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
-  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
-  // allocated so often that threads would wait for each other.
-  mallopt(M_MMAP_THRESHOLD, 1 << 25);
-  mallopt(M_TRIM_THRESHOLD, 1 << 27);
-  mallopt(M_ARENA_MAX, 1);
+  keep_freed_memory();
   occupy_standard_streams();
 #ifdef TAGRID_MPI
   return run_with_mpi(argc, argv);

@@ -41,7 +41,7 @@ struct MeshCommand {
   MeshResult mesh(const std::string& path, const BeforeNaming<MeshResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
     return write_mesh(
-        input, path, options, run.thread_count(),
+        input, path, options, run.resources(),
         [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
   }
 };
@@ -60,6 +60,7 @@ Action add_mesh_command(CLI::App& app) {
                     "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
   return [state] { state->execute(); };
 }
 

@@ -1,6 +1,8 @@
 #include "tools/process.h"
 
 #include <fcntl.h>
+#include <malloc.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -44,6 +46,26 @@ void catch_signals() {
       sigaction(number, &action, nullptr);
   }
   std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void keep_freed_memory() {
+  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
+  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
+  // allocated so often that threads would wait for each other.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 27);
+  mallopt(M_ARENA_MAX, 1);
+}
+
+void give_back_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 17);
+  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+}
+
+std::uint64_t peak_memory() {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 void say(std::string_view text) {

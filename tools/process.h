@@ -1,6 +1,7 @@
 // Manners towards the world around the process: signals, and the standard streams.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 
 namespace tagrid {
@@ -12,6 +13,14 @@ void occupy_standard_streams();
 /// From now on a signal that ends the process removes the temporaries before. Signals that the caller set to
 /// be ignored remain so. A file that grows over its limit is a write error, not a signal.
 void catch_signals();
+
+/// Sets up the heap for speed: memory that a brick gave back is kept for the next one.
+void keep_freed_memory();
+/// Sets it up for a limit on memory: what is large goes back to the system as soon as it is free.
+void give_back_freed_memory();
+
+/// The most memory that this process had so far, resident, in bytes.
+std::uint64_t peak_memory();
 
 /// Writes to the standard error. That nobody hears it is no failure.
 void say(std::string_view text);

@@ -6,6 +6,7 @@
 
 #include "grid/lattice.h"
 #include "tools/human_bytes.h"
+#include "tools/process.h"
 
 namespace tagrid {
 namespace {
@@ -69,6 +70,12 @@ std::string summary(const DecodeResult& result) {
   return fmt::format(
       "{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in), human_bytes(result.bytes_out),
       static_cast<double>(raw) / static_cast<double>(result.bytes_in), result.index.total.max_error);
+}
+
+std::string memory_summary(std::uint64_t planned, std::optional<double> times_read) {
+  const std::string memory = fmt::format("memory: {} at its peak, {} planned at most",
+                                         human_bytes(peak_memory()), human_bytes(planned));
+  return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
 }
 
 nlohmann::ordered_json settings_json(const CodingParameters& p) {

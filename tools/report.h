@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "io/tag_file.h"
@@ -13,6 +14,10 @@ namespace tagrid {
 std::string summary(const EncodeResult& result);
 /// One line on a decoding: sizes, ratio, largest error.
 std::string summary(const DecodeResult& result);
+
+/// One line on memory: what was planned, what was taken so far, and how often samples were read, if that
+/// matters.
+std::string memory_summary(std::uint64_t planned, std::optional<double> times_read = std::nullopt);
 
 /// What the encoder was asked for, and what came of it: parts of the objects of `info --json` and --json.
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);

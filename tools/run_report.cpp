@@ -9,6 +9,7 @@
 #include "io/file_attributes.h"
 #include "io/file_bytes.h"
 #include "io/system_call.h"
+#include "tools/process.h"
 
 namespace tagrid {
 namespace {
@@ -61,6 +62,7 @@ void RunReport::write(const RunFigures& figures) {
   json["bytes_out"] = figures.bytes_out;
   json["seconds"] = seconds;
   json["threads"] = threads_;
+  json["peak_memory"] = peak_memory();
   json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
   json["achieved"] = figures.achieved;
   // File names may be of any bytes, JSON may not.

@@ -53,6 +53,41 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->option_text("auto|bar|plain|none");
 }
 
+Resources RunOptions::resources() const {
+  Resources resources(thread_count());
+  resources.memory = memory;
+  resources.spool = spool;
+  return resources;
+}
+
+Resources RunOptions::resources_of_each_rank() const {
+  Resources resources = this->resources();
+  resources.threads = threads;
+  return resources;
+}
+
+void add_memory_option(CLI::App& command, RunOptions& options) {
+  command
+      .add_option_function<std::string>(
+          "-M,--memory",
+          [&options](const std::string& text) {
+            options.memory = byte_count(text);
+            if (!options.memory || *options.memory == 0)
+              throw UsageError(
+                  fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M or G", text));
+            give_back_freed_memory();
+          },
+          "Take no more memory than this, at any moment; K, M, G: times 1024, 1024^2, 1024^3")
+      ->option_text("SIZE");
+}
+
+void add_spool_option(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("--spool", options.spool,
+                  "Folder for a temporary file of samples, where a pipe is too wide for memory")
+      ->option_text("DIR");
+}
+
 void add_json_option(CLI::App& command, RunOptions& options) {
   command.add_option("--json", options.json, "Write statistics of the run to FILE")->option_text("FILE");
 }

@@ -11,6 +11,7 @@
 #include "io/errors.h"
 #include "io/volume_info.h"
 #include "io/volume_writer.h"
+#include "pipeline/resources.h"
 #include "tools/numbers.h"
 #include "tools/progress.h"
 
@@ -22,8 +23,13 @@ struct RunOptions {
   int verbosity = 0;
   ProgressStyle progress = ProgressStyle::automatic;
   std::string json;  ///< file for the statistics of the run; "": none
+  std::optional<std::uint64_t> memory;
+  std::string spool;
 
   int thread_count() const;
+  Resources resources() const;
+  /// The same for any rank: threads are 0 where affinity is to say.
+  Resources resources_of_each_rank() const;
 };
 
 /// What a Number may be, in words.
@@ -60,6 +66,12 @@ CLI::Validator one_of(const std::vector<std::string>& words);
 
 /// -T, -q, -v, --progress
 void add_run_options(CLI::App& command, RunOptions& options);
+
+/// -M
+void add_memory_option(CLI::App& command, RunOptions& options);
+
+/// --spool
+void add_spool_option(CLI::App& command, RunOptions& options);
 
 /// --json FILE
 void add_json_option(CLI::App& command, RunOptions& options);

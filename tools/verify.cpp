@@ -43,7 +43,7 @@ struct VerifyCommand {
 
   VerifyResult verify(const std::optional<RawDescription>& description) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    return verify_file(input, original, description, run.thread_count(),
+    return verify_file(input, original, description, run.resources(),
                        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
@@ -60,6 +60,7 @@ Action add_verify_command(CLI::App& app) {
   add_raw_options(*command, state->raw);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
   command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
   return [state] { state->execute(); };
 }

@@ -32,6 +32,7 @@ constexpr MarkingParameters criterion = {20, 8.0 / 4096, max_level(cube_size)};
 
 /// A brick, and what the stages before make of it.
 struct Brick {
+  Index3 position;
   Box closed, owned;
   std::vector<Sample> around;    ///< samples of the closed box and of the halo of the curvature
   std::vector<Sample> samples;   ///< of the owned box
@@ -39,6 +40,7 @@ struct Brick {
   CurvatureField field;
   LatticeBits region;  ///< marks that decide the activity
   LatticeBits active;
+  Forecast forecast;
 };
 
 struct Piece {
@@ -61,7 +63,16 @@ struct Piece {
       brick.region = LatticeBits(region_of_marks(brick.closed, domain));
       copy_bits(marks, brick.region);
       brick.active = subdivide(brick.region, brick.closed, domain);
+      brick.position = grid.position(id);
+      forecast(brick);
     }
+  }
+
+  void forecast(Brick& brick) const {
+    CodingParameters parameters;
+    parameters.dims = volume.dims;
+    parameters.field_scale = criterion.field_scale;
+    brick.forecast = forecast_activity<Sample>(brick.samples, parameters, brick.position);
   }
 
   static void curvature(Brick& brick) {
@@ -122,15 +133,16 @@ void grid_stages(const std::string& of, Piece& piece) {
   });
   auto coded = std::make_shared<Coded>();
   for (const Brick& brick : piece.bricks)
-    encode_activity(brick.active, cube_size, max_level(cube_size), (*coded)[&brick]);
+    encode_activity(brick.active, brick.forecast, cube_size, max_level(cube_size), (*coded)[&brick]);
+  measure(of + "/ActivityForecast", piece, [&piece](Brick& brick) { piece.forecast(brick); });
   measure(of + "/ActivityEncode", piece, [](Brick& brick) {
     Bytes bytes;
-    encode_activity(brick.active, cube_size, max_level(cube_size), bytes);
+    encode_activity(brick.active, brick.forecast, cube_size, max_level(cube_size), bytes);
     benchmark::DoNotOptimize(bytes.data());
   });
   measure(of + "/ActivityDecode", piece, [coded](Brick& brick) {
     LatticeBits active(brick.closed);
-    check(decode_activity(coded->at(&brick), cube_size, max_level(cube_size), active));
+    check(decode_activity(coded->at(&brick), brick.forecast, cube_size, max_level(cube_size), active));
   });
 }
 

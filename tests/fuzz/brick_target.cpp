@@ -43,9 +43,10 @@ CodingParameters parameters_of(Bytes head) {
 void activity_comes_back(const LatticeBits& active, const CodingParameters& p) {
   claim(!first_nonconforming_point(active, active.box(), p.cube_size), "activity is closed under parents");
   std::vector<std::uint8_t> bytes;
-  encode_activity(active, p.cube_size, p.max_level, bytes);
+  encode_activity(active, {}, p.cube_size, p.max_level, bytes);
   LatticeBits again(active.box());
-  claim(decode_activity(bytes, p.cube_size, p.max_level, again).ok(), "activity that was written is read");
+  claim(decode_activity(bytes, {}, p.cube_size, p.max_level, again).ok(),
+        "activity that was written is read");
   claim(again == active, "activity comes back");
 }
 
@@ -76,6 +77,10 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
     std::vector<T> samples, points;
     claim(decode_brick_values<T>(code.values, active, p, position, samples, points).ok(),
           "values that were written are read");
+    LatticeBits active_again;
+    claim(decode_brick_activity<T>(code.activity, samples, p, position, active_again).ok(),
+          "the activity of a brick that was written is read");
+    claim(active_again == active, "the activity of a brick comes back");
     const std::vector<T>& again = grid ? points : samples;
     claim(again.size() == values.size(), "as many values come back");
     std::size_t i = 0;
@@ -95,18 +100,24 @@ void brick(Bytes bytes) {
   const CodingParameters p = parameters_of(head);
   const Index3 position = p.bricks().position(head[7] % p.bricks().count());
   const std::size_t activity_size = std::min<std::size_t>(rest.size(), head[8] | head[9] << 8);
-  LatticeBits active;
-  if (!decode_brick_activity(rest.first(activity_size), p, position, active).ok()) return;
-  // Most inputs break in the values: encoding the activity again is worth its time where they do not, or
-  // where there are none.
-  const Bytes values = rest.subspan(activity_size);
-  if (values.empty()) activity_comes_back(active, p);
-  Statistics statistics;
-  count_active(active, p, position, statistics);
+  const Bytes activity = rest.first(activity_size), values = rest.subspan(activity_size);
   with_sample_type(p.type, [&](auto type) {
     using T = decltype(type);
-    std::vector<T> samples, points;
-    if (!decode_brick_values<T>(values, active, p, position, samples, points).ok()) return;
+    LatticeBits active;
+    // Where there are no values, they do not keep the activity from being read.
+    std::vector<T> samples(static_cast<std::size_t>(p.bricks().owned_box(position).count())), points;
+    const bool values_first = activity_follows_values(p);
+    const auto decode_values = [&] {
+      return decode_brick_values<T>(values, active, p, position, samples, points).ok();
+    };
+    if (values_first && !values.empty() && !decode_values()) return;
+    if (!decode_brick_activity<T>(activity, samples, p, position, active).ok()) return;
+    // Most inputs break in the values: encoding the activity again is worth its time where they do not, or
+    // where there are none.
+    if (values.empty()) activity_comes_back(active, p);
+    Statistics statistics;
+    count_active(active, p, position, statistics);
+    if (values.empty() || (!values_first && !decode_values())) return;
     activity_comes_back(active, p);
     claim(samples.size() == static_cast<std::size_t>(p.bricks().owned_box(position).count()),
           "a brick has the samples that it owns");

@@ -81,7 +81,8 @@ def offsets(u, odd):
     return around, beside
 
 
-def decode_activity(data, box, S, level_limit):
+def decode_activity(data, box, S, level_limit, forecast=None):
+    """The set of active points. forecast: numbers 0 .. 3 by point, or None where there is none."""
     coder = Decoder(data)
     active = set(box.raster((S, S, S)))
     models, mixers = Bits(), Mixers()
@@ -93,18 +94,28 @@ def decode_activity(data, box, S, level_limit):
         for p in points:
             if p not in candidates:
                 continue
-            on = off = ahead = directed = 0
+            on = off = ahead = directed = forecasts = surprises = 0
             for a in range(3):
                 q, r = add(p, along(a, -2 * u)), add(p, along(a, 2 * u))
                 state = 2 if q in active else 1 if q in candidates else 0
                 following = 1 if r in candidates else 0
                 on, off, ahead = on + (state == 2), off + (state == 1), ahead + following
                 directed = 6 * directed + 2 * state + following
-            neighbours = 16 * on + 4 * off + ahead
+                if forecast is not None:
+                    before = forecast.get(q, 0)
+                    forecasts += before + forecast.get(r, 0)
+                    surprises = 3 * surprises + (0 if state == 0 else 1 if (state == 2) == (before >= 2) else 2)
             around = sum(add(p, v) in active for v in around_offsets)
             beside = sum(add(p, v) in active for v in beside_offsets)
-            contexts = (neighbours + 64 * min((around + 1) // 2, 12), directed, 32 * around + beside,
-                        64 * (beside // 2) + neighbours)
+            if forecast is None:
+                neighbours = 16 * on + 4 * off + ahead
+                contexts = (neighbours + 64 * min((around + 1) // 2, 12), directed, 32 * around + beside,
+                            64 * (beside // 2) + neighbours)
+            else:
+                border = any(p[a] in (box.low[a], box.high[a]) for a in range(3))
+                own = 2 * forecast.get(p, 0) + border
+                contexts = (16 * (19 * own + forecasts) + 4 * on + off, 27 * own + surprises, 216 * own + directed,
+                            13 * (13 * own + beside) + min((around + 1) // 2, 12))
             bits = [models[cycle, len(odd), i, contexts[i]] for i in range(4)]
             if coder.mixed(bits, mixers[cycle, len(odd)], 255):
                 active.add(p)

@@ -13,9 +13,10 @@
 namespace tagrid {
 namespace {
 
-std::vector<std::uint8_t> encoded(const LatticeBits& active, int cube_size, int level = 24) {
+std::vector<std::uint8_t> encoded(const LatticeBits& active, int cube_size, int level = 24,
+                                  const Forecast& forecast = {}) {
   std::vector<std::uint8_t> bytes;
-  encode_activity(active, cube_size, level, bytes);
+  encode_activity(active, forecast, cube_size, level, bytes);
   return bytes;
 }
 
@@ -23,9 +24,10 @@ struct Decoded {
   bool ok;
   LatticeBits active;
 };
-Decoded decoded(std::span<const std::uint8_t> bytes, const Box& box, int cube_size, int level = 24) {
+Decoded decoded(std::span<const std::uint8_t> bytes, const Box& box, int cube_size, int level = 24,
+                const Forecast& forecast = {}) {
   Decoded d{false, LatticeBits(box)};
-  d.ok = decode_activity(bytes, cube_size, level, d.active).ok();
+  d.ok = decode_activity(bytes, forecast, cube_size, level, d.active).ok();
   return d;
 }
 
@@ -69,6 +71,34 @@ RC_GTEST_PROP(ActivityCoding, RoundTripIsExactForBoxesOfAllShapes, ()) {
   const Decoded d = decoded(bytes, g.box, g.cube_size);
   RC_ASSERT(d.ok);
   RC_ASSERT(d.active == g.active);
+}
+
+// A forecast that has nothing to do with the activity, or everything.
+Forecast any_forecast(const RandomGrid& g, std::uint64_t seed) {
+  const auto n = static_cast<int>(g.box.count());
+  std::array<LatticeBits, Forecast::levels> exceeding;
+  exceeding[2] = random_activity(g.box, g.cube_size, n / 50, seed);
+  exceeding[1] = seed % 2 ? g.active : exceeding[2];
+  for (std::size_t i = 0; i < exceeding[1].words().size(); ++i)
+    exceeding[1].words()[i] |= exceeding[2].words()[i];
+  exceeding[0] = exceeding[1];
+  return Forecast(exceeding);
+}
+
+RC_GTEST_PROP(ActivityCoding, RoundTripIsExactWhateverTheForecast, ()) {
+  const RandomGrid g = random_grid(16);
+  const Forecast forecast = any_forecast(g, *rc::gen::arbitrary<std::uint64_t>());
+  const auto bytes = encoded(g.active, g.cube_size, 24, forecast);
+  const Decoded d = decoded(bytes, g.box, g.cube_size, 24, forecast);
+  RC_ASSERT(d.ok);
+  RC_ASSERT(d.active == g.active);
+}
+
+TEST(ActivityCoding, ARightForecastSavesMostOfTheBytes) {
+  RandomGrid g{16, {{0, 0, 0}, {64, 64, 64}}, {}};
+  g.active = random_activity(g.box, 16, 5000, 1);
+  const Forecast right({g.active, g.active, g.active});
+  EXPECT_LT(4 * encoded(g.active, 16, 24, right).size(), encoded(g.active, 16).size());
 }
 
 TEST(ActivityCoding, RoundTripHoldsForLargeRootCubes) {
@@ -118,7 +148,7 @@ TEST(ActivityCoding, AppendsToWhatIsThere) {
   const Box box{{0, 0, 0}, {16, 8, 8}};
   const LatticeBits active = random_activity(box, 8, 30, 2);
   std::vector<std::uint8_t> bytes{255, 255, 255};
-  encode_activity(active, 8, 24, bytes);
+  encode_activity(active, {}, 8, 24, bytes);
   EXPECT_EQ(std::vector<std::uint8_t>(bytes.begin() + 3, bytes.end()), encoded(active, 8));
   EXPECT_EQ(bytes[2], 255);
 }
@@ -165,7 +195,9 @@ RC_GTEST_PROP(ActivityCoding, AnyBytesGiveAConformingSetUpToTheLevel, ()) {
   const RandomGrid g = random_grid(8);
   const auto bytes = *rc::gen::arbitrary<std::vector<std::uint8_t>>();
   const int level = *rc::gen::inRange(0, 10);
-  const Decoded d = decoded(bytes, g.box, g.cube_size, level);
+  const auto seed = *rc::gen::arbitrary<std::uint64_t>();
+  const Decoded d =
+      decoded(bytes, g.box, g.cube_size, level, seed % 4 == 0 ? Forecast() : any_forecast(g, seed));
   RC_ASSERT(is_conforming(d.active, g.box, g.cube_size));
   for_each_point(g.box, [&](Index3 p) {
     if (d.active.test(p)) RC_ASSERT(classify(p, g.cube_size).level <= level);

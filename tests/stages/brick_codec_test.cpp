@@ -46,8 +46,13 @@ template <class T>
 DecodedBrick decoded_brick(const BrickCode& code, const CodingParameters& parameters, Index3 brick) {
   DecodedBrick d;
   std::vector<T> samples, points;
-  RC_ASSERT(decode_brick_activity(code.activity, parameters, brick, d.active).ok());
+  const auto decode_activity = [&] {
+    RC_ASSERT(decode_brick_activity<T>(code.activity, samples, parameters, brick, d.active).ok());
+  };
+  const bool values_first = activity_follows_values(parameters);
+  if (!values_first) decode_activity();
   RC_ASSERT(decode_brick_values<T>(code.values, d.active, parameters, brick, samples, points).ok());
+  if (values_first) decode_activity();
   d.samples.assign(samples.begin(), samples.end());
   d.points.assign(points.begin(), points.end());
   return d;
@@ -246,10 +251,17 @@ TEST(BrickCodec, DamagedBricksNeverCrash) {
     for (int i = 0; i < 300; ++i) {
       LatticeBits active;
       std::vector<std::int16_t> samples, points;
-      static_cast<void>(decode_brick_activity(damaged(code.activity), p, {0, 0, 0}, active).ok());
+      const bool values_first = activity_follows_values(p);
+      const auto decode_activity = [&] {
+        if (values_first) samples.resize(static_cast<std::size_t>(p.bricks().owned_box({0, 0, 0}).count()));
+        static_cast<void>(
+            decode_brick_activity<std::int16_t>(damaged(code.activity), samples, p, {0, 0, 0}, active).ok());
+      };
+      if (!values_first) decode_activity();
       static_cast<void>(decode_brick_values<std::int16_t>(i % 2 ? code.values : damaged(code.values), active,
                                                           p, {0, 0, 0}, samples, points)
                             .ok());
+      if (values_first) decode_activity();
     }
   }
 }

@@ -188,6 +188,25 @@ TEST(Closure, DoesNotDependOnWhereTheBoxLies) {
     }
 }
 
+TEST(Closure, OfNestedSetsIsThatOfEach) {
+  for (const int s : {4, 16, 64})
+    for (const int marks : {0, 2, 40}) {
+      const Box box{{0, 0, 0}, {2 * s, 3 * s, s}};
+      std::array<LatticeBits, 3> nested;
+      for (std::size_t i = nested.size(); i-- > 0;) {
+        nested[i] = random_marks(box, marks, static_cast<std::uint64_t>(s) + i);
+        for (std::size_t word = 0; i + 1 < nested.size() && word < nested[i].words().size(); ++word)
+          nested[i].words()[word] |= nested[i + 1].words()[word];
+      }
+      std::array<LatticeBits, 3> expected = nested;
+      close_under_parents(nested, s);
+      for (std::size_t i = 0; i < nested.size(); ++i) {
+        oracle::close_under_parents(expected[i], s);
+        EXPECT_TRUE(nested[i] == expected[i]) << s << ' ' << marks << ' ' << i;
+      }
+    }
+}
+
 TEST(Closure, OfAClosedSetIsTheSet) {
   for (const int s : {4, 16, 64}) {
     LatticeBits once = random_marks({{0, 0, 0}, {2 * s, s, s}}, 30, 9);

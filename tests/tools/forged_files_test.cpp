@@ -50,13 +50,17 @@ class ForgedFiles : public CommandLine {
   /// A brick: the grid of its root corners, and one value for all voxels.
   static std::string with_constant_brick(const std::string& file, const CodingParameters& p,
                                          std::int64_t id) {
-    LatticeBits active(p.bricks().closed_box(p.bricks().position(id)));
+    const Index3 position = p.bricks().position(id);
+    LatticeBits active(p.bricks().closed_box(position));
     const Box& box = active.box();
     for (std::int64_t z = box.low.z; z <= box.high.z; z += p.cube_size)
       for (std::int64_t y = box.low.y; y <= box.high.y; y += p.cube_size)
         for (std::int64_t x = box.low.x; x <= box.high.x; x += p.cube_size) active.set({x, y, z});
     std::vector<std::uint8_t> activity;
-    encode_activity(active, p.cube_size, p.max_level, activity);
+    const std::vector<std::int16_t> samples(static_cast<std::size_t>(p.bricks().owned_box(position).count()),
+                                            5);
+    encode_activity(active, forecast_activity<std::int16_t>(samples, p, position), p.cube_size, p.max_level,
+                    activity);
     const std::string values("\0\5\0", 3);
     return with_block(file, number(static_cast<std::uint32_t>(12 + activity.size() + values.size())) +
                                 number(static_cast<std::uint64_t>(id)) +

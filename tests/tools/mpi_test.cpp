@@ -149,7 +149,9 @@ TEST_F(MpiFaults, ARankThatIsKilledEndsTheJobAndTheNextOneGoesOn) {
       begin_anew();
       // Without --resume it leaves nothing but what SIGKILL leaves.
       ending = with_fault(4, std::to_string(at), "SIGKILL", without_resume(), victim);
-      if (ending.code != 0 && victim != 0) EXPECT_FALSE(std::filesystem::exists(path("new.tag")));
+      if (ending.code != 0 && victim != 0) {
+        EXPECT_FALSE(std::filesystem::exists(path("new.tag")));
+      }
       expect_no_half_file();
       begin_anew();
       if (HasFailure()) return;

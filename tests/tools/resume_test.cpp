@@ -43,10 +43,11 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
       const Ending ending = run(full, std::to_string(i + 1), kind);
       const bool early = ending.signal == signal && calls[i].path.find("new.tag") == std::string::npos;
       const bool gone = ending.signal == signal && !std::filesystem::exists(path(".new.tag.parts"));
-      if (signal == SIGKILL)
+      if (signal == SIGKILL) {
         EXPECT_EQ(ending.signal, SIGKILL) << ending.err;
-      else
+      } else {
         EXPECT_TRUE(ending.code == resumable || early || gone) << ending.code << " " << ending.err;
+      }
       expect_no_half_file();
       const bool was_done =
           std::filesystem::exists(path("new.tag")) && !std::filesystem::exists(path(".new.tag.parts"));

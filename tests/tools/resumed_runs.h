@@ -30,7 +30,9 @@ class ResumedRuns : public FailingDisk {
   /// A name is never that of half a file, and beside it there is nothing but the record and temporaries.
   void expect_no_half_file() const {
     for (const std::string& name : names()) {
-      if (name == "new.tag") EXPECT_TRUE(content(name) == plain_) << "new.tag is not whole";
+      if (name == "new.tag") {
+        EXPECT_TRUE(content(name) == plain_) << "new.tag is not whole";
+      }
       EXPECT_TRUE(name == "new.tag" || name.starts_with("volume.") || name.starts_with(".new.tag.part"))
           << name;
     }
