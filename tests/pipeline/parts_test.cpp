@@ -187,7 +187,8 @@ class InParts : public TemporaryFolder {
     encode_volume(path("in.nrrd"), {}, path("streamed.tag"), true, options, 2);
     Ranks one;
     for (const bool resume : {false, true}) {
-      encode_in_parts(one, path("in.nrrd"), {}, path("parts.tag"), true, options, {resume, "test", Resources(2)});
+      encode_in_parts(one, path("in.nrrd"), {}, path("parts.tag"), true, options,
+                      {resume, "test", Resources(2)});
       EXPECT_TRUE(content("parts.tag") == content("streamed.tag")) << name_of(kind);
     }
     EXPECT_EQ(names(), (std::vector<std::string>{"in.nrrd", "parts.tag", "streamed.tag"}));
