@@ -3,20 +3,33 @@
 #include <xxhash.h>
 
 #include <array>
-#include <memory>
 #include <new>
 
 #include "io/little_endian.h"
 
 namespace tagrid {
 
+struct RunningChecksum::State {
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> xxh3{XXH3_createState(), XXH3_freeState};
+};
+
+RunningChecksum::RunningChecksum() : state_(std::make_unique<State>()) {
+  if (!state_->xxh3) throw std::bad_alloc();
+  XXH3_64bits_reset(state_->xxh3.get());
+}
+
+RunningChecksum::~RunningChecksum() = default;
+
+void RunningChecksum::add(std::span<const std::byte> bytes) {
+  XXH3_64bits_update(state_->xxh3.get(), bytes.data(), bytes.size());
+}
+
+std::uint64_t RunningChecksum::value() const { return XXH3_64bits_digest(state_->xxh3.get()); }
+
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts) {
-  const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
-                                                                              XXH3_freeState);
-  if (!state) throw std::bad_alloc();
-  XXH3_64bits_reset(state.get());
-  for (const auto& part : parts) XXH3_64bits_update(state.get(), part.data(), part.size());
-  return XXH3_64bits_digest(state.get());
+  RunningChecksum checksum;
+  for (const auto& part : parts) checksum.add(part);
+  return checksum.value();
 }
 
 std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before) {

@@ -67,14 +67,11 @@ class RunInParts {
     plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(parts_.resources));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
+    // Ended while the record was removed.
+    if (!goes_on && !overwrite && is_finished(folder)) return complete(folder, before_naming);
     settle(goes_on ? known_range(options) : options);
     if (goes_on) require_same_run(folder);
-    if (goes_on && is_finished(folder)) {
-      const EncodeResult result = finished_result();
-      if (before_naming) before_naming(result);
-      remove_record(folder);
-      return result;
-    }
+    if (goes_on && is_finished(folder)) return complete(folder, before_naming);
     check_output(output_, overwrite);
     record_bytes_ = serialize_record(record_);
     if (goes_on)
@@ -101,6 +98,14 @@ class RunInParts {
   }
 
   const CodingParameters& parameters() const { return header_.parameters; }
+
+  // Of a run that was ended after its file had got its name: what is left to do.
+  EncodeResult complete(PartFolder& folder, const BeforeNaming<EncodeResult>& before_naming) {
+    EncodeResult result = finished_result();
+    if (before_naming) before_naming(result);
+    remove_record(folder);
+    return result;
+  }
 
   bool read_earlier_record(const PartFolder& folder) {
     if (!status_of(folder.record())) return false;
@@ -144,7 +149,7 @@ class RunInParts {
   }
 
   bool is_finished(const PartFolder& folder) const {
-    if (!status_of(folder.finished())) return false;
+    if (!parts_.resume || !status_of(folder.finished())) return false;
     const Bytes mark = content_of(folder.finished());
     return !mark.empty() && mark == mark_of(output_);
   }

@@ -8,7 +8,7 @@
 namespace tagrid {
 
 /// Of the program, its libraries, and what of the heap is not in use.
-inline constexpr std::uint64_t memory_of_program = std::uint64_t{16} << 20;
+inline constexpr std::uint64_t memory_of_program = std::uint64_t{12} << 20;
 
 /// How much is in memory while rows of bricks are encoded.
 struct EncodeLoad {

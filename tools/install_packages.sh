@@ -6,7 +6,7 @@ set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
-test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc zsh)
+test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 

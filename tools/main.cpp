@@ -4,15 +4,14 @@
 
 #include <cstdio>
 #include <iostream>
-#include <new>
 #include <stdexcept>
-#include <system_error>
 #include <vector>
 
 #include "io/errors.h"
 #include "tools/command_line_error.h"
 #include "tools/commands.h"
 #include "tools/exit_codes.h"
+#include "tools/failure.h"
 #include "tools/process.h"
 #ifdef TAGRID_MPI
 #include "pipeline/mpi/mpi_ranks.h"
@@ -22,8 +21,6 @@
 namespace {
 
 using namespace tagrid;
-
-constexpr const char* out_of_memory = "out of memory; a smaller --brick, or fewer threads, need less";
 
 int fail(int code, const std::string& message) {
   say(fmt::format("tagrid: {}\n", message));
@@ -40,7 +37,7 @@ int run(int argc, char** argv) {
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   std::vector<std::pair<CLI::App*, Action>> commands;
   for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
-                    add_mesh_command, add_phantom_command}) {
+                    add_mesh_command, add_convert_command, add_phantom_command}) {
     Action action = add(app);
     commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
   }
@@ -69,22 +66,9 @@ int run(int argc, char** argv) {
 int guarded_run(int argc, char** argv) {
   try {
     return run(argc, argv);
-  } catch (const UsageError& error) {
-    return fail(exit_usage, error.what());
-  } catch (const BrokenInput& error) {
-    return fail(exit_broken_input, error.what());
-  } catch (const ClosedPipe&) {
-    return exit_world;
-  } catch (const WorldError& error) {
-    return fail(exit_world, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(exit_world, out_of_memory);
-  } catch (const std::length_error&) {
-    return fail(exit_world, out_of_memory);
-  } catch (const std::system_error& error) {
-    return fail(exit_world, error.what());
-  } catch (const std::exception& error) {
-    return fail(exit_bug, fmt::format("this is a bug: {}; please report it", error.what()));
+  } catch (const std::exception&) {
+    const Failure failure = current_failure();
+    return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
   }
 }
 

@@ -47,14 +47,10 @@ RunReport::RunReport(const RunOptions& run, bool overwrite, std::string command,
 
 void RunReport::write(const RunFigures& figures) {
   if (!file_) return;
-  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const double seconds = this->seconds();
   const Index3& n = figures.dims;
   const auto voxels = static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
   nlohmann::ordered_json json;
-  json["command"] = command_;
-  json["version"] = TAGRID_VERSION;
-  json["input"] = text_or_null(input_);
-  json["output"] = text_or_null(output_);
   json["dims"] = {n.x, n.y, n.z};
   json["type"] = name_of(figures.type);
   json["settings"] = figures.settings;
@@ -65,10 +61,29 @@ void RunReport::write(const RunFigures& figures) {
   json["peak_memory"] = peak_memory();
   json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
   json["achieved"] = figures.achieved;
+  put(json);
+}
+
+void RunReport::write_json(nlohmann::ordered_json figures) {
+  if (!file_) return;
+  figures["seconds"] = seconds();
+  figures["threads"] = threads_;
+  put(figures);
+}
+
+void RunReport::put(const nlohmann::ordered_json& figures) {
+  nlohmann::ordered_json json;
+  json["command"] = command_;
+  json["version"] = TAGRID_VERSION;
+  json["input"] = text_or_null(input_);
+  json["output"] = text_or_null(output_);
+  json.update(figures);
   // File names may be of any bytes, JSON may not.
   file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   file_->publish();
 }
+
+double RunReport::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
 void RunReport::keep() {
   if (file_) file_->keep();

@@ -34,10 +34,15 @@ class RunReport {
   /// Ends the run: takes its time, and writes the report where one was asked for. Without keep() its file
   /// goes again: a run is good when its output has its name, too.
   void write(const RunFigures& figures);
+  /// The same of a run that is not about one volume: `figures` is an object.
+  void write_json(nlohmann::ordered_json figures);
   void keep();
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  double seconds() const;
+  void put(const nlohmann::ordered_json& figures);
 
   std::string path_, command_, input_, output_;
   int threads_;

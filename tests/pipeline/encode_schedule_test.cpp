@@ -79,9 +79,11 @@ class Playthrough {
   void check(const BrickJob& job) {
     const BrickGrid bricks = parameters_.bricks();
     EXPECT_EQ(bricks.id(job.brick), next_brick_++) << "bricks are not in order";
-    // The marks are those of all points that the activity can depend on: it reaches S - 2 far.
+    // The marks are those of all points that the activity can depend on: it reaches S - 2 far. Only the mesh
+    // criterion marks outside the volume.
     const Box closed = bricks.closed_box(job.brick), region = region_of_marks(closed, parameters_.domain());
-    const Box needed = intersection(closed.grown(parameters_.cube_size - 2), region);
+    Box needed = intersection(closed.grown(parameters_.cube_size - 2), region);
+    if (parameters_.mesh_error < 0) needed = intersection(needed, parameters_.domain().volume());
     LatticeBits covered(region);
     for (const auto& tile : job.marks) {
       LatticeBits all(tile->box());
@@ -95,7 +97,7 @@ class Playthrough {
     EXPECT_TRUE(schedule_.samples().contains(samples));
     EXPECT_EQ(job.slices.first_row, schedule_.samples().low.y);
     EXPECT_EQ(job.slices.first, samples.low.z);
-    EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices.size()), samples.size().z);
+    EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices->size()), samples.size().z);
   }
 
   std::int64_t count_alive() const {
@@ -130,16 +132,20 @@ TEST(EncodeSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
 
 TEST(EncodeSchedule, EveryMarkHasOneOwner) {
   for (const Case& c : cases) {
-    const CodingParameters p = parameters_of(c);
-    const EncodeSchedule schedule(p, BrickRows::all(p.bricks()), c.halo);
-    std::int64_t points = 0;
-    for (std::int64_t z = 0; z < p.domain().cubes(2); ++z)
-      for (std::int64_t y = 0; y < p.bricks().bricks(1); ++y)
-        for (std::int64_t x = 0; x < p.bricks().bricks(0); ++x) {
-          EXPECT_TRUE(schedule.tile_box({x, y, z}).contains(schedule.mark_box({x, y, z})));
-          points += schedule.mark_box({x, y, z}).count();
-        }
-    EXPECT_EQ(points, p.domain().padded().count());
+    for (const double mesh_error : {-1.0, 1.0}) {
+      CodingParameters p = parameters_of(c);
+      p.mesh_error = mesh_error;
+      const EncodeSchedule schedule(p, BrickRows::all(p.bricks()), c.halo);
+      std::int64_t points = 0;
+      for (std::int64_t z = 0; z < p.domain().cubes(2); ++z)
+        for (std::int64_t y = 0; y < p.bricks().bricks(1); ++y)
+          for (std::int64_t x = 0; x < p.bricks().bricks(0); ++x) {
+            EXPECT_TRUE(schedule.tile_box({x, y, z}).contains(schedule.mark_box({x, y, z})));
+            points += schedule.mark_box({x, y, z}).count();
+          }
+      // Without the mesh criterion there is no mark outside the volume.
+      EXPECT_EQ(points, (mesh_error < 0 ? p.domain().volume() : p.domain().padded()).count());
+    }
   }
 }
 

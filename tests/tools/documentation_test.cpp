@@ -116,7 +116,7 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
   };
   for (const std::string& command : commands()) {
     std::string body = part("_tagrid_" + command + "() {", "}");
-    for (const char* array : {"run", "report", "output", "removal", "headerless"})
+    for (const char* array : {"run", "report", "output", "removal", "encoding", "headerless"})
       if (body.find("$_tagrid_" + std::string(array)) != body.npos)
         body += array == std::string("report") ? part("_tagrid_report=(", "_tagrid_removal")
                                                : part("_tagrid_" + std::string(array) + "=(", ")");

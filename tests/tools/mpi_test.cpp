@@ -178,7 +178,8 @@ TEST_F(Mpi, GoesOnAfterSignalsAtAnyMoment) {
       // Where mpirun itself is killed, its processes live on for a moment.
       for (int tries = 0; tries < 100 && signal == SIGKILL; ++tries) usleep(10000);
       expect_no_half_file();
-      if (!std::filesystem::exists(path("new.tag")) || std::filesystem::exists(path(".new.tag.parts")))
+      if (!std::filesystem::exists(path("new.tag")) ||
+          std::filesystem::exists(path(".new.tag.parts/finished")))
         expect_result(by(3, command()));
     }
 }

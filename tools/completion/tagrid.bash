@@ -2,17 +2,19 @@
 
 _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
-  local output='-o --output -f --force' removal='-k --keep --rm'
+  local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
+  local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
+    --max-level --range --field-scale --brick"
   case $1 in
-    encode)
-      echo "$run $output $removal $headerless --max-error --surface-error --grid-only --mesh-error --effort" \
-        "--accuracy --cube --max-level --range --field-scale --brick --resume"
-      ;;
-    decode) echo "$run $output $removal --format" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding --resume" ;;
+    decode) echo "$run $memory --spool $output $removal --format" ;;
     info) echo "$run" ;;
-    verify) echo "$run $headerless --against -f --force" ;;
-    mesh) echo "$run $output --level --padded" ;;
+    verify) echo "$run $memory $headerless --against -f --force" ;;
+    mesh) echo "$run $memory $output --level --padded" ;;
+    convert)
+      echo "$run $memory $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
+      ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
   esac
@@ -41,7 +43,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

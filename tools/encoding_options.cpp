@@ -1,0 +1,127 @@
+#include "tools/encoding_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "io/errors.h"
+#include "pipeline/dims_order.h"
+#include "tools/command_line_error.h"
+
+namespace tagrid {
+namespace {
+
+void add_bounds(CLI::App& command, EncodeOptions& o) {
+  const char* group = "What is kept";
+  add_number_option(command, "--max-error", o.max_error,
+                    "Largest error of any voxel; 0, the default: lossless")
+      ->option_text("E")
+      ->group(group);
+  add_number_option(command, "--surface-error", o.surface_error, "Tighter bound where the grid is refined")
+      ->option_text("F")
+      ->group(group);
+  command.add_flag("--grid-only", o.grid_only, "Store the adaptive grid alone; voxels are interpolated")
+      ->group(group);
+  command
+      .add_option_function<std::string>(
+          "--effort",
+          [&o](const std::string& word) {
+            const auto found = std::find(effort_names.begin(), effort_names.end(), word);
+            o.effort = static_cast<Effort>(found - effort_names.begin());
+          },
+          "fast, default or best: time for size, of voxels of 8 and 16 bits")
+      ->check(one_of({"fast", "default", "best"}))
+      ->option_text("fast|default|best")
+      ->group(group);
+  add_number_option(command, "--mesh-error", o.mesh_error,
+                    "Refine until the mesh is within E of every sample")
+      ->option_text("E")
+      ->group(group);
+}
+
+void add_grid_options(CLI::App& command, EncodingOptions& c) {
+  const char* group = "The grid";
+  EncodeOptions& o = c.options;
+  add_number_option(command, "--accuracy", o.accuracy, "m: as good as a circle's m-gon (20)")
+      ->option_text("m")
+      ->group(group);
+  add_number_option(command, "--cube", o.cube_size, "Edge of a root cube, a power of two, 4 .. 256 (32)")
+      ->option_text("S")
+      ->group(group);
+  add_number_option(command, "--max-level", o.max_level, "Refine no further than this level")
+      ->option_text("n")
+      ->group(group);
+  command
+      .add_option("--range", c.range,
+                  "Value range that counts as 8 voxels of height, or auto: that of the data")
+      ->option_text("lo:hi|auto")
+      ->group(group);
+  add_number_option(command, "--field-scale", o.field_scale,
+                    "Voxels of height per unit of value, instead of --range")
+      ->option_text("lambda")
+      ->group(group);
+  add_number_option(command, "--brick", o.brick_edge, "Root cubes an edge of a brick; default max(2, 64/S)")
+      ->option_text("N")
+      ->group(group);
+}
+
+}  // namespace
+
+Encoding EncodingOptions::checked() const {
+  Encoding encoding{options, raw.description()};
+  if (range == "auto") {
+    encoding.options.range_from_data = true;
+  } else if (!range.empty()) {
+    encoding.options.range = value_range(range);
+    if (!encoding.options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
+  }
+  encoding.options.validate();
+  return encoding;
+}
+
+void add_encoding_options(CLI::App& command, EncodingOptions& options) {
+  add_bounds(command, options.options);
+  add_grid_options(command, options);
+  add_raw_options(command, options.raw);
+}
+
+OptionTexts encoding_options_given(const CLI::App& command) {
+  CLI::App all;
+  EncodingOptions unused;
+  all.set_help_flag();
+  add_encoding_options(all, unused);
+  OptionTexts texts;
+  for (const CLI::Option* option : all.get_options()) {
+    const std::string& name = option->get_lnames().front();
+    const CLI::Option* given = command.get_option_no_throw("--" + name);
+    if (given != nullptr && given->count() > 0) texts[name] = given->results().back();
+  }
+  return texts;
+}
+
+Encoding encoding_of(const OptionTexts& texts) {
+  CLI::App app;
+  EncodingOptions options;
+  app.set_help_flag();
+  add_encoding_options(app, options);
+  std::vector<std::string> arguments;
+  for (const auto& [name, value] : texts) arguments.push_back("--" + name + "=" + value);
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(explain(app, error));
+  }
+  return options.checked();
+}
+
+void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description) {
+  const auto likelier = run.quiet ? std::nullopt : likelier_dims(input, description);
+  if (!likelier) return;
+  const Index3 &given = description.dims, &other = *likelier;
+  warn(run, fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order, "
+                        "x is the fastest",
+                        input, other.x, other.y, other.z, given.x, given.y, given.z));
+}
+
+}  // namespace tagrid

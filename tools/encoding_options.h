@@ -1,0 +1,46 @@
+// Options that decide what a .tag file will hold: those of encode, and of every line of convert's manifest.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "io/volume_info.h"
+#include "pipeline/encode_options.h"
+#include "tools/shared_options.h"
+
+namespace tagrid {
+
+/// What they ask for.
+struct Encoding {
+  EncodeOptions options;
+  std::optional<RawDescription> raw;  ///< of headerless input
+};
+
+struct EncodingOptions {
+  EncodeOptions options;
+  std::string range;
+  RawOptions raw;
+
+  /// Throws UsageError where values are out of range or do not go together.
+  Encoding checked() const;
+};
+
+/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like.
+void add_encoding_options(CLI::App& command, EncodingOptions& options);
+
+/// Such options as text, by their names without the dashes.
+using OptionTexts = std::map<std::string, std::string>;
+
+/// Those that were given to `command`, to which they were added.
+OptionTexts encoding_options_given(const CLI::App& command);
+
+/// What such texts mean, read as on the command line. Throws UsageError, also for names that are none of
+/// these options.
+Encoding encoding_of(const OptionTexts& texts);
+
+/// Says so where the dims of a headerless file are probably in the wrong order.
+void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description);
+
+}  // namespace tagrid

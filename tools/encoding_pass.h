@@ -1,0 +1,32 @@
+// One volume of a manifest, encoded, verified and described.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "tools/conversion.h"
+#include "tools/conversion_records.h"
+
+namespace tagrid {
+
+class EncodingPass {
+ public:
+  /// Both outlive the pass.
+  EncodingPass(const ConversionOptions& options, const KnownOutputs& known)
+      : options_(options), known_(known) {}
+
+  /// Encodes the volume of `line`, and names the output once it was decoded and compared; or finds that this
+  /// is not necessary. Adds what came of it to `record`. Throws what goes wrong; then there is nothing new
+  /// under the name of the output.
+  void run(const ManifestLine& line, nlohmann::ordered_json& record) const;
+
+ private:
+  struct Volume;
+
+  void encode(const Volume& volume, bool overwrite, nlohmann::ordered_json& record) const;
+  void adopt(const Volume& volume, nlohmann::ordered_json& record) const;
+
+  const ConversionOptions& options_;
+  const KnownOutputs& known_;
+};
+
+}  // namespace tagrid
