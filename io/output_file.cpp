@@ -33,17 +33,6 @@ UsageError exists_already(const std::string& path) {
   return UsageError(path + ": exists already; give -f to overwrite it");
 }
 
-/// Makes a name in a folder survive a crash of the machine. Returns 0 or an errno; that folders cannot be
-/// opened or synced, as on some file systems, is no failure.
-int sync_folder(const std::string& folder) {
-  const int descriptor =
-      uninterrupted([&] { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
-  if (descriptor < 0) return errno == EACCES || errno == EPERM ? 0 : errno;
-  const int error = uninterrupted([&] { return fsync(descriptor); }) != 0 ? errno : 0;
-  close(descriptor);
-  return error == EINVAL || error == ENOTSUP ? 0 : error;
-}
-
 /// Renames without overwriting; returns 0 or an errno.
 int rename_to_new(const std::string& from, const std::string& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
@@ -72,6 +61,15 @@ void wait_for_room(int descriptor) {
 
 }  // namespace
 
+int sync_folder(const std::string& folder) {
+  const int descriptor =
+      uninterrupted([&] { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+  if (descriptor < 0) return errno == EACCES || errno == EPERM ? 0 : errno;
+  const int error = uninterrupted([&] { return fsync(descriptor); }) != 0 ? errno : 0;
+  close(descriptor);
+  return error == EINVAL || error == ENOTSUP ? 0 : error;
+}
+
 void check_output(const std::string& path, bool overwrite) {
   if (path == "-") return;
   const auto status = status_of_name(path);
@@ -80,8 +78,13 @@ void check_output(const std::string& path, bool overwrite) {
   if (!overwrite) throw exists_already(path);
 }
 
-OutputFile::OutputFile(const std::string& path, bool overwrite, const std::optional<FileAttributes>& like)
-    : path_(path), name_(path == "-" ? "standard output" : path), overwrite_(overwrite), like_(like) {
+OutputFile::OutputFile(const std::string& path, bool overwrite, const std::optional<FileAttributes>& like,
+                       bool others_write)
+    : path_(path),
+      name_(path == "-" ? "standard output" : path),
+      overwrite_(overwrite),
+      others_write_(others_write),
+      like_(like) {
   check_output(path, overwrite);
   if (path == "-") {
     descriptor_ = STDOUT_FILENO;
@@ -112,7 +115,7 @@ void OutputFile::create_temporary() {
         [&] { return open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, like_ ? 0600 : 0666); });
     if (descriptor_ >= 0) {
       temporary_ = candidate;
-      if (like_) set_permissions(descriptor_, *like_);
+      if (like_ && !others_write_) set_permissions(descriptor_, *like_);
       return;
     }
     const int error = errno;
@@ -153,6 +156,7 @@ void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 
 void OutputFile::sync() {
   if (like_ && !temporary_.empty() && !synced_) {
+    if (others_write_) set_permissions(descriptor_, *like_);
     const timespec times[2] = {like_->accessed, like_->modified};
     // A time that cannot be kept is no reason to throw the file away.
     if (futimens(descriptor_, times) != 0) errno = 0;

@@ -20,8 +20,10 @@ class OutputFile {
   /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
   /// pipes. A file gets the permissions and times of `like`, or those of any new file. Throws UsageError if
   /// `path` exists and `overwrite` is false, or is a folder.
+  /// With `others_write` temporary() is open to other processes of this user until sync(), whatever the
+  /// permissions of `like` are.
   OutputFile(const std::string& path, bool overwrite,
-             const std::optional<FileAttributes>& like = std::nullopt);
+             const std::optional<FileAttributes>& like = std::nullopt, bool others_write = false);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -67,7 +69,7 @@ class OutputFile {
   int slot_ = -1;          ///< Where `temporary_` is registered, or the name while it may be taken back.
   int older_slot_ = -1;    ///< Where `older_` is registered.
   int descriptor_ = -1;
-  bool overwrite_ = false;
+  bool overwrite_ = false, others_write_ = false;
   bool synced_ = false;
   bool published_ = false;  ///< Has its name, and may lose it again.
   std::optional<FileAttributes> like_;
@@ -76,5 +78,9 @@ class OutputFile {
 
 /// Throws UsageError if writing to `path` would destroy something, as OutputFile's constructor does.
 void check_output(const std::string& path, bool overwrite);
+
+/// Makes the names in a folder survive a crash of the machine. Returns 0 or an errno; that folders cannot be
+/// opened or synced, as on some file systems, is no failure.
+int sync_folder(const std::string& folder);
 
 }  // namespace tagrid

@@ -16,23 +16,7 @@
 namespace tagrid {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
-
-// A brick without content: length, number, length of its activity, checksum.
-constexpr std::uint64_t smallest_brick = 4 + 8 + 4 + 8;
-
-// No brick of a true file is larger: a byte for a point's activity, and twice a sample. The coders stay far
-// below.
-std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
-  const BrickGrid bricks = p.bricks();
-  const auto points = static_cast<std::uint64_t>(bricks.closed_box(bricks.position(id)).count());
-  return std::min<std::uint64_t>(65536 + points * (1 + 2 * size_of(p.type)), 0xFFFFFFFFU);
-}
-
-std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
-  return std::as_bytes(std::span(v));
-}
 
 }  // namespace
 
@@ -45,39 +29,14 @@ TagWriter::TagWriter(OutputFile& out, const TagHeader& header) : out_(out), para
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
   assert(brick.id == static_cast<std::int64_t>(index_.bricks.size()));
-  const std::size_t length = 8 + 4 + brick.activity.size() + brick.values.size();
-  if (length > largest_body(parameters_, brick.id))
-    throw std::logic_error("a brick is larger than any may be");
-  FieldWriter frame;
-  frame.put(static_cast<std::uint32_t>(length));
-  frame.put(static_cast<std::uint64_t>(brick.id));
-  frame.put(static_cast<std::uint32_t>(brick.activity.size()));
-  last_checksum_ = chained_checksum(
-      checksum_of({frame.bytes(), bytes_of(brick.activity), bytes_of(brick.values)}), last_checksum_);
-  FieldWriter tail;
-  tail.put(last_checksum_);
-  out_.write(frame.bytes());
-  out_.write(bytes_of(brick.activity));
-  out_.write(bytes_of(brick.values));
-  out_.write(tail.bytes());
+  const std::vector<std::byte> head = block_head(parameters_, brick);
+  last_checksum_ = chained_checksum(own_checksum(head, brick), last_checksum_);
+  write_block(out_, head, brick, last_checksum_);
   index_.add(brick.activity.size(), brick.values.size(), statistics);
 }
 
 void TagWriter::finish() {
-  const std::uint64_t start = out_.position();
-  const std::vector<std::byte> fields =
-      serialize_index(index_, max_level(parameters_.cube_size), is_float_type(parameters_.type));
-  const std::vector<std::byte> packed = zstd_compress(fields);
-  FieldWriter section;
-  section.put(std::uint32_t{0});
-  section.put(static_cast<std::uint64_t>(fields.size()));
-  section.put(static_cast<std::uint64_t>(packed.size()));
-  section.put_bytes(packed);
-  section.put(chained_checksum(checksum_of({section.bytes()}), last_checksum_));
-  section.put(start);
-  section.put(header_checksum_);
-  section.put_bytes(std::as_bytes(std::span(end_magic)));
-  out_.write(section.bytes());
+  out_.write(file_end(parameters_, index_, out_.position(), last_checksum_, header_checksum_));
 }
 
 TagReader::TagReader(const std::string& path) : bytes_(path) {
@@ -101,7 +60,7 @@ TagReader::TagReader(const std::string& path) : bytes_(path) {
   header_size_ = size;
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
-  if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / smallest_brick)
+  if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / block_frame_size)
     throw BrokenInput(name() + ": the file is too short for the bricks of its volume; it is truncated");
 }
 
@@ -186,7 +145,7 @@ void TagReader::read_index_section() {
   if (marker != 0) fail("there are more bricks than the volume has");
   if (size != index_size(count, levels) || packed_size > size + size / 128 + 1024)
     fail("the index has an impossible size");
-  if (count > (start - header_size_) / smallest_brick) fail("the file is too short for as many bricks");
+  if (count > (start - header_size_) / block_frame_size) fail("the file is too short for as many bricks");
   std::vector<std::byte> packed, fields, tail;
   read_growing(packed, packed_size, "the index");
   read_growing(tail, 8 + footer_size, "the footer");
@@ -204,7 +163,7 @@ void TagReader::read_index_section() {
       !status.ok())
     fail(status.what());
   next_brick_ = parameters().bricks().count();
-  std::uint64_t bricks_size = count * smallest_brick;
+  std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index_.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
   if (header_size_ + bricks_size != start) fail("the sizes of the bricks do not sum to the file's");
@@ -217,7 +176,7 @@ void TagReader::seek_brick(std::int64_t brick) {
   std::uint64_t start = header_size_;
   for (std::int64_t i = 0; i < brick; ++i) {
     const IndexEntry& entry = index_.bricks[static_cast<std::size_t>(i)];
-    start += smallest_brick + entry.activity_bytes + entry.value_bytes;
+    start += block_frame_size + entry.activity_bytes + entry.value_bytes;
   }
   std::array<std::byte, 8> before;
   next_brick_ = brick;

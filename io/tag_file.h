@@ -10,17 +10,11 @@
 
 #include "io/file_bytes.h"
 #include "io/output_file.h"
+#include "io/tag_blocks.h"
 #include "io/tag_header.h"
 #include "io/tag_index.h"
 
 namespace tagrid {
-
-/// The bytes of one brick.
-struct BrickBytes {
-  std::int64_t id = 0;
-  std::vector<std::uint8_t> activity;
-  std::vector<std::uint8_t> values;
-};
 
 /// Where the bytes of a file are; the parts sum to the file.
 struct TagSizes {

@@ -1,8 +1,12 @@
 #include "io/temporaries.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <sys/random.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <climits>
@@ -18,10 +22,13 @@ constexpr int slot_count = 64;
 enum SlotState : int { slot_free, slot_filling, slot_used };
 std::array<std::atomic<int>, slot_count> slot_states = {};
 char slot_paths[slot_count][PATH_MAX], slot_originals[slot_count][PATH_MAX];
+bool slot_is_folder[slot_count];
 
-}  // namespace
+std::atomic<int> signal_code{-1};
+std::array<char, 200> signal_message;
+std::atomic<std::size_t> signal_message_size{0};
 
-int register_temporary(const std::string& path, const std::string& original) {
+int add_to_slots(const std::string& path, const std::string& original, bool folder) {
   if (path.size() >= PATH_MAX || original.size() >= PATH_MAX) return -1;
   for (int slot = 0; slot < slot_count; ++slot) {
     int expected = slot_free;
@@ -29,11 +36,39 @@ int register_temporary(const std::string& path, const std::string& original) {
     if (!state.compare_exchange_strong(expected, slot_filling)) continue;
     std::memcpy(slot_paths[slot], path.c_str(), path.size() + 1);
     std::memcpy(slot_originals[slot], original.c_str(), original.size() + 1);
+    slot_is_folder[slot] = folder;
     state.store(slot_used);
     return slot;
   }
   return -1;
 }
+
+// One look at a folder; returns how many files were removed. readdir() allocates, which a signal handler must
+// not.
+int remove_files_in(int folder) noexcept {
+  alignas(8) char entries[4096];
+  int removed = 0;
+  lseek(folder, 0, SEEK_SET);
+  for (;;) {
+    const long size = syscall(SYS_getdents64, folder, entries, sizeof entries);
+    if (size <= 0) return removed;
+    for (long at = 0; at < size;) {
+      // As the kernel lays it out: number, offset, length of the entry, type, name.
+      unsigned short length;
+      std::memcpy(&length, entries + at + 16, sizeof length);
+      removed += unlinkat(folder, entries + at + 19, 0) == 0;
+      at += length;
+    }
+  }
+}
+
+}  // namespace
+
+int register_temporary(const std::string& path, const std::string& original) {
+  return add_to_slots(path, original, false);
+}
+
+int register_temporary_folder(const std::string& path) { return add_to_slots(path, "", true); }
 
 void forget_temporary(int slot) {
   if (slot >= 0) slot_states[static_cast<std::size_t>(slot)].store(slot_free);
@@ -52,10 +87,37 @@ std::string random_suffix() {
 void unlink_temporaries() noexcept {
   for (int slot = 0; slot < slot_count; ++slot) {
     if (slot_states[static_cast<std::size_t>(slot)].load() != slot_used) continue;
+    if (slot_is_folder[slot]) {
+      remove_folder(slot_paths[slot]);
+      continue;
+    }
     if (slot_originals[slot][0] != '\0') std::rename(slot_paths[slot], slot_originals[slot]);
     // Also after that: a name is not taken away where both are of one file.
     unlink(slot_paths[slot]);
   }
+}
+
+void remove_folder(const char* path) noexcept {
+  const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder >= 0) {
+    while (remove_files_in(folder) > 0) {
+    }
+    close(folder);
+  }
+  rmdir(path);
+}
+
+void end_signals_with(int code, const std::string& message) {
+  const std::size_t size = std::min(message.size(), signal_message.size());
+  std::memcpy(signal_message.data(), message.data(), size);
+  signal_message_size = size;
+  signal_code = code;
+}
+
+int code_after_signal() noexcept { return signal_code; }
+
+void write_message_after_signal() noexcept {
+  if (signal_message_size > 0 && write(STDERR_FILENO, signal_message.data(), signal_message_size) < 0) return;
 }
 
 }  // namespace tagrid

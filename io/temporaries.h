@@ -10,6 +10,8 @@ namespace tagrid {
 /// name, which gets it back.
 int register_temporary(const std::string& path, const std::string& original = "");
 void forget_temporary(int slot);
+/// The same of a folder of files, which goes with all that is in it.
+int register_temporary_folder(const std::string& path);
 
 /// Six letters that make a name another one.
 std::string random_suffix();
@@ -17,5 +19,15 @@ std::string random_suffix();
 /// Removes every temporary that is registered, and gives older files their names back. Async-signal-safe: for
 /// a signal handler that ends the program.
 void unlink_temporaries() noexcept;
+
+/// Removes the files of a folder, and the folder. Async-signal-safe. What cannot be removed is left.
+void remove_folder(const char* path) noexcept;
+
+/// From now on the program can be continued where a signal ends it; it then ends with exit code `code`
+/// instead. `message` ("" for none) tells that. At most 200 bytes.
+void end_signals_with(int code, const std::string& message);
+/// That code, or -1: for a signal handler, which then writes the message.
+int code_after_signal() noexcept;
+void write_message_after_signal() noexcept;
 
 }  // namespace tagrid

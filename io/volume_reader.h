@@ -39,6 +39,8 @@ class VolumeReader {
   bool seekable() const { return vdb_ || file_->size().has_value(); }
   /// Whether any rows can be read as fast as the next ones.
   bool random_access() const { return seekable() && !gzip_ && !vdb_; }
+  /// The number of the sample that comes next, in raster order.
+  std::int64_t next_sample() const { return next_sample_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
   /// dims.z.
   void seek_slice(std::int64_t z);

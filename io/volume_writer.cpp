@@ -47,12 +47,12 @@ void require_name_in_header(const VolumeInfo& info, const std::string& data_file
 
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
                                 bool overwrite, const std::optional<FileAttributes>& like,
-                                const VdbOptions& vdb) {
+                                const VdbOptions& vdb, bool others_write) {
   VolumeWriter writer;
   writer.info_ = info;
   writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
   if (format != VolumeFormat::nhdr) {
-    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like);
+    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like, others_write);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
     if (format == VolumeFormat::vdb) writer.vdb_ = std::make_unique<VdbWriter>(path, info, vdb);
     writer.start_ = writer.samples_->position();
@@ -64,7 +64,7 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
     throw UsageError(path + ": a detached header cannot be named .raw");
   require_name_in_header(info, data.filename().string());
   writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
-  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like);
+  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like, others_write);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));
   return writer;
 }

@@ -37,6 +37,11 @@ class VolumeWriter {
   /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or can_seek();
   /// none is written twice.
   void write_samples(std::int64_t first, std::span<const std::byte> samples);
+  /// Other processes write all samples, little endian: into this file, from this byte on. Called once they
+  /// have.
+  const std::string& temporary() const { return samples_->temporary(); }
+  std::uint64_t samples_start() const { return start_; }
+  void samples_were_placed() { bytes_left_ = 0; }
   /// Whether samples can be written in any order: to a file, not to a pipe, nor as a grid of OpenVDB.
   bool can_seek() const { return !vdb_ && samples_->can_seek(); }
   /// Makes the files durable and gives them their names: all or none. Without keep() they lose them again.
@@ -56,7 +61,7 @@ class VolumeWriter {
  private:
   friend VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
                                          bool overwrite, const std::optional<FileAttributes>& like,
-                                         const VdbOptions& vdb);
+                                         const VdbOptions& vdb, bool others_write);
   VolumeWriter() = default;
 
   VolumeInfo info_;
@@ -72,7 +77,7 @@ class VolumeWriter {
 /// `overwrite` is false, WorldError if it cannot be created.
 VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, const VolumeInfo& info,
                                 bool overwrite, const std::optional<FileAttributes>& like = std::nullopt,
-                                const VdbOptions& vdb = {});
+                                const VdbOptions& vdb = {}, bool others_write = false);
 
 /// The file that the samples of a volume at `path` are written to: beside a detached header, else `path`.
 std::string samples_path(const std::string& path, VolumeFormat format);

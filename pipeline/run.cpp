@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/input_slices.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/row_output.h"
 #include "pipeline/until_it_fails.h"
@@ -48,14 +49,9 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   double samples_read = plan.spooled ? static_cast<double>(total) : 0;
   EncodeStreams streams;
   streams.read_slice = [&](const Box& rows) {
-    auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(rows.count()) *
-                                                          size_of(parameters.type));
-    reader.read_rows(slice->data(), rows);
+    SliceSamples slice = read_input_slice(reader, rows);
     samples_read += static_cast<double>(slice->size());
-    // What follows the last sample makes the whole input wrong, so it is looked at before anything is
-    // finished.
-    if (rows.high.y == parameters.dims.y - 1 && rows.high.z == parameters.dims.z - 1) reader.finish();
-    return SliceSamples(std::move(slice));
+    return slice;
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
     done += code.statistics.samples * size_of(parameters.type);

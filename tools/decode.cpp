@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/decode_parts.h"
+#include "pipeline/encode_parts.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"
 #include "tools/input_removal.h"
@@ -48,9 +50,12 @@ struct DecodeCommand {
   DecodeResult decode(const std::string& path, VolumeFormat chosen,
                       const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    return decode_volume(
-        input, path, chosen, output.overwrite, run.resources(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming, vdb);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    // The leaves of an OpenVDB file have no place that is known beforehand.
+    if (ranks().count() > 1 && chosen != VolumeFormat::vdb && parts_are_possible(input, path))
+      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
+                             update, before_naming);
+    return decode_volume(input, path, chosen, output.overwrite, run.resources(), update, before_naming, vdb);
   }
 };
 

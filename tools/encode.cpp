@@ -2,9 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "io/errors.h"
+#include "io/file_attributes.h"
+#include "io/system_call.h"
+#include "io/temporaries.h"
+#include "pipeline/encode_parts.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"
 #include "tools/encoding_options.h"
+#include "tools/exit_codes.h"
 #include "tools/input_removal.h"
 #include "tools/process.h"
 #include "tools/report.h"
@@ -21,7 +27,7 @@ struct EncodeCommand {
   RunOptions run;
   EncodingOptions encoding;
   std::string vdb_grid;
-  bool remove = false;
+  bool remove = false, resume = false;
 
   void execute() const {
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
@@ -31,6 +37,7 @@ struct EncodeCommand {
     const auto& description = asked.raw;
     SourceDescription source(description);
     source.vdb_grid = vdb_grid;
+    if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_volume(input, source, path);
     RunReport report(run, output.overwrite, "encode", input, path);
@@ -51,9 +58,23 @@ struct EncodeCommand {
   EncodeResult encode(const SourceDescription& source, const Encoding& asked, const std::string& path,
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    return encode_volume(
-        input, source, path, output.overwrite, asked.options, run.resources(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
+      return encode_in_parts(ranks(), input, source, path, output.overwrite, asked.options,
+                             {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank()}, update,
+                             before_naming);
+    return encode_volume(input, source, path, output.overwrite, asked.options, run.resources(), update,
+                         before_naming);
+  }
+
+  // A run whose parts are kept; from now on a signal leaves them.
+  void require_resumable(const std::string& path) const {
+    if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
+    // Whether it is there is for its reader to find.
+    if (input == "-" || (status_of(input) && !attributes_of(input)))
+      throw UsageError("--resume: the input must be a file, which can be read again");
+    end_signals_with(exit_resumable,
+                     run.quiet ? "" : "tagrid: interrupted; the same command goes on from here\n");
   }
 };
 
@@ -72,6 +93,8 @@ Action add_encode_command(CLI::App& app) {
   add_memory_option(*command, state->run);
   add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
+  command->add_flag("--resume", state->resume,
+                    "Keep what is done in .NAME.parts, and go on with it after an interruption");
   return [state] { state->execute(); };
 }
 

@@ -1,22 +1,24 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that are named, where they are missing: ours, for building, testing, fuzzing and
 # comparing with other codecs.
-#   tools/install_packages.sh build|test|fuzz|bench
+#   tools/install_packages.sh build|mpi|test|fuzz|bench
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
   libblosc-dev)
-test=("${build[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
+mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
+test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-dev libopenvdb-tools libboost-dev)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;
+  mpi) wanted=("${mpi[@]}") ;;
   test) wanted=("${test[@]}") ;;
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
-  *) echo "usage: $0 build|test|fuzz|bench" >&2; exit 64 ;;
+  *) echo "usage: $0 build|mpi|test|fuzz|bench" >&2; exit 64 ;;
 esac
 
 missing=()

@@ -13,6 +13,10 @@
 #include "tools/exit_codes.h"
 #include "tools/failure.h"
 #include "tools/process.h"
+#ifdef TAGRID_MPI
+#include "pipeline/mpi/mpi_ranks.h"
+#include "pipeline/work_orders.h"
+#endif
 
 namespace {
 
@@ -58,16 +62,48 @@ int run(int argc, char** argv) {
   return exit_ok;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  keep_freed_memory();
-  occupy_standard_streams();
-  catch_signals();
+/// The exit code of a run that may end in any way.
+int guarded_run(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception&) {
     const Failure failure = current_failure();
     return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
   }
+}
+
+#ifdef TAGRID_MPI
+/// Rank 0 is the program, and speaks for all; the others do as it says.
+int run_with_mpi(int argc, char** argv) {
+  int code = exit_bug;
+  try {
+    start_ranks(start_mpi());
+    // Not before: MPI has handlers of its own.
+    catch_signals();
+    if (ranks().rank() > 0) {
+      code = serve(ranks(), give_back_freed_memory);
+    } else {
+      code = guarded_run(argc, argv);
+      dismiss(ranks(), code);
+    }
+  } catch (const std::exception& error) {
+    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks().rank(), error.what()));
+    abort_mpi(exit_bug);
+  }
+  start_ranks(nullptr);
+  return code;
+}
+#endif
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  occupy_standard_streams();
+#ifdef TAGRID_MPI
+  return run_with_mpi(argc, argv);
+#else
+  catch_signals();
+  return guarded_run(argc, argv);
+#endif
 }

@@ -19,6 +19,10 @@ namespace {
 
 void end_by_signal(int number) {
   unlink_temporaries();
+  if (code_after_signal() >= 0) {
+    write_message_after_signal();
+    _exit(code_after_signal());
+  }
   // The handler was removed when it was called (SA_RESETHAND): this ends the process when it returns.
   raise(number);
 }

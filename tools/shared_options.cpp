@@ -60,6 +60,12 @@ Resources RunOptions::resources() const {
   return resources;
 }
 
+Resources RunOptions::resources_of_each_rank() const {
+  Resources resources = this->resources();
+  resources.threads = threads;
+  return resources;
+}
+
 void add_memory_option(CLI::App& command, RunOptions& options) {
   command
       .add_option_function<std::string>(

@@ -28,6 +28,8 @@ struct RunOptions {
 
   int thread_count() const;
   Resources resources() const;
+  /// The same for any rank: threads are 0 where affinity is to say.
+  Resources resources_of_each_rank() const;
 };
 
 /// What a Number may be, in words.

@@ -12,6 +12,7 @@ ctest --preset release -j "$(nproc)"
 if [ "${1:-}" = --long ]; then
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
+  TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000
   tools/same_bytes.sh --long
   tools/stream_test.sh
   tools/fuzz.sh --long 1

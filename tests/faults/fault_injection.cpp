@@ -288,6 +288,18 @@ int link(const char* from, const char* to) noexcept {
   return original(from, to);
 }
 
+int mkdir(const char* path, mode_t mode) noexcept {
+  NEXT(mkdir);
+  if (fault_of("mkdir", path) == Fault::error) return fail();
+  return original(path, mode);
+}
+
+int rmdir(const char* path) noexcept {
+  NEXT(rmdir);
+  if (fault_of("rmdir", path) == Fault::error) return fail();
+  return original(path);
+}
+
 int unlink(const char* path) noexcept {
   NEXT(unlink);
   if (fault_of("unlink", path) == Fault::error) return fail();

@@ -7,7 +7,7 @@ _tagrid_options() {
   local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
     --max-level --range --field-scale --brick"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $encoding --vdb-grid" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding --resume --vdb-grid" ;;
     decode) echo "$run $memory --spool $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
     info) echo "$run" ;;
     verify) echo "$run $memory $headerless --against --vdb-grid -f --force" ;;
@@ -49,4 +49,4 @@ _tagrid() {
   fi
 }
 
-complete -o filenames -F _tagrid tagrid
+complete -o filenames -F _tagrid tagrid tagrid-mpi

@@ -1,0 +1,111 @@
+#include "io/part_folder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "io/errors.h"
+#include "io/output_file.h"
+#include "io/system_call.h"
+#include "io/temporaries.h"
+
+namespace tagrid {
+namespace {
+
+void unlink_file(const std::string& path) {
+  if (unlink(path.c_str()) != 0 && errno != ENOENT) throw world_error("cannot remove", path, errno);
+}
+
+std::vector<std::string> names_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    names.push_back(entry->path().filename().string());
+  if (error) throw world_error("cannot look into it", folder, error.value());
+  return names;
+}
+
+}  // namespace
+
+std::string part_folder_of(const std::string& output) {
+  const std::filesystem::path target(output);
+  std::string name = ".";
+  name.append(target.filename().string(), 0, 240).append(".parts");
+  return (target.parent_path() / name).string();
+}
+
+std::string PartFolder::part(const std::string& folder, std::int64_t number) {
+  return fmt::format("{}/{:06}", folder, number);
+}
+
+PartFolder::PartFolder(const std::string& output, bool resumable)
+    : path_(part_folder_of(output)), resumable_(resumable) {
+  if (!resumable) {
+    path_.append("-").append(random_suffix());
+    slot_ = register_temporary_folder(path_);
+  }
+  // Parts are nobody else's: what permissions the output will have is not known to whoever finds them.
+  if (mkdir(path_.c_str(), 0700) != 0 && !(resumable && errno == EEXIST)) {
+    const int error = errno;
+    forget_temporary(std::exchange(slot_, -1));
+    throw world_error("cannot create the folder for the parts of the run", path_, error);
+  }
+  if (resumable) lock();
+}
+
+PartFolder::~PartFolder() {
+  // A run that failed before there was anything to go on with leaves nothing.
+  if (!resumable_ || (lock_ >= 0 && !removed_ && access(record().c_str(), F_OK) != 0))
+    remove_folder(path_.c_str());
+  forget_temporary(slot_);
+  if (lock_ >= 0) close(lock_);
+}
+
+void PartFolder::lock() {
+  const std::string name = path_ + "/lock";
+  // Again where the file was removed in the meantime, by the end of the run that had it.
+  for (;;) {
+    lock_ = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600); });
+    if (lock_ < 0 && errno == ENOENT && mkdir(path_.c_str(), 0700) == 0) continue;
+    if (lock_ < 0) throw world_error("cannot create", name, errno);
+    if (uninterrupted([&] { return flock(lock_, LOCK_EX | LOCK_NB); }) != 0) {
+      const int error = errno;
+      close(std::exchange(lock_, -1));
+      if (error == EWOULDBLOCK)
+        throw UsageError(path_ + ": another process is at this run; wait for its end");
+      throw world_error("cannot lock", name, error);
+    }
+    struct stat ours = {};
+    const auto named = status_of(name);
+    if (fstat(lock_, &ours) == 0 && named && named->st_ino == ours.st_ino) return;
+    close(std::exchange(lock_, -1));
+  }
+}
+
+void PartFolder::remove_unfinished() {
+  for (const std::string& name : names_in(path_))
+    if (name.starts_with('.')) unlink_file(fmt::format("{}/{}", path_, name));
+}
+
+void PartFolder::clear() {
+  for (const std::string& name : names_in(path_))
+    if (name != "lock" && name != "finished" && name != "run") unlink_file(fmt::format("{}/{}", path_, name));
+  unlink_file(record());
+  unlink_file(finished());
+}
+
+void PartFolder::remove() {
+  clear();
+  removed_ = true;
+  if (resumable_) unlink_file(path_ + "/lock");
+  if (rmdir(path_.c_str()) != 0 && errno != ENOENT) throw world_error("cannot remove", path_, errno);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,42 @@
+#include "io/placed_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "io/errors.h"
+#include "io/system_call.h"
+
+namespace tagrid {
+
+PlacedFile::PlacedFile(const std::string& path, std::string name) : name_(std::move(name)) {
+  descriptor_ = uninterrupted([&] { return open(path.c_str(), O_WRONLY | O_CLOEXEC); });
+  if (descriptor_ < 0) throw world_error("cannot open its temporary file", name_, errno);
+}
+
+PlacedFile::~PlacedFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void PlacedFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const std::size_t most = std::min(bytes.size(), std::size_t{1} << 30);
+    const ssize_t count =
+        uninterrupted([&] { return pwrite(descriptor_, bytes.data(), most, static_cast<off_t>(position)); });
+    if (count < 0) throw world_error("cannot write", name_, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    position += static_cast<std::uint64_t>(count);
+  }
+}
+
+void PlacedFile::finish() {
+  if (uninterrupted([&] { return fsync(descriptor_); }) != 0) throw world_error("cannot write", name_, errno);
+  // Network file systems report some failed writes only here.
+  if (close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR)
+    throw world_error("cannot write", name_, errno);
+}
+
+}  // namespace tagrid

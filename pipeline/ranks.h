@@ -1,0 +1,81 @@
+// The processes that work on one run together: one, or those that mpirun started. Who starts them knows
+// which; everything else sees this.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace tagrid {
+
+using Bytes = std::vector<std::byte>;
+
+/// Numbers that all ranks share while they work on something together. Not to be waited for.
+struct SharedNumbers {
+  std::int64_t taken = 0;  ///< items that some rank has taken, or more
+  std::int64_t done = 0;   ///< whatever add_done() counts
+  bool failed = false;     ///< a rank has told a failure
+};
+
+/// All members are called by the thread that started the program. What is collective is called by all ranks,
+/// in the same order. No message is longer than 2^26 bytes.
+class Ranks {
+ public:
+  virtual ~Ranks() = default;
+  virtual int rank() const { return 0; }
+  virtual int count() const { return 1; }
+
+  /// Collective: all get the bytes that rank 0 has.
+  virtual void broadcast(Bytes&) {}
+  /// Collective: rank 0 gets the bytes of all, in the order of ranks; others get nothing. For some kB.
+  virtual std::vector<Bytes> gather(const Bytes& bytes) { return {bytes}; }
+
+  /// Collective: the shared numbers become 0.
+  virtual void begin_counting() { numbers_ = {}; }
+  /// Takes the next item: 0, 1, 2, ..., each given to one rank only.
+  virtual std::int64_t next() { return numbers_.taken++; }
+  virtual void add_done(std::int64_t amount) { numbers_.done += amount; }
+  virtual void tell_failure() { numbers_.failed = true; }
+  virtual SharedNumbers numbers() { return numbers_; }
+
+  /// Does `work`, which must not call any member, in a thread of its own, and calls `look` now and then
+  /// meanwhile. Throws on what `work` throws.
+  virtual void attend(const std::function<void()>& work, const std::function<void()>& look);
+
+ protected:
+  /// Called every few milliseconds while this rank works.
+  virtual void pass_messages() {}
+
+ private:
+  SharedNumbers numbers_;
+};
+
+/// The ranks of this process. One, where start_ranks() was not called.
+Ranks& ranks();
+void start_ranks(std::unique_ptr<Ranks> started);
+
+/// Collective: items 0 .. count - 1 are done, each by one rank. `look` is called now and then. Where one
+/// fails, or `work` of another rank does, `stop` becomes true for those that still work: they may then throw
+/// anything. Throws on all ranks what failed first, as the same kind of exception, with the rank in its
+/// message.
+struct SharedWork {
+  std::int64_t count = 0;
+  std::function<void(std::int64_t item)> work;
+  /// Called now and then by the thread that called share_out().
+  std::function<void(const SharedNumbers&)> look = {};
+  /// Added up over all ranks in SharedNumbers::done; incremented by `work`.
+  std::atomic<std::int64_t> done{0};
+  std::atomic<bool> stop{false};
+};
+void share_out(Ranks& ranks, SharedWork& work);
+
+/// Collective: throws on all ranks if `failure`, an exception of this rank or nothing, is there on any.
+void agree(Ranks& ranks, std::exception_ptr failure);
+
+/// What a rank throws whose work was stopped because another's had failed.
+struct Stopped {};
+
+}  // namespace tagrid

@@ -1,0 +1,22 @@
+// What rank 0 tells the others to do. They wait for orders, and do each together with it.
+#pragma once
+
+#include "pipeline/decode_parts.h"
+#include "pipeline/part_work.h"
+#include "pipeline/ranks.h"
+
+namespace tagrid {
+
+/// By rank 0: all ranks now do what the order says; rank 0 calls the function itself. Nothing happens where
+/// there is one rank.
+void send_order(Ranks& ranks, const PartOrder& order);    ///< make_parts()
+void send_order(Ranks& ranks, const PlaceOrder& order);   ///< place_parts()
+void send_order(Ranks& ranks, const DecodeOrder& order);  ///< decode_parts()
+/// By rank 0: there is no more to do; the others end with this exit code.
+void dismiss(Ranks& ranks, int code);
+
+/// By the other ranks: does what rank 0 says until it has no more orders; returns the exit code that it gave.
+/// `limit_memory` is called where a limit on memory was given.
+int serve(Ranks& ranks, const std::function<void()>& limit_memory);
+
+}  // namespace tagrid
