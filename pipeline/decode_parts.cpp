@@ -111,7 +111,7 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
   info.nrrd_fields = reader.header().nrrd_fields;
   info.geometry = geometry_of(info.nrrd_fields);
   const std::uint64_t memory = plan_decoding(parameters, of_this_rank(resources)).memory;
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), true);
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), {}, true);
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   const DecodeOrder order{input, writer.temporary(), samples_path(output, format), writer.samples_start(),
                           resources};
@@ -120,8 +120,8 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
     if (progress) progress(std::min(done, total), total);
   });
   writer.samples_were_placed();
-  const DecodeResult result = {reader.header(), reader.index(), reader.sizes().file, writer.bytes_written(),
-                               memory};
+  const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
+                               writer.bytes_written(), memory,         {}};
   if (before_naming) before_naming(result);
   writer.commit();
   return result;
