@@ -138,7 +138,9 @@ void SpoolFile::read_at(std::uint64_t position, std::span<std::byte> to) {
 std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
   begin_reading();
   buffer_.resize(buffer_size);
-  return std::span(buffer_).first(read_some(position, buffer_));
+  // Behind what was written may be bytes of before clear().
+  const std::size_t wanted = std::min<std::uint64_t>(buffer_size, size_ - position);
+  return std::span(buffer_).first(read_some(position, std::span(buffer_).first(wanted)));
 }
 
 }  // namespace tagrid

@@ -156,7 +156,7 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
       {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
       {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
       {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
-      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw;"}};
+      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw, vdb;"}};
   for (const auto& [arguments, message] : wrong) {
     const Ending ending = tagrid(arguments);
     expect_error(ending, usage, message);
