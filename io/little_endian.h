@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <type_traits>
+#include <vector>
 
 namespace tagrid {
 
@@ -63,6 +65,17 @@ inline void swap_bytes_of_samples(std::byte* samples, std::size_t count, std::si
   if (sample_size == 2) swap_all(std::uint16_t{});
   if (sample_size == 4) swap_all(std::uint32_t{});
   if (sample_size == 8) swap_all(std::uint64_t{});
+}
+
+/// `samples` of `sample_size` bytes in the machine's order as little endian: themselves, or a copy in
+/// `swapped`.
+inline std::span<const std::byte> little_endian_samples(std::span<const std::byte> samples,
+                                                        std::size_t sample_size,
+                                                        std::vector<std::byte>& swapped) {
+  if constexpr (std::endian::native == std::endian::little) return samples;
+  swapped.assign(samples.begin(), samples.end());
+  swap_bytes_of_samples(swapped.data(), swapped.size() / sample_size, sample_size);
+  return swapped;
 }
 
 }  // namespace tagrid

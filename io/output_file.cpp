@@ -144,14 +144,7 @@ void OutputFile::write(std::span<const std::byte> bytes) {
 
 void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
   assert(can_seek());
-  while (!bytes.empty()) {
-    const ssize_t count = pwrite(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30),
-                                 static_cast<off_t>(position));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw world_error("cannot write", name_, errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-    position += static_cast<std::uint64_t>(count);
-  }
+  if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
 }
 
 void OutputFile::sync() {

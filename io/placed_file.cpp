@@ -22,14 +22,7 @@ PlacedFile::~PlacedFile() {
 }
 
 void PlacedFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const std::size_t most = std::min(bytes.size(), std::size_t{1} << 30);
-    const ssize_t count =
-        uninterrupted([&] { return pwrite(descriptor_, bytes.data(), most, static_cast<off_t>(position)); });
-    if (count < 0) throw world_error("cannot write", name_, errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-    position += static_cast<std::uint64_t>(count);
-  }
+  if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
 }
 
 void PlacedFile::finish() {

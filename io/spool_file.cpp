@@ -80,14 +80,7 @@ void SpoolFile::write(std::span<const std::byte> bytes) {
 }
 
 void SpoolFile::write_all(std::uint64_t position, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = pwrite(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30),
-                                 static_cast<off_t>(position));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("cannot write", errno);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-    position += static_cast<std::uint64_t>(count);
-  }
+  if (!write_all_at(descriptor_, position, bytes)) fail("cannot write", errno);
 }
 
 void SpoolFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {

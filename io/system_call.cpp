@@ -1,5 +1,9 @@
 #include "io/system_call.h"
 
+#include <unistd.h>
+
+#include <algorithm>
+
 #include "io/errors.h"
 
 namespace tagrid {
@@ -23,6 +27,18 @@ std::optional<struct stat> status_of_name(const std::string& path) {
   struct stat status = {};
   const int result = lstat(path.c_str(), &status);
   return found(result, status, path);
+}
+
+bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const std::size_t most = std::min(bytes.size(), std::size_t{1} << 30);
+    const ssize_t count =
+        uninterrupted([&] { return pwrite(descriptor, bytes.data(), most, static_cast<off_t>(position)); });
+    if (count < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    position += static_cast<std::uint64_t>(count);
+  }
+  return true;
 }
 
 }  // namespace tagrid

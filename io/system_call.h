@@ -4,7 +4,10 @@
 #include <sys/stat.h>
 
 #include <cerrno>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace tagrid {
@@ -17,6 +20,10 @@ auto uninterrupted(Call call) {
     if (result >= 0 || errno != EINTR) return result;
   }
 }
+
+/// Writes all of `bytes` from `position` on, however many calls that takes. False where one fails; errno says
+/// why.
+bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
 /// What is known of a file; nothing where there is none. Throws WorldError where that cannot be found out:
 /// what cannot be looked at must not be taken for a name that is free.

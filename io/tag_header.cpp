@@ -136,4 +136,13 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   return check_parameters(p);
 }
 
+VolumeInfo volume_info_of(const TagHeader& header) {
+  VolumeInfo info;
+  info.dims = header.parameters.dims;
+  info.type = header.parameters.type;
+  info.nrrd_fields = header.nrrd_fields;
+  info.geometry = geometry_of(info.nrrd_fields);
+  return info;
+}
+
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 
 #include "grid/coding_parameters.h"
 #include "grid/status.h"
+#include "io/volume_info.h"
 
 namespace tagrid {
 
@@ -32,5 +33,8 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 /// Whether the parameters are such as a header may have; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
+
+/// The volume that a file is of. Throws BrokenInput where the source's fields are none.
+VolumeInfo volume_info_of(const TagHeader& header);
 
 }  // namespace tagrid

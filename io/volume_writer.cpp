@@ -82,11 +82,7 @@ void VolumeWriter::write_samples(std::int64_t first, std::span<const std::byte> 
     return;
   }
   std::vector<std::byte> swapped;
-  if constexpr (std::endian::native != std::endian::little) {
-    swapped.assign(samples.begin(), samples.end());
-    swap_bytes_of_samples(swapped.data(), swapped.size() / size_of(info_.type), size_of(info_.type));
-    samples = swapped;
-  }
+  samples = little_endian_samples(samples, size_of(info_.type), swapped);
   const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size_of(info_.type);
   if (place == samples_->position())
     samples_->write(samples);

@@ -1,7 +1,6 @@
 #include "pipeline/decode_parts.h"
 
 #include <algorithm>
-#include <bit>
 #include <memory>
 
 #include "io/errors.h"
@@ -32,14 +31,13 @@ class PartDecoder {
   void decode(std::int64_t part, SharedWork& shared) {
     const CodingParameters& parameters = reader_.parameters();
     const BrickRows& rows = parts_[static_cast<std::size_t>(part)];
-    std::int64_t left = rows.count(parameters.bricks());
     reader_.seek_brick(rows.first_brick(parameters.bricks()));
     UntilItFails output_works;
     DecodeStreams streams;
     streams.name = reader_.name();
     streams.read_brick = [&](BrickBytes& brick) {
       if (shared.stop) throw Stopped();
-      return left-- > 0 && reader_.read_brick(brick);
+      return reader_.read_brick(brick);
     };
     streams.write_rows = [&](const DecodedRows& decoded) {
       decoded.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
@@ -55,14 +53,9 @@ class PartDecoder {
  private:
   void write(std::int64_t first, std::span<const std::byte> samples) {
     const std::size_t size = size_of(reader_.parameters().type);
-    const std::uint64_t place = start_ + static_cast<std::uint64_t>(first) * size;
-    if constexpr (std::endian::native == std::endian::little) {
-      file_.write_at(place, samples);
-    } else {
-      std::vector<std::byte> swapped(samples.begin(), samples.end());
-      swap_bytes_of_samples(swapped.data(), swapped.size() / size, size);
-      file_.write_at(place, swapped);
-    }
+    std::vector<std::byte> swapped;
+    file_.write_at(start_ + static_cast<std::uint64_t>(first) * size,
+                   little_endian_samples(samples, size, swapped));
   }
 
   std::uint64_t start_;
@@ -76,25 +69,14 @@ class PartDecoder {
 
 void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progress) {
   std::unique_ptr<PartDecoder> decoder;
-  std::exception_ptr failure;
-  try {
-    decoder = std::make_unique<PartDecoder>(order);
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  agree(ranks, failure);
+  all_do(ranks, [&] { decoder = std::make_unique<PartDecoder>(order); });
   SharedWork shared;
   shared.count = decoder->count();
   shared.work = [&](std::int64_t part) { decoder->decode(part, shared); };
   if (progress)
     shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };
   share_out(ranks, shared);
-  try {
-    decoder->finish();
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  agree(ranks, failure);
+  all_do(ranks, [&] { decoder->finish(); });
 }
 
 DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
@@ -105,11 +87,7 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   reader.read_index();
-  VolumeInfo info;
-  info.dims = parameters.dims;
-  info.type = parameters.type;
-  info.nrrd_fields = reader.header().nrrd_fields;
-  info.geometry = geometry_of(info.nrrd_fields);
+  const VolumeInfo info = volume_info_of(reader.header());
   const std::uint64_t memory = plan_decoding(parameters, of_this_rank(resources)).memory;
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), {}, true);
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();

@@ -132,16 +132,12 @@ PartId PartsOfRun::id(std::int64_t part) const {
 void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress) {
   std::unique_ptr<PartsOfRun> parts;
   std::unique_ptr<PartEncoder> encoder;
-  std::exception_ptr failure;
-  try {
+  all_do(ranks, [&] {
     parts = std::make_unique<PartsOfRun>(order.folder, order.record);
     if (!status_of(order.folder))
       throw WorldError(order.folder + ": is not here; all ranks need the same folder of the output");
     encoder = std::make_unique<PartEncoder>(order, *parts);
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  agree(ranks, failure);
+  });
   SharedWork shared;
   shared.count = parts->count();
   shared.work = [&](std::int64_t part) {
@@ -159,14 +155,10 @@ void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress)
 void place_parts(Ranks& ranks, const PlaceOrder& order) {
   std::unique_ptr<PartsOfRun> parts;
   std::unique_ptr<PlacedFile> file;
-  std::exception_ptr failure;
-  try {
+  all_do(ranks, [&] {
     parts = std::make_unique<PartsOfRun>(order.folder, order.record);
     file = std::make_unique<PlacedFile>(order.file, order.name);
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  agree(ranks, failure);
+  });
   SharedWork shared;
   shared.count = parts->count();
   shared.work = [&](std::int64_t part) {
@@ -178,12 +170,7 @@ void place_parts(Ranks& ranks, const PlaceOrder& order) {
     }
   };
   share_out(ranks, shared);
-  try {
-    file->finish();
-  } catch (...) {
-    failure = std::current_exception();
-  }
-  agree(ranks, failure);
+  all_do(ranks, [&] { file->finish(); });
 }
 
 }  // namespace tagrid

@@ -75,6 +75,18 @@ void share_out(Ranks& ranks, SharedWork& work);
 /// Collective: throws on all ranks if `failure`, an exception of this rank or nothing, is there on any.
 void agree(Ranks& ranks, std::exception_ptr failure);
 
+/// Collective: does the work, and throws on all ranks if it fails on any.
+template <class Work>
+void all_do(Ranks& ranks, Work work) {
+  std::exception_ptr failure;
+  try {
+    work();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  agree(ranks, failure);
+}
+
 /// What a rank throws whose work was stopped because another's had failed.
 struct Stopped {};
 

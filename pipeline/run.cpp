@@ -82,11 +82,7 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   refuse_same_file(input, samples_path(output, format));
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
-  VolumeInfo info;
-  info.dims = parameters.dims;
-  info.type = parameters.type;
-  info.nrrd_fields = reader.header().nrrd_fields;
-  info.geometry = geometry_of(info.nrrd_fields);
+  const VolumeInfo info = volume_info_of(reader.header());
   const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
   const DecodePlan plan =
       plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream);

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 
@@ -11,10 +10,9 @@ sys.dont_write_bytecode = True
 import tables
 from cluster import Cluster, Rates, simulate
 from measuring import measure
-from volume import Volume
+from volume import SAMPLE_BYTES, Volume
 
 HERE = Path(__file__).resolve().parent
-SAMPLE_BYTES = {"uint8": 1, "int8": 1, "uint16": 2, "int16": 2, "uint32": 4, "int32": 4, "float32": 4, "float64": 8}
 UNITS = {"K": 2 ** 10, "M": 2 ** 20, "G": 2 ** 30, "T": 2 ** 40}
 
 

@@ -8,9 +8,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from volume import Volume
-
-SAMPLE_BYTES = {"uint8": 1, "int8": 1, "uint16": 2, "int16": 2, "uint32": 4, "int32": 4, "float32": 4, "float64": 8}
+from volume import SAMPLE_BYTES, Volume
 
 
 def seconds_of(command):
