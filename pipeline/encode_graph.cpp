@@ -4,6 +4,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <variant>
 
 #include "pipeline/encode_schedule.h"
@@ -36,11 +37,14 @@ class Stages {
       : parameters_(parameters), schedule_(schedule) {}
 
   MarkedTile mark(const MarkJob& job) const {
-    auto marks = std::make_shared<LatticeBits>(schedule_.mark_box(job.tile));
+    // Where all is air, or was cut away, there is nothing to mark: no box.
+    auto marks = std::make_shared<LatticeBits>();
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
       const Box cubes = schedule_.tile_box(job.tile);
       const auto samples = gathered<T>(job.slices, cubes.grown(mark_halo(parameters_)));
+      if (are_equal(samples.values)) return;
+      *marks = LatticeBits(schedule_.mark_box(job.tile));
       CurvatureField field;
       // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
       if constexpr (is_wide<T>) {
@@ -83,6 +87,12 @@ class Stages {
   MeshBound<T> mesh_bound() const {
     if constexpr (std::is_floating_point_v<T>) return parameters_.mesh_error;
     return static_cast<MeshBound<T>>(std::min(parameters_.mesh_error, 4294967296.0));
+  }
+
+  // False for wide samples, of which some are no numbers.
+  template <class T>
+  static bool are_equal(const std::vector<T>& samples) {
+    return !is_wide<T> && std::equal(samples.begin() + 1, samples.end(), samples.begin());
   }
 
   template <class T>

@@ -14,13 +14,14 @@ SliceSamples read_input_slice(VolumeReader& reader, const Box& rows) {
     wanted.high.y = dims.y - 1;
     if (reader.next_sample() != rows.low.z * reader.slice_samples()) reader.seek_slice(rows.low.z);
   }
-  auto slice = std::make_shared<std::vector<std::byte>>(static_cast<std::size_t>(wanted.size().y) * row);
-  reader.read_rows(slice->data(), wanted);
+  auto slice = std::make_shared_for_overwrite<std::byte[]>(static_cast<std::size_t>(wanted.size().y) * row);
+  reader.read_rows(slice.get(), wanted);
   if (wanted.high.y == dims.y - 1 && rows.high.z == dims.z - 1) reader.finish();
   if (whole || reader.random_access()) return slice;
-  const auto first = slice->begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.low.y) * row);
-  return std::make_shared<std::vector<std::byte>>(
-      first, first + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.size().y) * row));
+  const std::size_t size = static_cast<std::size_t>(rows.size().y) * row;
+  auto part = std::make_shared_for_overwrite<std::byte[]>(size);
+  std::copy_n(slice.get() + static_cast<std::size_t>(rows.low.y) * row, size, part.get());
+  return part;
 }
 
 }  // namespace tagrid

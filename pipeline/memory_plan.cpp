@@ -38,9 +38,12 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   const std::int64_t all = p.bricks().bricks(1), edge = std::int64_t{p.brick_edge} * p.cube_size;
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
-    const EncodeLoad whole[] = {{t, all, edge, 16 * t},       {t, all, edge, 4 * t},
-                                {t, all, p.cube_size, 4 * t}, {t, all, p.cube_size / 2, 2 * t},
-                                {t, all, 0, 2 * t},           {t, all, 0, t}};
+    const EncodeLoad whole[] = {{t, all, t == 1 ? 4 : edge, t == 1 ? 4 : 16 * t},
+                                {t, all, edge, 4 * t},
+                                {t, all, p.cube_size, 4 * t},
+                                {t, all, p.cube_size / 2, 2 * t},
+                                {t, all, 0, 2 * t},
+                                {t, all, 0, t}};
     for (const EncodeLoad& load : whole)
       if (fits(load)) return load;
     if (!strips) continue;

@@ -50,7 +50,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   EncodeStreams streams;
   streams.read_slice = [&](const Box& rows) {
     SliceSamples slice = read_input_slice(reader, rows);
-    samples_read += static_cast<double>(slice->size());
+    samples_read += static_cast<double>(rows.count()) * static_cast<double>(size_of(parameters.type));
     return slice;
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {

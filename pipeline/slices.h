@@ -15,7 +15,7 @@ namespace tagrid {
 
 /// Samples of one z, whole rows, x fastest. Shared by everything that still reads it; freed with its last
 /// reader.
-using SliceSamples = std::shared_ptr<const std::vector<std::byte>>;
+using SliceSamples = std::shared_ptr<const std::byte[]>;
 
 /// Slices first, first + 1, ..., of which each holds the rows from first_row on. Cheap to copy: all jobs of a
 /// layer hold the same.
@@ -39,7 +39,7 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
       const Index3 p = volume.nearest({0, y, z});
       assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
       const auto* slice =
-          reinterpret_cast<const T*>((*range.slices)[static_cast<std::size_t>(p.z - range.first)]->data());
+          reinterpret_cast<const T*>((*range.slices)[static_cast<std::size_t>(p.z - range.first)].get());
       assert(p.y >= range.first_row);
       const T* row = slice + (p.y - range.first_row) * dims.x;
       out = std::fill_n(out, before, row[low]);

@@ -41,14 +41,17 @@ class ActivityModel {
     stride_ = {1, row, row * box_.size().y};
   }
 
-  void code_pass(const Pass& pass, const LatticeBits* known) {
+  /// Returns how many points are active.
+  std::int64_t code_pass(const Pass& pass, const LatticeBits* known) {
     pass_ = pass;
+    found_ = 0;
     candidates_.find(pass);
     const Surroundings surroundings(active_, pass);
     const std::int64_t u = pass.unit;
     for (std::int64_t z = box_.low.z + (pass.odd[2] ? u : 0); z <= box_.high.z; z += 2 * u)
       for (std::int64_t y = box_.low.y + (pass.odd[1] ? u : 0); y <= box_.high.y; y += 2 * u)
         if (!exhausted()) code_row(y, z, surroundings, known);
+    return found_;
   }
 
  private:
@@ -58,7 +61,9 @@ class ActivityModel {
       for (std::uint64_t rest = row[i] & candidates_.mask()[i]; rest != 0; rest &= rest - 1) {
         const auto x = static_cast<std::int64_t>(64 * i) + std::countr_zero(rest);
         const Index3 p{box_.low.x + x, y, z};
-        if (code_point(p, surroundings, known != nullptr && known->test(p))) active_.set(p);
+        if (!code_point(p, surroundings, known != nullptr && known->test(p))) continue;
+        active_.set(p);
+        ++found_;
       }
   }
 
@@ -160,6 +165,7 @@ class ActivityModel {
   Index3 stride_;
   Candidates candidates_;
   Pass pass_{};
+  std::int64_t found_ = 0;
   std::size_t classes_;
   Contexts first_{};          ///< of a kind, among those of one class and cycle
   std::size_t contexts_ = 0;  ///< of all kinds
@@ -184,10 +190,13 @@ void code_activity(Coder& coder, LatticeBits& active, const Forecast& forecast, 
   for (std::int64_t unit = cube_size / 2; unit >= 1; unit /= 2, ++cycle)
     for (int odd_count = 3; odd_count >= 1; --odd_count) {
       if (3 * cycle + 4 - odd_count > max_level) return;
+      std::int64_t found = 0;
       for (unsigned axes = 1; axes < 8; ++axes)
         if (std::popcount(axes) == odd_count)
-          model.code_pass({unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, odd_count, cycle},
-                          known);
+          found += model.code_pass(
+              {unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, odd_count, cycle}, known);
+      // Every point has a parent in the level before.
+      if (found == 0) return;
     }
 }
 

@@ -1,6 +1,8 @@
 #include "stages/subdivide.h"
 
+#include <algorithm>
 #include <cassert>
+#include <utility>
 #include <vector>
 
 namespace tagrid {
@@ -61,13 +63,7 @@ class Closure {
   }
 
   void run() {
-    for (std::int64_t unit = 1; unit < cube_size_; unit *= 2) {
-      prepare(unit);
-      for_rows([&](auto y, auto z, bool oy, bool oz) { return !(oy && oz) && edge_midpoints(y, z, oy, oz); });
-      for_rows([&](auto y, auto z, bool oy, bool oz) { return (oy || oz) && face_centres(y, z, oy, oz); });
-      if (2 * unit < cube_size_)
-        for_rows([&](auto y, auto z, bool oy, bool oz) { return oy && oz && cube_centres(y, z); });
-    }
+    if (any()) add_parents();
     for (LatticeBits& bits : nested_)
       for (std::int64_t z = low_.z; z <= high_.z; z += cube_size_)
         for (std::int64_t y = low_.y; y <= high_.y; y += cube_size_)
@@ -75,6 +71,21 @@ class Closure {
   }
 
  private:
+  bool any() const {
+    const auto words = std::as_const(nested_[0]).words();
+    return std::any_of(words.begin(), words.end(), [](Word word) { return word != 0; });
+  }
+
+  void add_parents() {
+    for (std::int64_t unit = 1; unit < cube_size_; unit *= 2) {
+      prepare(unit);
+      for_rows([&](auto y, auto z, bool oy, bool oz) { return !(oy && oz) && edge_midpoints(y, z, oy, oz); });
+      for_rows([&](auto y, auto z, bool oy, bool oz) { return (oy || oz) && face_centres(y, z, oy, oz); });
+      if (2 * unit < cube_size_)
+        for_rows([&](auto y, auto z, bool oy, bool oz) { return oy && oz && cube_centres(y, z); });
+    }
+  }
+
   static void set(RowBits& bits, std::int64_t x) {
     bits[static_cast<std::size_t>(x / 64)] |= Word{1} << (x % 64);
   }

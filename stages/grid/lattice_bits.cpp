@@ -1,27 +1,49 @@
 #include "grid/lattice_bits.h"
 
+#include <algorithm>
+
 namespace tagrid {
+namespace {
+
+// How bits of a row get into one word of another row: from one word, or from the upper bits of one and the
+// lower bits of the next.
+struct Piece {
+  std::size_t from, to;
+  unsigned down, up;
+  bool from_next;
+  std::uint64_t mask;  ///< the bits of the target
+};
+
+std::vector<Piece> pieces(std::size_t from_bit, std::size_t to_bit, std::size_t n) {
+  std::vector<Piece> result;
+  for (std::size_t done = 0; done < n;) {
+    const std::size_t t = to_bit + done, s = from_bit + done;
+    const std::size_t count = std::min(n - done, 64 - t % 64);
+    const std::uint64_t bits = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+    result.push_back({s / 64, t / 64, static_cast<unsigned>(s % 64), static_cast<unsigned>(t % 64),
+                      s % 64 + count > 64, bits << (t % 64)});
+    done += count;
+  }
+  return result;
+}
+
+}  // namespace
 
 void copy_bits(const LatticeBits& from, LatticeBits& to) {
   const Box shared = intersection(from.box(), to.box());
   if (shared.empty()) return;
-  const auto n = static_cast<std::size_t>(shared.size().x);
-  const auto from_bit = static_cast<std::size_t>(shared.low.x - from.box().low.x);
-  const auto to_bit = static_cast<std::size_t>(shared.low.x - to.box().low.x);
+  // The same in all rows.
+  const auto row = pieces(static_cast<std::size_t>(shared.low.x - from.box().low.x),
+                          static_cast<std::size_t>(shared.low.x - to.box().low.x),
+                          static_cast<std::size_t>(shared.size().x));
   for (std::int64_t z = shared.low.z; z <= shared.high.z; ++z)
     for (std::int64_t y = shared.low.y; y <= shared.high.y; ++y) {
       const std::uint64_t* source = from.row(y, z);
       std::uint64_t* target = to.row(y, z);
-      // One word of the target at a time, put together from up to two words of the source.
-      for (std::size_t done = 0; done < n;) {
-        const std::size_t t = to_bit + done, s = from_bit + done;
-        const std::size_t count = std::min(n - done, 64 - t % 64);
-        std::uint64_t bits = source[s / 64] >> (s % 64);
-        if (s % 64 + count > 64) bits |= source[s / 64 + 1] << (64 - s % 64);
-        const std::uint64_t mask = (count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1)
-                                   << (t % 64);
-        target[t / 64] = (target[t / 64] & ~mask) | ((bits << (t % 64)) & mask);
-        done += count;
+      for (const Piece& piece : row) {
+        std::uint64_t bits = source[piece.from] >> piece.down;
+        if (piece.from_next) bits |= source[piece.from + 1] << (64 - piece.down);
+        target[piece.to] = (target[piece.to] & ~piece.mask) | ((bits << piece.up) & piece.mask);
       }
     }
 }

@@ -36,8 +36,8 @@ Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const 
     EXPECT_EQ(box.size().x, dims.x);
     EXPECT_EQ(box.size().z, 1);
     const std::size_t size = static_cast<std::size_t>(box.count()) * 2;
-    auto bytes = std::make_shared<std::vector<std::byte>>(size);
-    std::memcpy(bytes->data(), &samples[static_cast<std::size_t>(Box::of_size(dims).offset(box.low))], size);
+    auto bytes = std::make_shared<std::byte[]>(size);
+    std::memcpy(bytes.get(), &samples[static_cast<std::size_t>(Box::of_size(dims).offset(box.low))], size);
     return bytes;
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {

@@ -53,7 +53,7 @@ class Playthrough {
   // Feeds the schedule as the graph does, finished tiles in random order, until nothing is left to do.
   void play() {
     for (std::int64_t z = schedule_.samples().low.z; z <= schedule_.samples().high.z; ++z) {
-      auto slice = std::make_shared<std::vector<std::byte>>(1);
+      auto slice = std::make_shared<std::byte[]>(1);
       alive_.emplace_back(slice);
       for (MarkJob& job : schedule_.add_slice(slice)) {
         EXPECT_TRUE(tiles_.insert({job.tile.z, job.tile.y, job.tile.x}).second) << "a tile is marked twice";
@@ -110,7 +110,7 @@ class Playthrough {
   std::mt19937 random_;
   std::vector<MarkJob> waiting_;
   std::set<std::array<std::int64_t, 3>> tiles_;
-  std::vector<std::weak_ptr<std::vector<std::byte>>> alive_;
+  std::vector<std::weak_ptr<std::byte[]>> alive_;
   std::int64_t next_brick_, most_alive_ = 0;
 };
 
@@ -161,7 +161,7 @@ TEST(EncodeSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
         ASSERT_TRUE(budget > 0 && read <= schedule.samples().high.z) << "stuck after " << bricks << " bricks";
         --budget;
         ++read;
-        for (const MarkJob& job : schedule.add_slice(std::make_shared<std::vector<std::byte>>(1)))
+        for (const MarkJob& job : schedule.add_slice(std::make_shared<std::byte[]>(1)))
           for (const BrickJob& brick :
                schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})) {
             ++bricks;
@@ -176,7 +176,7 @@ TEST(EncodeSchedule, SlicesAreFreedAsLayersAreDone) {
   const Case tall{{5, 5, 400}, 8, 2, 4};
   Playthrough run(tall, BrickRows::all(parameters_of(tall).bricks()), 1);
   for (std::int64_t z = 0; z < run.parameters_.dims.z; ++z) {
-    auto slice = std::make_shared<std::vector<std::byte>>(1);
+    auto slice = std::make_shared<std::byte[]>(1);
     run.alive_.emplace_back(slice);
     for (MarkJob& job : run.schedule_.add_slice(slice)) run.waiting_.push_back(job);
     run.finish_tiles();

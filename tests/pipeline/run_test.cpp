@@ -136,7 +136,7 @@ TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) -> SliceSamples {
     if (++read == 60) throw WorldError("the disk is gone");
-    return std::make_shared<std::vector<std::byte>>(400);
+    return std::make_shared<std::byte[]>(400);
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
   EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
@@ -151,9 +151,7 @@ TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
   parameters.max_level = 9;
   parameters.field_scale = 1;
   EncodeStreams streams;
-  streams.read_slice = [&](const Box&) -> SliceSamples {
-    return std::make_shared<std::vector<std::byte>>(400);
-  };
+  streams.read_slice = [&](const Box&) -> SliceSamples { return std::make_shared<std::byte[]>(400); };
   streams.write_brick = [](std::int64_t id, BrickCode) {
     if (id == 3) throw WorldError("the disk is full");
   };

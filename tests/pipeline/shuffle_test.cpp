@@ -63,8 +63,8 @@ Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* sh
   Bricks bricks;
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) {
-    auto bytes = std::make_shared<std::vector<std::byte>>(slice);
-    std::memcpy(bytes->data(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
+    auto bytes = std::make_shared<std::byte[]>(slice);
+    std::memcpy(bytes.get(), reinterpret_cast<const std::byte*>(samples.data()) + z++ * slice, slice);
     return bytes;
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {

@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) -> SliceSamples {
     count();
-    return std::make_shared<std::vector<std::byte>>(3600);
+    return std::make_shared<std::byte[]>(3600);
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
   streams.brick_done = [&](std::int64_t) { count(); };
