@@ -88,7 +88,7 @@ void BlendedWindow::find_biases(std::int64_t x, std::int32_t blended, Prediction
   p.texture += class_[i];
 }
 
-BlendedPrediction BlendedWindow::predict(std::int64_t x) {
+BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels&) {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = here_[x - 1];
@@ -128,8 +128,8 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x) {
   return p;
 }
 
-void BlendedWindow::commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
-                           std::int64_t step) {
+void BlendedWindow::commit(std::int64_t x, LeftVoxels&, const Prediction& p, std::int32_t value,
+                           std::int32_t residual, std::int64_t step) {
   here_[x] = static_cast<Value>(value);
   residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
   if (p.flat) {
@@ -152,7 +152,8 @@ void BlendedWindow::commit(std::int64_t x, const Prediction& p, std::int32_t val
   sign_biases_[p.signs].learn(error);
 }
 
-MixedContext BlendedWindow::context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const {
+MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels&, const Prediction& p,
+                                    const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
   const auto size = [this, x](const Value* row, std::int64_t d) {
     return static_cast<std::uint32_t>(std::abs(std::int32_t{row[x + d]}));

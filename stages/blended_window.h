@@ -24,16 +24,18 @@ struct BlendedPrediction {
 class BlendedWindow : public VoxelWindow {
  public:
   using Prediction = BlendedPrediction;
+  using Context = MixedContext;
 
   /// `error`: the smallest bound of a voxel.
   BlendedWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error);
 
   void begin_row(std::int64_t y);
   void fill(std::int64_t first, std::int64_t last);
-  Prediction predict(std::int64_t x);
-  MixedContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
+  Prediction predict(std::int64_t x, const LeftVoxels&);
+  MixedContext context(std::int64_t x, const LeftVoxels&, const Prediction& p,
+                       const Quantizer& quantizer) const;
   /// REQUIRES: p is what predict() returned last.
-  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
+  void commit(std::int64_t x, LeftVoxels&, const Prediction& p, std::int32_t value, std::int32_t residual,
               std::int64_t step);
 
  private:

@@ -4,15 +4,21 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+
+#if defined(__SSE2__) && !defined(TAGRID_SCALAR)
+#include <emmintrin.h>
+#endif
 
 namespace tagrid {
 
 inline constexpr std::size_t lane_count = 16;
 using Lanes = std::array<std::int16_t, lane_count>;
-using UnsignedLanes = std::array<std::uint16_t, lane_count>;
+/// Of sixteen intervals, ascending from 0 on; the last one, 65536, is held as 0.
+struct alignas(16) Boundaries : std::array<std::uint16_t, lane_count + 1> {};
 
 #if !defined(TAGRID_SCALAR) && defined(__GNUC__)
 
@@ -39,11 +45,11 @@ inline void move_towards(Lanes& a, const Lanes& b, int shift) {
   }
 }
 
-/// (a + b) / 2 + c in every lane but the first, which is 0. REQUIRES: all lanes >= 0.
-inline UnsignedLanes mean(const Lanes& a, const Lanes& b, const Lanes& c) {
+/// (a + b) / 2 + c in every lane but the first, which is 0. REQUIRES: all lanes >= 0, and the result ascends.
+inline Boundaries mean(const Lanes& a, const Lanes& b, const Lanes& c) {
   // In a register: a store to one lane before the others are read again would cost more than all the rest.
   constexpr detail::UnsignedHalf all_but_first = {0, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff};
-  UnsignedLanes result;
+  Boundaries result;
   for (std::size_t first = 0; first < lane_count; first += detail::half) {
     auto sum =
         ((detail::load<detail::UnsignedHalf>(a, first) + detail::load<detail::UnsignedHalf>(b, first)) >> 1) +
@@ -51,21 +57,29 @@ inline UnsignedLanes mean(const Lanes& a, const Lanes& b, const Lanes& c) {
     if (first == 0) sum &= all_but_first;
     std::memcpy(result.data() + first, &sum, sizeof sum);
   }
+  result[lane_count] = 0;
   return result;
 }
 
-/// How many lanes are above `limit`.
-inline std::size_t count_above(const UnsignedLanes& lanes, std::uint16_t limit) {
+/// The interval that holds `place`.
+inline std::size_t interval_of(std::uint16_t place, const Boundaries& boundaries) {
   // Vector registers compare signed numbers only: both sides are shifted by half of the range.
-  const auto shifted = [&lanes](std::size_t first) {
-    return (detail::Half)(detail::load<detail::UnsignedHalf>(lanes, first) ^ std::uint16_t{0x8000});
+  const auto shifted = [&](std::size_t first) {
+    return (detail::Half)(detail::load<detail::UnsignedHalf>(boundaries, first) ^ std::uint16_t{0x8000});
   };
-  const auto bound = static_cast<std::int16_t>(limit ^ 0x8000);
-  const detail::Half above = (shifted(0) > bound) + (shifted(detail::half) > bound);  // 0, -1 or -2
+  const auto bound = static_cast<std::int16_t>(place ^ 0x8000);
+  const detail::Half above[2] = {shifted(0) > bound, shifted(detail::half) > bound};  // 0 or -1
+#if defined(__SSE2__)
+  // One bit a lane: the intervals after the one that is looked for.
+  const __m128i bytes = _mm_packs_epi16((__m128i)above[0], (__m128i)above[1]);
+  const auto after = static_cast<std::uint32_t>(_mm_movemask_epi8(bytes));
+  return static_cast<std::size_t>(std::countr_zero(after | 1u << lane_count)) - 1;
+#else
   std::array<std::uint64_t, 2> words;
-  const detail::Half counts = -above;
+  const detail::Half counts = -(above[0] + above[1]);
   std::memcpy(words.data(), &counts, sizeof counts);
-  return ((words[0] + words[1]) * 0x0001000100010001u) >> 48;
+  return lane_count - 1 - (((words[0] + words[1]) * 0x0001000100010001u) >> 48);
+#endif
 }
 
 #else
@@ -75,18 +89,18 @@ inline void move_towards(Lanes& a, const Lanes& b, int shift) {
     a[i] = static_cast<std::int16_t>(a[i] + ((b[i] - a[i]) >> shift));
 }
 
-inline UnsignedLanes mean(const Lanes& a, const Lanes& b, const Lanes& c) {
-  UnsignedLanes result;
+inline Boundaries mean(const Lanes& a, const Lanes& b, const Lanes& c) {
+  Boundaries result;
   for (std::size_t i = 0; i < lane_count; ++i)
     result[i] = static_cast<std::uint16_t>(((a[i] + b[i]) >> 1) + c[i]);
-  result[0] = 0;
+  result[0] = result[lane_count] = 0;
   return result;
 }
 
-inline std::size_t count_above(const UnsignedLanes& lanes, std::uint16_t limit) {
-  std::size_t count = 0;
-  for (const std::uint16_t lane : lanes) count += lane > limit;
-  return count;
+inline std::size_t interval_of(std::uint16_t place, const Boundaries& boundaries) {
+  std::size_t interval = 0;
+  while (interval + 1 < lane_count && boundaries[interval + 1] <= place) ++interval;
+  return interval;
 }
 
 #endif

@@ -9,6 +9,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -31,11 +32,16 @@ class RansEncoder {
   static constexpr bool encoding = true;
 
   /// `expected_events` saves moving them about.
-  explicit RansEncoder(std::vector<std::uint8_t>& out, std::size_t expected_events = 0) : out_(out) {
-    events_.reserve(expected_events);
-  }
+  explicit RansEncoder(std::vector<std::uint8_t>& out, std::size_t expected_events = 0)
+      : out_(out),
+        capacity_(expected_events),
+        events_(std::make_unique_for_overwrite<Interval[]>(expected_events)) {}
 
-  void code_interval(Interval event) { events_.push_back(event); }
+  void code_interval(Interval event) {
+    if (count_ == capacity_) [[unlikely]]
+      grow();
+    events_[count_++] = event;
+  }
 
   /// Codes `bit`, whose probability of being one is `p` / 65536. REQUIRES: 0 < p < 65536.
   bool code(bool bit, std::uint32_t p) {
@@ -55,8 +61,12 @@ class RansEncoder {
   void finish();
 
  private:
+  void grow();
+
   std::vector<std::uint8_t>& out_;
-  std::vector<Interval> events_;
+  // No vector: its push_back becomes a call for every event.
+  std::size_t count_ = 0, capacity_;
+  std::unique_ptr<Interval[]> events_;
 };
 
 /// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros, and finished() tells.

@@ -75,14 +75,15 @@ class SymbolResidualModel : public FlatResidualModel {
         static_cast<std::uint32_t>(high + 7) < 15u ? static_cast<std::size_t>(high + 7) : 15u;
     symbol = distributions_.code(coder, symbol, context);
     std::int32_t coded = static_cast<std::int32_t>(symbol) - 7;
-    if (symbol == 15) [[unlikely]]
-      coded = code_far(coder, high);
-    if (low_bits > 0) {
-      const auto low = static_cast<std::uint32_t>(residual) & ((1u << low_bits) - 1);
-      coded = static_cast<std::int32_t>(static_cast<std::uint32_t>(coded) << low_bits |
-                                        coder.code_raw(low, low_bits));
+    if (symbol == 15 || low_bits > 0) [[unlikely]] {
+      if (symbol == 15) coded = code_far(coder, high);
+      if (low_bits > 0) {
+        const auto low = static_cast<std::uint32_t>(residual) & ((1u << low_bits) - 1);
+        coded = static_cast<std::int32_t>(static_cast<std::uint32_t>(coded) << low_bits |
+                                          coder.code_raw(low, low_bits));
+      }
+      coded = std::clamp(coded, -largest, largest);
     }
-    coded = std::clamp(coded, -largest, largest);
     return context.flip ? -coded : coded;
   }
 

@@ -40,12 +40,18 @@ struct SymbolTargets {
 };
 inline constexpr SymbolTargets symbol_targets;
 
-/// Moves a model towards the symbol that was observed: by 1/4 when it is new, by 1/64 when it is old. Two
-/// sums that are `least` apart stay so.
+/// By age / 1024: a model moves by 1/4 when it is new, by 1/64 when it is old.
+inline constexpr std::array<std::int32_t, 32> learning_rates = [] {
+  std::array<std::int32_t, 32> rates{};
+  for (std::uint32_t i = 0; i < 32; ++i)
+    rates[i] = std::min(17 - static_cast<int>(std::bit_width(32767 - 1024 * i)), 6);
+  return rates;
+}();
+
+/// Moves a model towards the symbol that was observed. Two sums that are `least` apart stay so.
 [[gnu::always_inline]] inline void learn(SymbolModel& model, std::size_t symbol) {
-  const int youth = std::bit_width(static_cast<std::uint32_t>(32767 - model.below[0]));
-  const int rate = std::min(17 - youth, 6);
-  move_towards(model.below, symbol_targets.of[symbol], rate);
+  const auto age = static_cast<std::uint16_t>(model.below[0]);
+  move_towards(model.below, symbol_targets.of[symbol], learning_rates[age / 1024u]);
 }
 
 /// Codes a symbol by the mean of the probabilities of three models, the third one counting twice.
@@ -62,10 +68,9 @@ template <class Coder>
     const std::uint32_t end = symbol + 1 < symbols ? mean_below(symbol + 1) : 65536u;
     coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
   } else {
-    const UnsignedLanes below = mean(a.below, b.below, c.below);
-    symbol = symbols - 1 - count_above(below, static_cast<std::uint16_t>(coder.slot()));
-    const std::uint32_t start = below[symbol], end = symbol + 1 < symbols ? below[symbol + 1] : 65536u;
-    coder.advance(start, end - start);
+    const Boundaries below = mean(a.below, b.below, c.below);
+    symbol = interval_of(static_cast<std::uint16_t>(coder.slot()), below);
+    coder.advance(below[symbol], static_cast<std::uint16_t>(below[symbol + 1] - below[symbol]));
   }
   learn(a, symbol);
   learn(b, symbol);
@@ -76,17 +81,16 @@ template <class Coder>
 /// Codes a symbol by the probabilities of one model.
 template <class Coder>
 [[gnu::always_inline]] inline std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a) {
-  const auto twice = [&a](std::size_t s) { return 2u * static_cast<std::uint32_t>(a.below[s]); };
-  if constexpr (!Coder::encoding) {
-    const UnsignedLanes below = mean(a.below, a.below, a.below);
-    symbol = symbols - 1 - count_above(below, static_cast<std::uint16_t>(coder.slot()));
-  }
-  const std::uint32_t start = symbol > 0 ? twice(symbol) : 0u;
-  const std::uint32_t end = symbol + 1 < symbols ? twice(symbol + 1) : 65536u;
-  if constexpr (Coder::encoding)
+  if constexpr (Coder::encoding) {
+    const auto twice = [&a](std::size_t s) { return 2u * static_cast<std::uint32_t>(a.below[s]); };
+    const std::uint32_t start = symbol > 0 ? twice(symbol) : 0u;
+    const std::uint32_t end = symbol + 1 < symbols ? twice(symbol + 1) : 65536u;
     coder.code_interval({static_cast<std::uint16_t>(start), static_cast<std::uint16_t>(end - start)});
-  else
-    coder.advance(start, end - start);
+  } else {
+    const Boundaries below = mean(a.below, a.below, a.below);
+    symbol = interval_of(static_cast<std::uint16_t>(coder.slot()), below);
+    coder.advance(below[symbol], static_cast<std::uint16_t>(below[symbol + 1] - below[symbol]));
+  }
   learn(a, symbol);
   return symbol;
 }

@@ -13,16 +13,24 @@ namespace {
 // The first byte of a brick.
 constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
-/// Calls f(NormalMethod()) or whatever else the effort is.
-template <class F>
-bool with_method(Effort effort, F&& f) {
+/// Codes all voxels in the way that the effort asks for.
+template <class T, class Coder>
+bool run_pass(Effort effort, Coder& coder, const Box& owned, const LatticeBits& activity,
+              const VoxelBounds& bounds, const VoxelParameters& parameters, const T* original, T* result) {
+  const auto run = [&]<class Method>(Method) {
+    if (bounds.surface_error < 0)
+      return VoxelPass<T, Coder, Method, false>(coder, owned, activity, bounds, parameters)
+          .run(original, result);
+    return VoxelPass<T, Coder, Method, true>(coder, owned, activity, bounds, parameters)
+        .run(original, result);
+  };
   switch (effort) {
     case Effort::fast:
-      return f(FastMethod());
+      return run(FastMethod());
     case Effort::best:
-      return f(BestMethod());
+      return run(BestMethod());
     default:
-      return f(NormalMethod());
+      return run(NormalMethod());
   }
 }
 
@@ -54,10 +62,7 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
   RansEncoder coder(out, samples.size() + samples.size() / 16);
   code_parameters<T>(coder, parameters);
-  with_method(effort, [&](auto method) {
-    VoxelPass<T, RansEncoder, decltype(method)> pass(coder, owned, activity, bounds, parameters);
-    return pass.run(samples.data(), reconstruction.data());
-  });
+  run_pass(effort, coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
   coder.finish();
 }
 
@@ -80,10 +85,7 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
   RansDecoder coder(bytes.subspan(1));
   VoxelParameters parameters;
   if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-  const bool whole = with_method(effort, [&](auto method) {
-    VoxelPass<T, RansDecoder, decltype(method)> pass(coder, owned, activity, bounds, parameters);
-    return pass.run(nullptr, samples.data());
-  });
+  const bool whole = run_pass<T>(effort, coder, owned, activity, bounds, parameters, nullptr, samples.data());
   if (!whole || coder.exhausted()) return Status::broken("values end too soon");
   if (!coder.finished()) return Status::broken("values are followed by other bytes");
   return {};

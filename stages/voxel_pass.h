@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "stages/blended_window.h"
@@ -41,7 +42,8 @@ struct BestMethod {
 };
 
 /// Codes every voxel in raster order. Encoding, `original` holds the samples; `result` receives the decoded.
-template <class T, class Coder, class Method>
+/// `two_bounds`: active points have a bound of their own.
+template <class T, class Coder, class Method, bool two_bounds>
 class VoxelPass {
  public:
   VoxelPass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
@@ -49,9 +51,9 @@ class VoxelPass {
       : coder_(coder),
         owned_(owned),
         activity_(activity),
-        two_bounds_(bounds.surface_error >= 0),
         quantizers_(quantizers(bounds)),
-        parameters_(parameters),
+        low_(parameters.low),
+        high_(parameters.high),
         window_(owned.size(), parameters, std::min(quantizers_[0].error, quantizers_[1].error)),
         model_(std::make_unique<typename Method::Model>()),
         segments_((owned.size().x + segment_length - 1) / segment_length),
@@ -67,7 +69,7 @@ class VoxelPass {
       window_.begin_slice(z);
       for (std::int64_t y = 0; y < size.y; ++y, result += size.x, original += Coder::encoding ? size.x : 0) {
         window_.begin_row(y);
-        if (two_bounds_) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
+        if constexpr (two_bounds) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t s = 0; s < segments_; ++s) {
           const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
           // Of the same segment: in the slice before, until it is replaced, and in the row above; and the one
@@ -90,16 +92,34 @@ class VoxelPass {
 
  private:
   using Prediction = typename Method::Window::Prediction;
+  using Context = typename Method::Window::Context;
+  /// What a residual is coded by: a context, where the neighbours are not all equal.
+  struct Surroundings {
+    bool flat;
+    Context context;
+  };
 
-  const Quantizer& quantizer_at(std::int64_t x) const { return quantizers_[two_bounds_ && active(x)]; }
+  [[gnu::always_inline]] Surroundings surroundings(std::int64_t x, const LeftVoxels& left,
+                                                   const Prediction& p, const Quantizer& quantizer) const {
+    if (p.flat) return {true, {}};
+    return {false, window_.context(x, left, p, quantizer)};
+  }
+
+  const Quantizer& quantizer_at(std::int64_t x) const {
+    if constexpr (two_bounds) return quantizers_[active(x)];
+    return quantizers_[0];
+  }
   bool active(std::int64_t x) const {
     const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_.box().low.x);
     return (bits_[bit / 64] >> (bit % 64)) & 1;
   }
 
-  std::int32_t decoded(const Prediction& p, std::int64_t residual, const Quantizer& quantizer) const {
+  std::int32_t decoded(const Prediction& p, std::int32_t residual, const Quantizer& quantizer) const {
+    // With one bound, a residual times its step is little more than the range. With two, a damaged one is
+    // limited by the smaller step and may be multiplied by the larger.
+    using Product = std::conditional_t<two_bounds, std::int64_t, std::int32_t>;
     return static_cast<std::int32_t>(
-        std::clamp<std::int64_t>(p.value + residual * quantizer.step, parameters_.low, parameters_.high));
+        std::clamp<Product>(p.value + residual * static_cast<Product>(quantizer.step), low_, high_));
   }
 
   // What is quantized does not depend on how it is coded: the whole segment is quantized before its first
@@ -110,21 +130,21 @@ class VoxelPass {
       return code_adaptive(coder_, true, quiet_model, 250);
     }
     window_.prepare();
+    LeftVoxels left = window_.left_of(first);
     std::int32_t any = 0;
     for (std::int64_t x = first; x < last; ++x) {
       const auto i = static_cast<std::size_t>(x - first);
       const Quantizer& quantizer = quantizer_at(x);
-      const Prediction p = window_.predict(x);
+      const Prediction p = window_.predict(x, left);
       const std::int32_t residual = quantizer(Held<T>::from(original[x]) - p.value);
-      predictions_[i] = p;
+      surroundings_[i] = surroundings(x, left, p, quantizer);
       residuals_[i] = residual;
       any |= residual;
-      window_.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step);
+      window_.commit(x, left, p, decoded(p, residual, quantizer), residual, quantizer.step);
     }
     if (code_adaptive(coder_, any == 0, quiet_model, 250)) return true;
-    for (std::int64_t x = first; x < last; ++x)
-      code(x, predictions_[static_cast<std::size_t>(x - first)],
-           residuals_[static_cast<std::size_t>(x - first)]);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(last - first); ++i)
+      code(surroundings_[i], residuals_[i]);
     return false;
   }
 
@@ -144,26 +164,34 @@ class VoxelPass {
       return true;
     }
     window_.prepare();
-    for (std::int64_t x = first; x < last; ++x) {
-      const Quantizer& quantizer = quantizer_at(x);
-      const Prediction p = window_.predict(x);
-      const std::int32_t residual = quiet ? 0 : code(x, p, 0);
-      window_.commit(x, p, decoded(p, residual, quantizer), residual, quantizer.step);
-    }
+    if (quiet)
+      decode_each(first, last, [](auto&&...) { return 0; });
+    else
+      decode_each(first, last, [this](const auto&... known) { return code(surroundings(known...), 0); });
     return quiet;
   }
 
-  std::int32_t code(std::int64_t x, const Prediction& p, std::int32_t residual) {
-    return p.flat ? model_->code_flat(coder_, residual, largest_)
-                  : model_->code(coder_, residual, largest_, window_.context(x, p, quantizer_at(x)));
+  template <class F>
+  [[gnu::always_inline]] void decode_each(std::int64_t first, std::int64_t last, F&& residual_of) {
+    LeftVoxels left = window_.left_of(first);
+    for (std::int64_t x = first; x < last; ++x) {
+      const Quantizer& quantizer = quantizer_at(x);
+      const Prediction p = window_.predict(x, left);
+      const std::int32_t residual = residual_of(x, left, p, quantizer);
+      window_.commit(x, left, p, decoded(p, residual, quantizer), residual, quantizer.step);
+    }
+  }
+
+  [[gnu::always_inline]] std::int32_t code(const Surroundings& s, std::int32_t residual) {
+    return s.flat ? model_->code_flat(coder_, residual, largest_)
+                  : model_->code(coder_, residual, largest_, s.context);
   }
 
   Coder& coder_;
   const Box& owned_;
   const LatticeBits& activity_;
-  bool two_bounds_;
   std::array<Quantizer, 2> quantizers_;
-  const VoxelParameters& parameters_;
+  std::int32_t low_, high_;  ///< range of the originals
   typename Method::Window window_;
   std::unique_ptr<typename Method::Model> model_;
   std::int64_t segments_;
@@ -171,7 +199,7 @@ class VoxelPass {
   std::vector<std::uint8_t> quiet_before_;  ///< by row, one more above: the latest segment had no residual
   std::array<AdaptiveBit, 8> quiet_{};
   const std::uint64_t* bits_ = nullptr;
-  std::array<Prediction, segment_length> predictions_;
+  std::array<Surroundings, segment_length> surroundings_;
   std::array<std::int32_t, segment_length> residuals_;
 };
 

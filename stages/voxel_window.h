@@ -62,10 +62,18 @@ struct Prediction {
   bool flat = false;
 };
 
+/// What lies to the left in the row of the voxel that is coded: in registers, since the next voxel waits for
+/// it.
+struct LeftVoxels {
+  std::int32_t value, second_value;  ///< of the voxels x - 1, x - 2
+  std::int32_t residual, second_residual;
+};
+
 class VoxelWindow {
  public:
   using Value = std::int16_t;
   using Prediction = tagrid::Prediction;
+  using Context = ResidualContext;
 
   /// The last argument is for windows that adapt: the smallest bound of a voxel.
   VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
@@ -82,12 +90,16 @@ class VoxelWindow {
   /// What the functions below need of the rows before. To be called once or more a row.
   void prepare();
 
-  Prediction predict(std::int64_t x) const;
+  LeftVoxels left_of(std::int64_t x) const {
+    return {here_[x - 1], here_[x - 2], residual_[x - 1], residual_[x - 2]};
+  }
+  Prediction predict(std::int64_t x, const LeftVoxels& left) const;
   /// REQUIRES: all voxels before x are committed.
-  ResidualContext context(std::int64_t x, const Prediction& p, const Quantizer& quantizer) const;
+  ResidualContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
+                          const Quantizer& quantizer) const;
   /// Takes the decoded value and the quantized residual of voxel x of the row.
-  void commit(std::int64_t x, const Prediction& p, std::int32_t value, std::int32_t residual,
-              std::int64_t step);
+  void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
+              std::int32_t residual, std::int64_t step);
 
   const Value* row() const { return here_; }
 
@@ -143,18 +155,19 @@ class VoxelWindow {
   std::array<Bias, 8 * textures> biases_{};
 };
 
-[[gnu::always_inline]] inline Prediction VoxelWindow::predict(std::int64_t x) const {
+[[gnu::always_inline]] inline Prediction VoxelWindow::predict(std::int64_t x,
+                                                              const LeftVoxels& before) const {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
-  const std::int32_t left = here_[x - 1];
+  const std::int32_t left = before.value;
   if (largest_[i] == left && smallest_[i] == left) {
     p.value = left;
     p.flat = true;
     return p;
   }
-  const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * here_[x - 2];
+  const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * before.second_value;
   const std::int32_t plain = exact >> weight_bits;
-  const int sign = (residual_[x - 1] > 0) - (residual_[x - 1] < 0);
+  const int sign = (before.residual > 0) - (before.residual < 0);
   p.bias = static_cast<std::uint32_t>(
       class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
   const std::int32_t corrected = exact + biases_[p.bias].value;
@@ -164,11 +177,13 @@ class VoxelWindow {
   return p;
 }
 
-[[gnu::always_inline]] inline void VoxelWindow::commit(std::int64_t x, const Prediction& p,
+[[gnu::always_inline]] inline void VoxelWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p,
                                                        std::int32_t value, std::int32_t residual,
                                                        std::int64_t step) {
+  const std::int32_t limited = std::clamp(residual, -residual_limit, residual_limit);
   here_[x] = static_cast<Value>(value);
-  residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
+  residual_[x] = static_cast<Value>(limited);
+  left = {value, left.value, limited, left.residual};
   if (p.flat) return;
   // An edge says nothing of the bias elsewhere: an error counts no more than is usual around it.
   const std::int64_t usual =
@@ -178,15 +193,15 @@ class VoxelWindow {
   biases_[p.bias].learn(error);
 }
 
-[[gnu::always_inline]] inline ResidualContext VoxelWindow::context(std::int64_t x, const Prediction& p,
+[[gnu::always_inline]] inline ResidualContext VoxelWindow::context(std::int64_t x, const LeftVoxels& left,
+                                                                   const Prediction& p,
                                                                    const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
-  const std::int32_t before = residual_[x - 1];
-  const std::uint32_t energy =
-      log_scale<2>(energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
-                   static_cast<std::uint32_t>(std::abs(std::int32_t{residual_[x - 2]})));
+  const std::int32_t before = left.residual;
+  const std::uint32_t energy = log_scale<2>(energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
+                                            static_cast<std::uint32_t>(std::abs(left.second_residual)));
   const EnergyClass& size = energy_class_table[energy];
-  const std::int32_t here = here_[x - 1];
+  const std::int32_t here = left.value;
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
