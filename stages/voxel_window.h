@@ -1,6 +1,6 @@
 // What the coder of a brick's values keeps of the voxels already coded: the latest slices of values and
 // residuals, padded so that the innermost loop has no border tests, and from them the prediction and the
-// coding context of the next voxel of a row. Two rows can be worked on in turn, one in each of two slices.
+// coding context of the next voxel of a row.
 #pragma once
 
 #include <algorithm>
