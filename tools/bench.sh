@@ -5,6 +5,7 @@
 set -euo pipefail
 sources=$(dirname "$(dirname "$(realpath "$0")")")
 
+case " $* " in *" --help "* | *" -h "*) exec python3 -B "$sources/tools/bench" --help ;; esac
 "$sources/tools/install_packages.sh" bench >&2
 cmake -S "$sources" --preset release -DTAGRID_BENCHMARKS=ON >/dev/null
 cmake --build "$sources/build/release" --target tagrid bench_programs >&2
