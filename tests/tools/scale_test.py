@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -15,6 +16,20 @@ from volume import Volume
 SHAPES = [(1, 1, 1), (65, 65, 65), (66, 64, 500), (512, 512, 150), (300, 3000, 70), (4000, 1, 9), (1, 1, 100000),
           (8192, 8192, 400)]
 NO_WAIT = {"start": 0, "latency": 0}
+
+
+class Program(unittest.TestCase):
+    def test_reads_what_is_simulated(self):
+        for dims in [(70, 300, 200), (200, 210, 90), (64, 64, 1500), (300, 65, 40)]:
+            volume = Volume(dims, 2)
+            simulated = sum(volume.work(part, volume.bricks(1))[0] for part in volume.parts()) / volume.samples
+            with tempfile.TemporaryDirectory() as folder:
+                with open(f"{folder}/a.raw", "wb") as samples:
+                    samples.truncate(volume.bytes)
+                run = subprocess.run(
+                    [PROGRAM, "encode", "a.raw", "--dims", ",".join(map(str, dims)), "--type", "int16", "--resume",
+                     "-o", "a.tag", "-v"], cwd=folder, check=True, capture_output=True, text=True)
+            self.assertIn(f"every sample read {simulated:.2f} times", run.stderr)
 
 
 class Parts(unittest.TestCase):
@@ -88,4 +103,5 @@ class Simulations(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    PROGRAM = str(Path(sys.argv.pop(1)).resolve())
     unittest.main()
