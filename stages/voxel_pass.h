@@ -33,7 +33,7 @@ struct NormalMethod {
   using Model = ResidualModel;
 };
 struct FastMethod {
-  using Window = VoxelWindow;
+  using Window = PlainWindow;
   using Model = FastResidualModel;
 };
 struct BestMethod {
