@@ -23,7 +23,9 @@ std::uint64_t checksum_of_samples(VolumeReader reader) {
   const Index3 dims = reader.info().dims;
   const std::int64_t row_bytes = dims.x * static_cast<std::int64_t>(size_of(reader.info().type));
   // A slice may be larger than memory.
-  const std::int64_t rows = std::clamp<std::int64_t>((std::int64_t{1} << 20) / row_bytes, 1, dims.y);
+  const std::int64_t rows = reader.whole_slices_only()
+                                ? dims.y
+                                : std::clamp<std::int64_t>((std::int64_t{1} << 20) / row_bytes, 1, dims.y);
   std::vector<std::byte> bytes(static_cast<std::size_t>(rows * row_bytes));
   RunningChecksum checksum;
   for (std::int64_t z = 0; z < dims.z; ++z)

@@ -61,9 +61,10 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
 }
 
 PartFolder::~PartFolder() {
-  // A run that failed before there was anything to go on with leaves nothing.
-  if (!resumable_ || (lock_ >= 0 && !removed_ && access(record().c_str(), F_OK) != 0))
-    remove_folder(path_.c_str());
+  // A run that failed before there was anything to go on with leaves nothing. A record that cannot be looked
+  // at, on a network file system, is there.
+  const auto is_unrecorded = [&] { return access(record().c_str(), F_OK) != 0 && errno == ENOENT; };
+  if (!resumable_ || (lock_ >= 0 && !removed_ && is_unrecorded())) remove_folder(path_.c_str());
   forget_temporary(slot_);
   if (lock_ >= 0) close(lock_);
 }

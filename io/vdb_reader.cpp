@@ -174,6 +174,17 @@ void VdbReader::read_slice(std::int64_t z, std::byte* out) {
       open_->slices);
 }
 
+std::uint64_t VdbReader::memory() const {
+  return std::visit(
+      [](const auto& slices) -> std::uint64_t {
+        if constexpr (std::is_same_v<decltype(slices), const std::monostate&>)
+          return 0;
+        else
+          return slices.memory();
+      },
+      open_->slices);
+}
+
 std::uint64_t VdbReader::file_size() const { return open_->file->size().value(); }
 
 }  // namespace tagrid

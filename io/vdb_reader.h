@@ -35,6 +35,8 @@ class VdbReader {
   /// none of that type. REQUIRES: 0 <= z < dims.z.
   void read_slice(std::int64_t z, std::byte* out);
   std::uint64_t file_size() const;
+  /// Bytes that this takes at most, from now on.
+  std::uint64_t memory() const;
 
  private:
   struct Open;

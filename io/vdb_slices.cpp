@@ -22,6 +22,19 @@ const std::vector<T>& VdbSlices<T>::slice(std::int64_t z) {
   return slice_;
 }
 
+template <class T>
+std::uint64_t VdbSlices<T>::memory() const {
+  std::uint64_t most_leaves = 0, leaves = 0;
+  for (std::size_t i = 0; i < tree_.leaves.size(); ++i) {
+    leaves = i > 0 && tree_.leaves[i].z == tree_.leaves[i - 1].z ? leaves + 1 : 1;
+    most_leaves = std::max(most_leaves, leaves);
+  }
+  // Lists of a layer grow: 3 times what is in them.
+  return tree_.leaves.size() * sizeof(VdbLeaf) + 4 * tree_.tiles.size() * sizeof(VdbTiles<T>) +
+         most_leaves * (vdb::leaf_values * sizeof(T) + 3 * sizeof(VdbLeaf)) +
+         static_cast<std::uint64_t>(box_.size().x * box_.size().y) * sizeof(T);
+}
+
 /// Reads the leaves that begin at `z`.
 template <class T>
 void VdbSlices<T>::read_layer(std::int64_t z) {
@@ -39,7 +52,10 @@ void VdbSlices<T>::read_layer(std::int64_t z) {
     if (tiles.z >= z + vdb::leaf_edge) break;
     if (tiles.end() > z && meets_box(tiles.x, tiles.y, tiles.edge)) tiles_.push_back(tiles);
   }
-  voxels_.resize(leaves_.size() * vdb::leaf_values);
+  const std::size_t voxels = leaves_.size() * vdb::leaf_values;
+  // Not both at a time, the voxels of this layer and of the one before.
+  if (voxels > voxels_.capacity()) voxels_ = {};
+  voxels_.resize(voxels);
   T* next = voxels_.data();
   for (const VdbLeaf& l : leaves_) {
     bytes_.seek_to(l.position, l.size);

@@ -17,6 +17,8 @@ class VdbSlices {
 
   /// The slice of voxels with this z, x fastest; until the next call. REQUIRES: z is in the box.
   const std::vector<T>& slice(std::int64_t z);
+  /// Bytes that this takes at most.
+  std::uint64_t memory() const;
 
  private:
   void read_layer(std::int64_t z);

@@ -43,6 +43,8 @@ class TreeReader {
     const auto by_z = [](const auto& a, const auto& b) { return a.z < b.z; };
     std::stable_sort(tree_.tiles.begin(), tree_.tiles.end(), by_z);
     std::stable_sort(tree_.leaves.begin(), tree_.leaves.end(), by_z);
+    tree_.tiles.shrink_to_fit();
+    tree_.leaves.shrink_to_fit();
     return std::move(tree_);
   }
 

@@ -111,6 +111,8 @@ struct VdbWriter::GridOf final : Grid {
   void begin(auto first) {
     const auto value = static_cast<double>(first);
     summary.background = options.background.value_or(std::isfinite(value) ? value : 0);
+    layer.reserve(
+        static_cast<std::size_t>(std::min(vdb::leaf_edge, info.dims.z) * info.dims.x * info.dims.y));
     voxels.emplace(box, static_cast<T>(summary.background), options.tolerance, spool);
     summary.background = static_cast<double>(voxels->background());
   }
@@ -219,6 +221,17 @@ struct VdbWriter::GridOf final : Grid {
   std::optional<VdbVoxels<T>> voxels;
   std::vector<T> layer;
 };
+
+std::uint64_t memory_of_vdb_writer(const VolumeInfo& info) {
+  const auto leaves = [](std::int64_t samples) { return static_cast<double>(samples / vdb::leaf_edge + 2); };
+  const double samples_of_layer =
+                   static_cast<double>(vdb::leaf_edge * info.dims.x) * static_cast<double>(info.dims.y),
+               slots = leaves(info.dims.x) * leaves(info.dims.y) * leaves(info.dims.z);
+  const std::size_t size = with_sample_type(info.type, [](auto s) { return sizeof(GridType<decltype(s)>); });
+  // The list of slots grows: 3 times what is in it.
+  const double bytes = samples_of_layer * static_cast<double>(size) + 3 * slots * sizeof(VdbSlot);
+  return static_cast<std::uint64_t>(std::min(bytes, 4e18));
+}
 
 VdbWriter::VdbWriter(const std::string& path, const VolumeInfo& info, const VdbOptions& options) {
   with_sample_type(info.type, [&](auto sample) {

@@ -34,6 +34,9 @@ struct VdbSummary {
   std::uint64_t active_voxels = 0, leaves = 0;
 };
 
+/// Bytes that a VdbWriter takes at most.
+std::uint64_t memory_of_vdb_writer(const VolumeInfo& info);
+
 /// A volume as a grid: integers of up to 16 bits and int32 as int32, uint32 as double, floats as they are.
 /// Voxels that are the background are inactive. Leaves wait in a temporary file until all are there; memory
 /// is 8 slices and 24 bytes for each 8^3 voxels that are not all background. Equal volumes give equal bytes.

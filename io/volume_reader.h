@@ -39,6 +39,8 @@ class VolumeReader {
   bool seekable() const { return vdb_ || file_->size().has_value(); }
   /// Whether any rows can be read as fast as the next ones.
   bool random_access() const { return seekable() && !gzip_ && !vdb_; }
+  /// Whether rows have to be all of a slice.
+  bool whole_slices_only() const { return vdb_ != nullptr; }
   /// The number of the sample that comes next, in raster order.
   std::int64_t next_sample() const { return next_sample_; }
   /// Makes slice `z` the next one. Cheap unless the file is compressed. REQUIRES: seekable(), 0 <= z <=
@@ -48,6 +50,10 @@ class VolumeReader {
   /// Copies all samples into a nameless file in `folder` and reads from there from then on: random_access().
   /// REQUIRES: nothing was read, or rewind().
   void spool(const std::string& folder);
+
+  /// What reading takes besides the slices that are asked for: of an OpenVDB file its index, the leaves of 8
+  /// slices, and a slice or two.
+  std::uint64_t memory() const { return vdb_ ? vdb_->memory() + slice_bytes() : 0; }
 
   /// See FileBytes.
   void stop_when(const std::atomic<bool>& stop) {

@@ -54,7 +54,9 @@ std::pair<double, double> range_of_data(VolumeReader& reader) {
     using T = decltype(type);
     // A slice may be larger than memory.
     const Index3& dims = reader.info().dims;
-    const std::int64_t step = std::clamp<std::int64_t>((std::int64_t{1} << 20) / dims.x, 1, dims.y);
+    const std::int64_t step = reader.whole_slices_only()
+                                  ? dims.y
+                                  : std::clamp<std::int64_t>((std::int64_t{1} << 20) / dims.x, 1, dims.y);
     std::vector<T> part;
     const auto take = [&] {
       if constexpr (std::is_integral_v<T>) {

@@ -64,7 +64,8 @@ class RunInParts {
     // output.
     if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
     // Before anything is read: a limit that cannot be kept is found at once.
-    plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(parts_.resources));
+    plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(parts_.resources), true,
+                          memory_besides_parts(reader_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
     // Ended while the record was removed.
@@ -178,7 +179,7 @@ class RunInParts {
   void require_same_input() const {
     for (const FileIdentity& was : record_.inputs) {
       const auto now = status_of(was.path);
-      if (!now || static_cast<std::uint64_t>(now->st_size) != was.size ||
+      if (!now || now->st_ino != was.inode || static_cast<std::uint64_t>(now->st_size) != was.size ||
           now->st_mtim.tv_sec != was.modified || now->st_mtim.tv_nsec != was.modified_ns)
         throw BrokenInput(was.path + ": was changed while it was read");
     }

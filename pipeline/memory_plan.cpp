@@ -17,6 +17,8 @@ constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
 
+std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
+
 // The most rows that fit, or 0. More rows never need less.
 std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>& fit) {
   if (!fit(1)) return 0;
@@ -116,21 +118,22 @@ std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRo
   return result;
 }
 
-EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access) {
+EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
+                         std::uint64_t besides) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
   const EncodeLoad smallest_strip = {1, 1, 0, 1}, smallest_whole = {1, all, 0, 1};
   const EncodeLoad smallest = strips ? smallest_strip : smallest_whole;
   const auto best = [&](bool in_strips, std::uint64_t limit) {
-    return best_encoding(p, resources.threads, in_strips, limit);
+    return best_encoding(p, resources.threads, in_strips, less(limit, besides));
   };
   const EncodeLoad load = within(
       resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
-  const std::uint64_t memory = memory_of_encoding(p, load),
+  const std::uint64_t memory = memory_of_encoding(p, load) + besides,
                       limit = resources.memory ? *resources.memory : available_memory();
   if (memory > limit) {
     std::optional<std::uint64_t> with_spool;
-    if (!strips && all > 1) with_spool = memory_of_encoding(p, smallest_strip);
+    if (!strips && all > 1) with_spool = memory_of_encoding(p, smallest_strip) + besides;
     refuse(p, strips ? "encoding" : "encoding, as it comes,", limit, memory, with_spool);
   }
   EncodePlan plan;
@@ -141,7 +144,8 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   return plan;
 }
 
-DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use) {
+DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,
+                         std::uint64_t besides) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
   const bool may_spool = use == DecodeUse::stream && !resources.spool.empty();
@@ -153,14 +157,15 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   DecodeLoad wanted = smallest;
   wanted.threads = resources.threads;
   const DecodeLoad load = within(
-      resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, limit); }, smallest);
-  const std::uint64_t memory = memory_of_decoding(p, load);
+      resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, less(limit, besides)); },
+      smallest);
+  const std::uint64_t memory = memory_of_decoding(p, load) + besides;
   // Without a limit of its own a file is decoded as far as it goes: its header may be a lie.
   if (resources.memory && memory > *resources.memory) {
     std::optional<std::uint64_t> with_spool;
     if (use == DecodeUse::stream && !may_spool && all > 1) {
       smallest.rows = 1;
-      with_spool = memory_of_decoding(p, smallest);
+      with_spool = memory_of_decoding(p, smallest) + besides;
     }
     refuse(p,
            use == DecodeUse::mesh ? "a mesh of"

@@ -32,9 +32,9 @@ struct EncodePlan {
 
 /// The plan that needs the least reading, on as many threads as then fit. Whole layers, unless rows of a
 /// slice can be read in any order: with `random_access`, or where they may be spooled. Throws UsageError,
-/// which says what is enough, where the limit cannot be kept.
+/// which says what is enough, where the limit cannot be kept. `besides`: what the reader takes for itself.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
-                         bool random_access = true);
+                         bool random_access = true, std::uint64_t besides = 0);
 
 /// What is done with bricks that are decoded.
 enum class DecodeUse {
@@ -52,7 +52,8 @@ struct DecodePlan {
 };
 
 /// The plan that writes the largest pieces, on as many threads as then fit. Throws as plan_encoding() does.
+/// `besides`: what the writer takes for itself.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
-                         DecodeUse use = DecodeUse::write);
+                         DecodeUse use = DecodeUse::write, std::uint64_t besides = 0);
 
 }  // namespace tagrid

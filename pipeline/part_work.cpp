@@ -50,7 +50,8 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         reader_(open_volume(order.input, order.source)),
-        plan_(plan_encoding(parameters_, of_this_rank(order.resources))) {
+        plan_(
+            plan_encoding(parameters_, of_this_rank(order.resources), true, memory_besides_parts(reader_))) {
     if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
     // Else what precedes a part has to be decompressed for each.
@@ -111,6 +112,12 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 Resources of_this_rank(Resources given) {
   if (given.threads == 0) given.threads = available_threads();
   return given;
+}
+
+std::uint64_t memory_besides_parts(const VolumeReader& reader) {
+  const std::uint64_t slice =
+      static_cast<std::uint64_t>(reader.slice_samples()) * size_of(reader.info().type);
+  return 2 * reader.memory() + (reader.random_access() ? 0 : slice);
 }
 
 PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::move(folder)) {

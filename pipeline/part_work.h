@@ -10,6 +10,7 @@
 #include "io/run_record.h"
 #include "io/tag_header.h"
 #include "io/volume_info.h"
+#include "io/volume_reader.h"
 #include "pipeline/brick_rows.h"
 #include "pipeline/ranks.h"
 #include "pipeline/resources.h"
@@ -41,6 +42,10 @@ struct PlaceOrder {
 
 /// What this rank may take where each may take `given`.
 Resources of_this_rank(Resources given);
+
+/// What reading parts of a volume takes besides their samples. It is open twice, once to look after the run;
+/// where rows come as whole slices only, there is one of those.
+std::uint64_t memory_besides_parts(const VolumeReader& reader);
 
 /// Told how many bytes of samples are done, by all ranks together.
 using DoneBytes = std::function<void(std::uint64_t done)>;

@@ -32,8 +32,8 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   VolumeReader reader = open_volume(input, source);
   for (const std::string& file : reader.files()) refuse_same_file(file, output);
   // Before anything is read: a limit that cannot be kept is found at once.
-  const EncodePlan plan =
-      plan_encoding(parameters_but_scale(options, reader), resources, reader.random_access());
+  const EncodePlan plan = plan_encoding(parameters_but_scale(options, reader), resources,
+                                        reader.random_access(), reader.memory());
   EncodeResult result;
   result.memory = plan.memory;
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
@@ -85,7 +85,8 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   const VolumeInfo info = volume_info_of(reader.header());
   const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
   const DecodePlan plan =
-      plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream);
+      plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
+                    format == VolumeFormat::vdb ? memory_of_vdb_writer(info) : 0);
   VdbOptions grid = vdb;
   grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);

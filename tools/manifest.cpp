@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "io/errors.h"
+#include "io/file_attributes.h"
 #include "io/file_bytes.h"
 
 namespace tagrid {
@@ -17,6 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t longest_line = std::size_t{1} << 16;
+/// Some editors begin a file with it.
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 std::vector<std::string> columns_of(std::string_view line) {
   std::vector<std::string> columns;
@@ -58,7 +61,8 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
 
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given) {
   FileBytes file(path);
-  const fs::path folder = path == "-" ? fs::path() : fs::path(path).parent_path();
+  // A pipe is in no folder that anybody means: <(...) of a shell is one in /dev.
+  const fs::path folder = is_regular_output(path) ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
   std::map<std::string, std::size_t> taken;
   std::set<OptionTexts> seen;
@@ -67,6 +71,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
     try {
       if (!file.read_line(text, longest_line)) throw UsageError("is too long");
       if (text.empty()) return lines;
+      if (number == 1 && text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
       if (text.find('\0') != text.npos) throw UsageError("holds a zero byte: this is no text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;

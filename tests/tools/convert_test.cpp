@@ -128,6 +128,25 @@ TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
   // From a pipe: at the current folder.
   expect_ok(script("cd x && echo a.nrrd | $TAGRID convert --manifest - --output-dir ../piped"));
   EXPECT_TRUE(exists("piped/a.tag"));
+  expect_ok(script("cd x && $TAGRID convert --manifest <(echo a.nrrd) --output-dir ../substituted"));
+  EXPECT_TRUE(exists("substituted/a.tag"));
+}
+
+// A slice is more than is read at a time of other volumes, 1 MiB.
+TEST_F(Convert, WideOpenVdbVolumes) {
+  expect_ok(tagrid({"phantom", "--dims", "1400,1300,2", "-qo", "a.vdb"}));
+  file("list.tsv", "a.vdb\n");
+  expect_ok(convert({"--range", "auto"}));
+  EXPECT_EQ(statuses(), "a ok");
+}
+
+TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
+  volumes(2);
+  file("list.tsv",
+       "\xEF\xBB\xBF"
+       "a.nrrd\r\nb.nrrd\r\n");
+  expect_ok(convert());
+  EXPECT_EQ(statuses(), "a ok, b ok");
 }
 
 TEST_F(Convert, TwoVolumesWithOneOutputAreRefusedBeforeAnythingIsDone) {

@@ -111,6 +111,20 @@ TEST_F(MemoryLimit, IsKeptByNoise) {
   }
 }
 
+TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
+  std::mt19937 random(1);
+  std::string noise(std::size_t{800} * 600 * 9, '\0');
+  for (char& c : noise) c = static_cast<char>(random());
+  write(noise, "a.raw");
+  expect_ok(tagrid({"encode", "a.raw", "--dims", "800,600,9", "--type", "uint8", "-o", "a.tag"}));
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb"});
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb", "--spool", "."});
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag"});
+  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--spool", "."});
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--resume"});
+}
+
 TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
   phantom("a.nrrd");
   for (const std::string size : {"0", "-1", "5X", "1.5G", ""})
