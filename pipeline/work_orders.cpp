@@ -9,7 +9,7 @@
 namespace tagrid {
 namespace {
 
-enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, of_program };
+enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
 
 template <class Fields, class Given>
 void describe_resources(Fields& fields, Given& resources) {
@@ -33,6 +33,12 @@ void describe_raw(Fields& fields, Raw& raw) {
   fields(raw->offset);
 }
 
+template <class Fields, class Given>
+void describe_source(Fields& fields, Given& source) {
+  describe_raw(fields, source.raw);
+  fields(source.vdb_grid);
+}
+
 }  // namespace
 
 // Not in the nameless namespace, where packed_order() would not find them.
@@ -40,8 +46,7 @@ template <class Fields, class Order>
 requires std::is_same_v<std::remove_const_t<Order>, PartOrder>
 void describe(Fields& fields, Order& order) {
   fields(order.input);
-  describe_raw(fields, order.source.raw);
-  fields(order.source.vdb_grid);
+  describe_source(fields, order.source);
   fields(order.folder);
   fields(order.record);
   describe_resources(fields, order.resources);
@@ -72,6 +77,15 @@ void describe(Fields& fields, Order& order) {
   describe_resources(fields, order.resources);
 }
 
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, VerifyOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.input);
+  fields(order.original);
+  describe_source(fields, order.source);
+  describe_resources(fields, order.resources);
+}
+
 namespace {
 
 // An order ends with its task.
@@ -98,6 +112,9 @@ void send_order(Ranks& ranks, const PlaceOrder& order) {
 }
 void send_order(Ranks& ranks, const DecodeOrder& order) {
   send(ranks, Task::decode_parts, packed_order(order));
+}
+void send_order(Ranks& ranks, const VerifyOrder& order) {
+  send(ranks, Task::verify_parts, packed_order(order));
 }
 void send_order(Ranks& ranks, const Bytes& order) { send(ranks, Task::of_program, order); }
 
@@ -137,6 +154,12 @@ int serve(Ranks& ranks, const std::function<void()>& limit_memory,
         const auto order = unpacked_order<DecodeOrder>(bytes);
         if (order.resources.memory) limit_memory();
         obey([&] { decode_parts(ranks, order); });
+        break;
+      }
+      case Task::verify_parts: {
+        const auto order = unpacked_order<VerifyOrder>(bytes);
+        if (order.resources.memory) limit_memory();
+        obey([&] { verify_parts(ranks, order); });
         break;
       }
       case Task::of_program:

@@ -4,6 +4,7 @@
 #include "pipeline/decode_parts.h"
 #include "pipeline/part_work.h"
 #include "pipeline/ranks.h"
+#include "pipeline/verify_parts.h"
 
 namespace tagrid {
 
@@ -12,6 +13,7 @@ namespace tagrid {
 void send_order(Ranks& ranks, const PartOrder& order);    ///< make_parts()
 void send_order(Ranks& ranks, const PlaceOrder& order);   ///< place_parts()
 void send_order(Ranks& ranks, const DecodeOrder& order);  ///< decode_parts()
+void send_order(Ranks& ranks, const VerifyOrder& order);  ///< verify_parts()
 void send_order(Ranks& ranks, const Bytes& order);        ///< what the program knows: see serve()
 /// By rank 0: there is no more to do; the others end with this exit code.
 void dismiss(Ranks& ranks, int code);
