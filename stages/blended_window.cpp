@@ -88,17 +88,17 @@ void BlendedWindow::find_biases(std::int64_t x, std::int32_t blended, Prediction
   p.texture += class_[i];
 }
 
-BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels&) {
+BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels& before) {
   Prediction p;
   const auto i = static_cast<std::size_t>(x);
-  const std::int32_t left = here_[x - 1];
+  const std::int32_t left = before.value;
   if (largest_[i] == left && smallest_[i] == left) {
     p.value = left;
     p.flat = true;
     return p;
   }
   const std::int32_t low = parameters_.low * (1 << weight_bits), high = parameters_.high * (1 << weight_bits);
-  p.fitted = std::clamp(sum_[i] + left_weight_ * left + second_weight_ * here_[x - 2], low, high);
+  p.fitted = std::clamp(sum_[i] + left_weight_ * left + second_weight_ * before.second_value, low, high);
   const int shift = weight_bits - feature_bits_;
   for (std::size_t t = 0; t < features; ++t)
     features_[t] = std::clamp((feature_rows_[t][x] * (1 << weight_bits) - p.fitted) >> shift, -feature_limit,
@@ -128,10 +128,9 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels&) {
   return p;
 }
 
-void BlendedWindow::commit(std::int64_t x, LeftVoxels&, const Prediction& p, std::int32_t value,
+void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
                            std::int32_t residual, std::int64_t step) {
-  here_[x] = static_cast<Value>(value);
-  residual_[x] = static_cast<Value>(std::clamp(residual, -residual_limit, residual_limit));
+  keep(x, left, value, residual);
   if (p.flat) {
     missed_here_[x] = {};
     return;
@@ -152,19 +151,20 @@ void BlendedWindow::commit(std::int64_t x, LeftVoxels&, const Prediction& p, std
   sign_biases_[p.signs].learn(error);
 }
 
-MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels&, const Prediction& p,
+MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels& before, const Prediction& p,
                                     const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
   const auto size = [this, x](const Value* row, std::int64_t d) {
     return static_cast<std::uint32_t>(std::abs(std::int32_t{row[x + d]}));
   };
-  const std::uint32_t left = size(residual_, -1), above = size(residual_above_, 0),
-                      behind = size(residual_behind_, 0);
-  const std::uint32_t energy = energy_[i] + 4 * left + size(residual_, -2);
+  const auto left = static_cast<std::uint32_t>(std::abs(before.residual)),
+             second_left = static_cast<std::uint32_t>(std::abs(before.second_residual));
+  const std::uint32_t above = size(residual_above_, 0), behind = size(residual_behind_, 0);
+  const std::uint32_t energy = energy_[i] + 4 * left + second_left;
   const std::uint32_t fine = log_scale<2>(energy), coarse = std::min(log_scale<1>(energy), 15u);
   const EnergyClass& energy_class = energy_class_table[fine];
   const int k = energy_class.low_bits;
-  const std::int32_t here = here_[x - 1];
+  const std::int32_t here = before.value;
   const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
                                                  std::min<std::int32_t>(smallest_[i], here));
   const std::uint32_t steps =
@@ -177,7 +177,7 @@ MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels&, const Pre
   const std::uint32_t off =
       quantizer.error < 2 ? std::min(3u, static_cast<std::uint32_t>(std::abs(fraction)) >> 8) : 0;
   const auto missed = static_cast<std::uint32_t>((std::uint64_t{p.missed} * 2 * quantizer.reciprocal) >> 44);
-  const std::uint32_t sign = static_cast<std::uint32_t>(trit(residual_[x - 1]));
+  const std::uint32_t sign = static_cast<std::uint32_t>(trit(before.residual));
 
   MixedContext c;
   c.low_bits = k;

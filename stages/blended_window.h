@@ -31,12 +31,12 @@ class BlendedWindow : public VoxelWindow {
 
   void begin_row(std::int64_t y);
   void fill(std::int64_t first, std::int64_t last);
-  Prediction predict(std::int64_t x, const LeftVoxels&);
-  MixedContext context(std::int64_t x, const LeftVoxels&, const Prediction& p,
+  Prediction predict(std::int64_t x, const LeftVoxels& left);
+  MixedContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
                        const Quantizer& quantizer) const;
   /// REQUIRES: p is what predict() returned last.
-  void commit(std::int64_t x, LeftVoxels&, const Prediction& p, std::int32_t value, std::int32_t residual,
-              std::int64_t step);
+  void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
+              std::int32_t residual, std::int64_t step);
 
  private:
   static constexpr std::size_t candidates = 3;

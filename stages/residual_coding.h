@@ -64,7 +64,7 @@ class FlatResidualModel {
 template <class Distributions>
 class SymbolResidualModel : public FlatResidualModel {
  public:
-  /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
+  /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well, whatever the stream.
   template <class Coder>
   [[gnu::always_inline]] std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
                                            const ResidualContext& context) {
@@ -82,8 +82,8 @@ class SymbolResidualModel : public FlatResidualModel {
         coded = static_cast<std::int32_t>(static_cast<std::uint32_t>(coded) << low_bits |
                                           coder.code_raw(low, low_bits));
       }
-      coded = std::clamp(coded, -largest, largest);
     }
+    if constexpr (!Coder::encoding) coded = std::clamp(coded, -largest, largest);
     return context.flip ? -coded : coded;
   }
 

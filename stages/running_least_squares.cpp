@@ -14,8 +14,8 @@ std::int64_t weighted_sum(const std::int32_t* f, const std::int32_t* weights) {
   return sum;
 }
 
-/// row[j] = row[j] less what is forgotten, and the sum over the voxels of f[i] * f[j]. Within 32 bits: eight
-/// products below 2^26.
+/// row[j] = row[j] less what is forgotten, and the sum over the voxels of f[i] * f[j]. Within 32 bits: that
+/// sum is at most 4 * 4095^2, and where 1/32 is forgotten a row stays within 32 times as much.
 TAGRID_VECTOR_CODE
 void add_products(const Features* voxels, std::size_t count, int forgetting,
                   std::array<std::int32_t, features>* rows) {

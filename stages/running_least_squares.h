@@ -20,7 +20,7 @@ using Features = std::array<std::int32_t, features>;
 
 class RunningLeastSquares {
  public:
-  /// `penalty` on the square of a weight: it keeps weights small where little is known. 0 < penalty < 2^32.
+  /// `penalty` on the square of a weight: it keeps weights small where little is known. 0 < penalty < 2^40.
   explicit RunningLeastSquares(std::int64_t penalty) : penalty_(penalty) {}
 
   /// The weighted sum, in 2^-weight_bits of the unit of the features.

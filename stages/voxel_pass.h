@@ -94,13 +94,13 @@ class VoxelPass {
   using Prediction = typename Method::Window::Prediction;
   using Context = typename Method::Window::Context;
   /// What a residual is coded by: a context, where the neighbours are not all equal.
-  struct Surroundings {
+  struct CodedBy {
     bool flat;
     Context context;
   };
 
-  [[gnu::always_inline]] Surroundings surroundings(std::int64_t x, const LeftVoxels& left,
-                                                   const Prediction& p, const Quantizer& quantizer) const {
+  [[gnu::always_inline]] CodedBy coded_by(std::int64_t x, const LeftVoxels& left, const Prediction& p,
+                                          const Quantizer& quantizer) const {
     if (p.flat) return {true, {}};
     return {false, window_.context(x, left, p, quantizer)};
   }
@@ -137,14 +137,14 @@ class VoxelPass {
       const Quantizer& quantizer = quantizer_at(x);
       const Prediction p = window_.predict(x, left);
       const std::int32_t residual = quantizer(Held<T>::from(original[x]) - p.value);
-      surroundings_[i] = surroundings(x, left, p, quantizer);
+      coded_by_[i] = coded_by(x, left, p, quantizer);
       residuals_[i] = residual;
       any |= residual;
       window_.commit(x, left, p, decoded(p, residual, quantizer), residual, quantizer.step);
     }
     if (code_adaptive(coder_, any == 0, quiet_model, 250)) return true;
     for (std::size_t i = 0; i < static_cast<std::size_t>(last - first); ++i)
-      code(surroundings_[i], residuals_[i]);
+      code(coded_by_[i], residuals_[i]);
     return false;
   }
 
@@ -167,7 +167,7 @@ class VoxelPass {
     if (quiet)
       decode_each(first, last, [](auto&&...) { return 0; });
     else
-      decode_each(first, last, [this](const auto&... known) { return code(surroundings(known...), 0); });
+      decode_each(first, last, [this](const auto&... of) { return code(coded_by(of...), 0); });
     return quiet;
   }
 
@@ -182,7 +182,7 @@ class VoxelPass {
     }
   }
 
-  [[gnu::always_inline]] std::int32_t code(const Surroundings& s, std::int32_t residual) {
+  [[gnu::always_inline]] std::int32_t code(const CodedBy& s, std::int32_t residual) {
     return s.flat ? model_->code_flat(coder_, residual, largest_)
                   : model_->code(coder_, residual, largest_, s.context);
   }
@@ -199,7 +199,7 @@ class VoxelPass {
   std::vector<std::uint8_t> quiet_before_;  ///< by row, one more above: the latest segment had no residual
   std::array<AdaptiveBit, 8> quiet_{};
   const std::uint64_t* bits_ = nullptr;
-  std::array<Surroundings, segment_length> surroundings_;
+  std::array<CodedBy, segment_length> coded_by_;
   std::array<std::int32_t, segment_length> residuals_;
 };
 

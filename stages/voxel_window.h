@@ -1,6 +1,6 @@
 // What the coder of a brick's values keeps of the voxels already coded: the latest slices of values and
 // residuals, padded so that the innermost loop has no border tests, and from them the prediction and the
-// coding context of the next voxel of a row. Two rows can be worked on in turn, one in each of two slices.
+// coding context of the next voxel of a row.
 #pragma once
 
 #include <algorithm>
@@ -62,11 +62,10 @@ struct Prediction {
   bool flat = false;
 };
 
-/// What lies to the left in the row of the voxel that is coded: in registers, since the next voxel waits for
-/// it.
+/// What lies to the left of a voxel in its row: in registers, since every voxel waits for the one before.
 struct LeftVoxels {
-  std::int32_t value, second_value;  ///< of the voxels x - 1, x - 2
-  std::int32_t residual, second_residual;
+  std::int32_t value, second_value;        ///< of the voxels x - 1, x - 2
+  std::int32_t residual, second_residual;  ///< as the window keeps them
 };
 
 class VoxelWindow {
@@ -90,14 +89,14 @@ class VoxelWindow {
   /// What the functions below need of the rows before. To be called once or more a row.
   void prepare();
 
+  /// REQUIRES: all voxels before x are committed.
   LeftVoxels left_of(std::int64_t x) const {
     return {here_[x - 1], here_[x - 2], residual_[x - 1], residual_[x - 2]};
   }
   Prediction predict(std::int64_t x, const LeftVoxels& left) const;
-  /// REQUIRES: all voxels before x are committed.
   ResidualContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
                           const Quantizer& quantizer) const;
-  /// Takes the decoded value and the quantized residual of voxel x of the row.
+  /// Takes the decoded value and the quantized residual of voxel x of the row, and moves `left` on.
   void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
               std::int32_t residual, std::int64_t step);
 
@@ -129,6 +128,13 @@ class VoxelWindow {
   }
   Value* residual_row(std::int64_t y, std::int64_t z) {
     return residuals_.data() + ((z + 1) % 2 * (size_.y + 3) + y + 2) * stride_ + pad;
+  }
+  [[gnu::always_inline]] void keep(std::int64_t x, LeftVoxels& left, std::int32_t value,
+                                   std::int32_t residual) {
+    const std::int32_t limited = std::clamp(residual, -residual_limit, residual_limit);
+    here_[x] = static_cast<Value>(value);
+    residual_[x] = static_cast<Value>(limited);
+    left = {value, left.value, limited, left.residual};
   }
   void sum_neighbours();
   void measure_spread();
@@ -180,10 +186,7 @@ class VoxelWindow {
 [[gnu::always_inline]] inline void VoxelWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p,
                                                        std::int32_t value, std::int32_t residual,
                                                        std::int64_t step) {
-  const std::int32_t limited = std::clamp(residual, -residual_limit, residual_limit);
-  here_[x] = static_cast<Value>(value);
-  residual_[x] = static_cast<Value>(limited);
-  left = {value, left.value, limited, left.residual};
+  keep(x, left, value, residual);
   if (p.flat) return;
   // An edge says nothing of the bias elsewhere: an error counts no more than is usual around it.
   const std::int64_t usual =

@@ -4,7 +4,8 @@
 Compares format_decoder.py, which knows docs/format.md and nothing else, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
   golden  the files that every version must read
-  broken  streams damaged behind right checksums: both must refuse them, or give the same samples
+  broken  streams damaged behind right checksums: both must refuse them, or give the same samples (hardly one can still
+          be decoded: a stream has to end in the coder's first state)
 """
 
 import math
@@ -199,7 +200,7 @@ def test_broken(comparison):
         start = first + 16 + (activity_size if len(case[3]) == 1 else 0)
         for i in range(16):
             data = bytearray(whole)
-            # What comes late in a stream often leaves one that can still be decoded.
+            # What comes late in a stream is found late.
             end = first + 4 + length
             data[chance.randrange(max(start, end - 6) if i % 2 else start, end)] ^= 1 << chance.randrange(8)
             comparison.compare(with_right_checksums(bytes(data)), case, with_grid=False)

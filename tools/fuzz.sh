@@ -18,7 +18,7 @@ while [ $# -gt 0 ]; do
     *) targets+=("$1"); shift ;;
   esac
 done
-[ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd numbers file)
+[ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd vdb record part numbers file)
 
 tools/install_packages.sh fuzz
 cmake --preset fuzz >/dev/null
@@ -28,7 +28,7 @@ build=$PWD/build/fuzz
 mkdir -p "$build/findings" "$build/logs"
 
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
-declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [numbers]=64 [file]=8192)
+declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [vdb]=4096 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
 
 fuzz() {
   local target=$1

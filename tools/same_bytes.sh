@@ -10,17 +10,24 @@ long=${1:-}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-declare -A options=([gcc]="-DCMAKE_CXX_COMPILER=g++" [gcc-scalar]="-DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON"
-  [clang]="-DCMAKE_CXX_COMPILER=clang++")
+# "gcc" is the usual build, which is most often there already.
+declare -A build_folders=([gcc]=build/release [gcc-scalar]=build/same-bytes/gcc-scalar [clang]=build/same-bytes/clang)
 builds=(gcc gcc-scalar clang)
+configure() {
+  case $1 in
+    gcc) cmake --preset release ;;
+    gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON -DTAGRID_TESTS=OFF \
+      -DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON ;;
+    clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON -DTAGRID_TESTS=OFF \
+      -DCMAKE_CXX_COMPILER=clang++ ;;
+  esac
+}
 for build in "${builds[@]}"; do
   echo "Building with $build"
-  # shellcheck disable=SC2086
-  cmake -S . -B "build/same-bytes/$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_TESTS=OFF \
-    -DTAGRID_WERROR=ON ${options[$build]} >/dev/null
-  cmake --build "build/same-bytes/$build" --target tagrid >"$folder/log" || { cat "$folder/log"; exit 1; }
+  { configure "$build" && cmake --build "${build_folders[$build]}" --target tagrid; } >"$folder/log" 2>&1 ||
+    { cat "$folder/log"; exit 1; }
 done
-tagrid() { local build=$1; shift; "build/same-bytes/$build/tagrid" "$@"; }
+tagrid() { local build=$1; shift; "${build_folders[$build]}/tagrid" "$@"; }
 
 # Fails unless all hashes of the file are one: a line "what hash" each.
 hashes=$folder/hashes

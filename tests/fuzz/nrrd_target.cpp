@@ -1,40 +1,12 @@
 // A volume as it lies in a file: header, blank line, samples. A detached header is one that names the data
 // file "d": what follows its blank line is then given as that file.
-#include <vector>
-
 #include "io/errors.h"
 #include "io/nrrd_header.h"
-#include "io/volume_reader.h"
 #include "tests/fuzz/memory_files.h"
+#include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {
-namespace {
-
-constexpr std::uint64_t most_sample_bytes = 1 << 16;
-
-void read_all(const std::string& path) {
-  try {
-    VolumeReader reader = open_volume(path);
-    const auto bytes = sample_bytes(reader.info().dims, reader.info().type);
-    claim(bytes.has_value(), "a volume that was accepted has a size");
-    if (*bytes > most_sample_bytes) return;
-    std::vector<std::byte> once(*bytes), again(*bytes);
-    reader.read_slices(once.data(), reader.info().dims.z);
-    reader.finish();
-    if (!reader.seekable()) return;
-    reader.rewind();
-    reader.read_slices(again.data(), reader.info().dims.z);
-    claim(once == again, "a volume that is read twice is the same");
-  } catch (const BrokenInput&) {
-  } catch (const WorldError&) {
-  } catch (const UsageError&) {
-    // A file of OpenVDB on a pipe.
-  }
-}
-
-}  // namespace
-
 void nrrd(Bytes bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   NrrdHeader header;
@@ -53,12 +25,12 @@ void nrrd(Bytes bytes) {
   if (header.data_file.empty()) {
     // A header that names its samples is not looked at here: it could name any file of this machine.
     if (text.find("ile:") != text.npos || text.find("ILE:") != text.npos) return;
-    read_all(MemoryFile(bytes).path());
-    if (bytes.size() <= pipe_holds) read_all(MemoryPipe(bytes).path());
+    read_volume(MemoryFile(bytes).path());
+    if (bytes.size() <= pipe_holds) read_volume(MemoryPipe(bytes).path());
   } else if (header.data_file == "d" && blank != text.npos) {
     static const Folder folder;
     folder.write("d", text.substr(blank + 2));
-    read_all(folder.write("h.nhdr", text.substr(0, blank + 1)));
+    read_volume(folder.write("h.nhdr", text.substr(0, blank + 1)));
   }
 }
 

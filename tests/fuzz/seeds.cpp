@@ -11,11 +11,15 @@
 
 #include "grid/lattice.h"
 #include "io/little_endian.h"
+#include "io/part_file.h"
+#include "io/run_record.h"
+#include "io/vdb_writer.h"
 #include "io/zstd_bytes.h"
 #include "pipeline/run.h"
 #include "stages/brick_codec.h"
 #include "stages/phantom.h"
 #include "tests/fuzz/memory_files.h"
+#include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {
 namespace {
@@ -168,6 +172,52 @@ void add_volumes(Seeds& seeds) {
                            gzipped("ab" + samples)));
 }
 
+/// Of integers and floats, most of their voxels background.
+void add_vdb_files(Seeds& seeds) {
+  static const Folder folder;
+  for (const SampleType type : {SampleType::int16, SampleType::float32, SampleType::float64}) {
+    const std::string path = folder.write("out.vdb", "");
+    VolumeInfo info;
+    info.dims = {11, 9, 10};
+    info.type = type;
+    std::vector<std::byte> samples(990 * size_of(type));
+    for (std::size_t i = 0; i < samples.size() / 3; ++i) samples[i] = static_cast<std::byte>(i * 37 % 61);
+    VdbWriter writer(path, info, {});
+    writer.write(samples);
+    OutputFile file(path, true);
+    writer.finish(file);
+    file.commit();
+    seeds.push_back(content_of(path));
+  }
+}
+
+void add_record(Seeds& seeds) {
+  RunRecord record;
+  record.program = "tagrid 1.2.3";
+  record.settings = {{"--max-error", "2"}, {"--cube", "32"}, {"parts", ""}};
+  record.inputs = {{"a.nhdr", 100, 5, 1, 2, 3, 4, 77}, {"a.raw", 1 << 20, 6, -1, 2, 3, 4, 78}};
+  record.header.resize(40, std::byte{9});
+  for (const auto& bytes : {serialize_record(record), serialize_record({})})
+    seeds.emplace_back(reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                       reinterpret_cast<const std::uint8_t*>(bytes.data() + bytes.size()));
+}
+
+void add_part(Seeds& seeds) {
+  static const Folder folder;
+  const std::string path = folder.write("part", "");
+  std::filesystem::remove(path);
+  PartWriter writer(path, seed_part, seed_part_parameters());
+  for (std::int64_t i = 0; i < seed_part.bricks; ++i) {
+    BrickBytes brick;
+    brick.id = seed_part.first_brick + i;
+    brick.activity.assign(static_cast<std::size_t>(3 * i), 5);
+    brick.values.assign(static_cast<std::size_t>(20 - i), 6);
+    writer.write_brick(brick, {});
+  }
+  writer.finish();
+  seeds.push_back(content_of(path));
+}
+
 void add_numbers(Seeds& seeds) {
   for (const char* text : {"0",
                            "020",
@@ -209,6 +259,9 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   }
   add_bricks(seeds);
   add_volumes(seeds["nrrd"]);
+  add_vdb_files(seeds["vdb"]);
+  add_record(seeds["record"]);
+  add_part(seeds["part"]);
   add_numbers(seeds["numbers"]);
   return seeds;
 }

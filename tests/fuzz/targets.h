@@ -7,6 +7,9 @@
 #include <span>
 #include <string_view>
 
+#include "grid/coding_parameters.h"
+#include "io/part_file.h"
+
 namespace tagrid::fuzz {
 
 using Bytes = std::span<const std::uint8_t>;
@@ -19,6 +22,12 @@ void brick(Bytes bytes);
 void index(Bytes bytes);
 /// A volume in NRRD: attached, detached, raw, gzip.
 void nrrd(Bytes bytes);
+/// An OpenVDB file.
+void vdb(Bytes bytes);
+/// The record of a run that can be continued.
+void record(Bytes bytes);
+/// A part of such a run: `seed_part`.
+void part(Bytes bytes);
 /// The numbers of the command line.
 void numbers(Bytes bytes);
 /// A whole .tag file: from a file and from a pipe, decoded, verified, meshed.
@@ -30,7 +39,19 @@ struct Target {
 };
 
 inline constexpr Target targets[] = {{"header", header}, {"brick", brick},     {"index", index},
-                                     {"nrrd", nrrd},     {"numbers", numbers}, {"file", file}};
+                                     {"nrrd", nrrd},     {"vdb", vdb},         {"record", record},
+                                     {"part", part},     {"numbers", numbers}, {"file", file}};
+
+/// What the part is of that part() reads.
+inline constexpr PartId seed_part = {7, 1, 2, 4};
+inline CodingParameters seed_part_parameters() {
+  CodingParameters parameters;
+  parameters.dims = {9, 6, 20};
+  parameters.cube_size = 4;
+  parameters.brick_edge = 1;
+  parameters.field_scale = 1;
+  return parameters;
+}
 
 /// Ends the program with `what` where a claim does not hold.
 void claim(bool holds, const char* what);

@@ -73,6 +73,32 @@ RC_GTEST_PROP(ResidualCoding, ResidualsOfAnySizeComeBackInAnyContext, ()) {
   RC_ASSERT(decoder.finished());
 }
 
+// A damaged stream can hold any residual; what follows is decoded in its context, so its size is limited.
+template <class Model>
+void expect_limited(std::int32_t low_bits, bool flip) {
+  constexpr std::int32_t largest = 2;
+  const ResidualContext context{30, 40, 50, low_bits, flip};
+  for (const std::int32_t residual : {-3000, -8, -7, -3, -2, 0, 2, 3, 7, 8, 3000}) {
+    std::vector<std::uint8_t> bytes;
+    RansEncoder encoder(bytes);
+    const auto writer = std::make_unique<Model>(), reader = std::make_unique<Model>();
+    writer->code(encoder, residual, 1 << 16, context);
+    encoder.finish();
+    RansDecoder decoder(bytes);
+    EXPECT_EQ(reader->code(decoder, 0, largest, context), std::clamp(residual, -largest, largest))
+        << residual << ", " << low_bits << " low bits";
+    EXPECT_TRUE(decoder.finished());
+  }
+}
+
+TEST(ResidualCoding, DecodedResidualsAreNoLargerThanAllowed) {
+  for (const std::int32_t low_bits : {0, 1, 5})
+    for (const bool flip : {false, true}) {
+      expect_limited<ResidualModel>(low_bits, flip);
+      expect_limited<FastResidualModel>(low_bits, flip);
+    }
+}
+
 TEST(ResidualCoding, ClassesOfEnergyAgreeWithTheirMembers) {
   for (std::uint32_t energy = 0; energy <= 16 * 4095; ++energy) {
     const std::uint32_t in = log_scale<2>(energy);

@@ -187,6 +187,8 @@ class Errors(unittest.TestCase):
         self.expect(65, "not a NRRD file", "text.nhdr")
         phantom(self.folder / "float.nrrd", "float32", 1)
         self.expect(65, "float.nrrd: samples are float", "float.nrrd")
+        (self.folder / "sizes.nrrd").write_bytes("NRRD0004\ntype: uchar\nsizes: 8 8 ²\n\n".encode("latin-1"))
+        self.expect(65, "three sizes are needed, not '8 8 ²'", "sizes.nrrd")
         phantom(self.folder / "short.nrrd", "int16", 1)
         os.truncate(self.folder / "short.nrrd", (self.folder / "short.nrrd").stat().st_size - 1)
         self.expect(65, "48000 bytes of samples are expected, 47999 are present", "short.nrrd")
@@ -203,6 +205,27 @@ class Errors(unittest.TestCase):
             self.assertEqual([row["codec"] for row in results["rows"]], rows)
             self.assertEqual([row["psnr"] for row in results["rows"]], [None] * len(rows))
             self.assertEqual(results["concurrency"], [])
+
+    def test_without_anything_to_measure_it_says_so(self):
+        phantom(self.folder / "x.nhdr", "uint8", 1)
+        (self.folder / "empty").mkdir()
+        run = bench("x.nhdr", "--codecs", "zstd -1", cwd=self.folder, env={"PATH": str(self.folder / "empty")})
+        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: none of these codecs is here"))
+        run = bench("x.nhdr", "--codecs", "copy", "--errors", 3, cwd=self.folder)
+        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: nothing could be measured"))
+
+    def test_a_volume_at_which_all_codecs_give_up_leaves_the_others(self):
+        """JPEG-LS cannot bound by 90 what has a range of 100."""
+        if not (Path(TAGRID).parent / "bench/bench_jpegls").exists():
+            self.skipTest("JPEG-LS was not built")
+        header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 3\nencoding: raw\n\n"
+        for name, high in (("narrow", 100), ("wide", 200)):
+            (self.folder / f"{name}.nrrd").write_bytes(header.encode() + bytes([0, high] * 96))
+        run = bench("narrow.nrrd", "wide.nrrd", "--errors", 90, "--codecs", "JPEG-LS", "--repetitions", 1,
+                    cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        rows = json.loads((self.folder / "benchmark/results.json").read_text())["rows"]
+        self.assertEqual([row["volume"] for row in rows], ["wide"])
 
     def test_a_codec_that_fails_is_named_and_the_others_go_on(self):
         phantom(self.folder / "x.nhdr", "uint8", 1)

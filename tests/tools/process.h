@@ -69,13 +69,13 @@ class Process {
     kill(pid_, SIGKILL);
     return finish();
   }
-  /// Writes `input` and closes the standard input; waits for the end, no longer than a minute.
+  /// Writes `input` and closes the standard input; waits for the end, no longer than three minutes.
   Ending finish(std::string_view input = {}) {
     Ending ending;
     // A program may end before it has read everything.
     ::signal(SIGPIPE, SIG_IGN);
     if (input.empty()) close_input();
-    const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::minutes(3);
     while (out_ >= 0 || err_ >= 0 || in_ >= 0) {
       if (std::chrono::steady_clock::now() > limit) kill(pid_, SIGKILL);
       exchange(input, ending);

@@ -98,7 +98,12 @@ def run(arguments):
     taking_part, missing = coders.present(names, programs)
     for name, reason in missing.items():
         say(f"{name} does not take part: {reason}")
+    if not taking_part:
+        raise Failure(WORLD, "none of these codecs is here")
     options.output.mkdir(parents=True, exist_ok=True)
+    for written in filter(None, (options.output, options.document)):
+        if not os.access(written, os.W_OK):  # known now rather than after all has been measured
+            raise Failure(WORLD, f"{written}: cannot be written to")
     parent = temporary_folder(options.temporary, volumes)
 
     start = time.monotonic()
@@ -110,6 +115,8 @@ def run(arguments):
         for volume in volumes:
             bounds = options.errors or USUAL_BOUNDS[BYTES[volume.type]]
             comparison.volume(volume, bounds, folder)
+    if not comparison.rows:
+        raise Failure(WORLD, "nothing could be measured")
     results["machine"]["load_after"] = os.getloadavg()[0]
     results["machine"]["minutes"] = round((time.monotonic() - start) / 60, 1)
     results.update(repetitions=options.repetitions, rows=comparison.rows, concurrency=comparison.concurrency,

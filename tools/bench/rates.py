@@ -24,9 +24,8 @@ def codecs_of(results, volume):
 
 
 def speed_bound(results, volume):
-    """The bound at which speeds are shown: the tightest that is not lossless, where there is one."""
-    bounds = bounds_of(results, volume)
-    return next((bound for bound in bounds if bound > 0), bounds[0])
+    """The bound at which speeds are shown: the tightest that is not lossless, or else 0."""
+    return next((bound for bound in bounds_of(results, volume) if bound > 0), 0)
 
 
 def best_other(results, volume, bound):

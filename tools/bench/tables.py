@@ -61,7 +61,7 @@ def equal_psnr(results):
             for other in others:
                 if other == "SPERR --psnr":
                     direct = rates.row_of(results, volume, other, mine["bound"])
-                    cells.append(f"{direct['bits']:.4f} ({direct['psnr']:.1f} dB)" if direct else "–")
+                    cells.append(f"{direct['bits']:.4f} ({number(direct['psnr'], 1)} dB)" if direct else "–")
                 else:
                     cells.append(number(rates.bits_at_psnr(results, volume, other, mine["psnr"]), 4))
             rows.append([volume, mine["bound"], f"{mine['psnr']:.2f}", f"{mine['bits']:.4f}", *cells])

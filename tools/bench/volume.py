@@ -1,5 +1,6 @@
 """Volumes: NRRD files with raw samples, attached or detached. They are only ever read."""
 
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,7 +75,7 @@ def read_header(path):
     if not types:
         refuse(f"samples are {written}; the benchmark compares integers of 8 and 16 bits")
     sizes = fields.get("sizes", "").split()
-    if len(sizes) != 3 or not all(size.isdigit() and int(size) > 0 for size in sizes):
+    if len(sizes) != 3 or not all(re.fullmatch("0*[1-9][0-9]{0,9}", size) for size in sizes):
         refuse(f"three sizes are needed, not '{' '.join(sizes)}'")
     if fields.get("encoding", "raw").lower() != "raw":
         refuse(f"encoding is {fields['encoding']}; the benchmark reads raw")

@@ -1,0 +1,36 @@
+#include "tests/fuzz/read_volume.h"
+
+#include <vector>
+
+#include "io/errors.h"
+#include "io/volume_reader.h"
+#include "tests/fuzz/targets.h"
+
+namespace tagrid::fuzz {
+namespace {
+
+constexpr std::uint64_t most_sample_bytes = 1 << 16;
+
+}  // namespace
+
+void read_volume(const std::string& path) {
+  try {
+    VolumeReader reader = open_volume(path);
+    const auto bytes = sample_bytes(reader.info().dims, reader.info().type);
+    claim(bytes.has_value(), "a volume that was accepted has a size");
+    if (*bytes > most_sample_bytes) return;
+    std::vector<std::byte> once(*bytes), again(*bytes);
+    reader.read_slices(once.data(), reader.info().dims.z);
+    reader.finish();
+    if (!reader.seekable()) return;
+    reader.rewind();
+    reader.read_slices(again.data(), reader.info().dims.z);
+    claim(once == again, "a volume that is read twice is the same");
+  } catch (const BrokenInput&) {
+  } catch (const WorldError&) {
+  } catch (const UsageError&) {
+    // A file of OpenVDB on a pipe, or one with several grids.
+  }
+}
+
+}  // namespace tagrid::fuzz
