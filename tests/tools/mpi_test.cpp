@@ -47,7 +47,6 @@ TEST_F(Mpi, OtherCommandsAreDoneByOneProcess) {
   const Ending info = by(3, {"info", "new.tag", "--json"});
   EXPECT_EQ(info.code, 0) << info.err;
   EXPECT_EQ(nlohmann::json::parse(info.out)["bytes"]["file"], plain_.size());
-  EXPECT_EQ(by(3, {"verify", "new.tag", "--against", "volume.nhdr", "-q"}).code, 0);
   EXPECT_EQ(by(3, {"mesh", "new.tag", "-o", "mesh.vtu", "-q"}).code, 0);
   const Ending help = by(2, {"--help"});
   EXPECT_EQ(help.code, 0);
