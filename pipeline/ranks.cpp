@@ -136,8 +136,23 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
 
 void share_out(Ranks& ranks, SharedWork& shared) {
   std::exception_ptr failure;
+  // The exception that is being handled. What was thrown because of `stop` is not what failed.
+  const auto fail = [&] {
+    if (failure) return;
+    failure = shared.stop ? std::make_exception_ptr(Stopped{}) : std::current_exception();
+    if (!shared.stop) ranks.tell_failure();
+    shared.stop = true;
+  };
+  const Ranks::Hear take = [&](const Bytes& account) {
+    try {
+      if (!failure) shared.take(account);
+    } catch (...) {
+      fail();
+    }
+  };
   std::int64_t reported = 0;
   const auto look = [&] {
+    if (shared.take) ranks.listen(take);
     const std::int64_t done = shared.done;
     if (done != reported) ranks.add_done(done - reported);
     reported = done;
@@ -152,15 +167,16 @@ void share_out(Ranks& ranks, SharedWork& shared) {
       if (item >= shared.count) break;
       ranks.attend([&] { shared.work(item); }, look);
       look();
+      if (!shared.take) continue;
+      if (ranks.rank() == 0)
+        take(shared.account);
+      else
+        ranks.tell(shared.account);
     }
   } catch (...) {
-    failure = std::current_exception();
-    // What was thrown because of `stop` is not what failed.
-    if (shared.stop)
-      failure = std::make_exception_ptr(Stopped{});
-    else
-      ranks.tell_failure();
+    fail();
   }
+  if (shared.take) ranks.listen_to_the_end(take);
   agree(ranks, failure);
 }
 

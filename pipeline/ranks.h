@@ -21,7 +21,7 @@ struct SharedNumbers {
 };
 
 /// All members are called by the thread that started the program. What is collective is called by all ranks,
-/// in the same order. No message is longer than 2^26 bytes.
+/// in the same order. No message on its way is longer than 2^26 bytes.
 class Ranks {
  public:
   virtual ~Ranks() = default;
@@ -40,6 +40,15 @@ class Ranks {
   virtual void add_done(std::int64_t amount) { numbers_.done += amount; }
   virtual void tell_failure() { numbers_.failed = true; }
   virtual SharedNumbers numbers() { return numbers_; }
+
+  /// What rank 0 does with something that another rank tells. Throws nothing.
+  using Hear = std::function<void(const Bytes&)>;
+  /// By other ranks than 0, which hears it: returns when it has.
+  virtual void tell(const Bytes&) {}
+  /// By rank 0: hears what is being told, and does not wait for more.
+  virtual void listen(const Hear&) {}
+  /// Collective: rank 0 hears whatever the others tell until all of them call this.
+  virtual void listen_to_the_end(const Hear&) {}
 
   /// Does `work`, which must not call any member, in a thread of its own, and calls `look` now and then
   /// meanwhile. Throws on what `work` throws.
@@ -64,6 +73,10 @@ void start_ranks(std::unique_ptr<Ranks> started);
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;
+  /// What rank 0 has to know of an item: set by its `work`. Rank 0 takes all of them, one after the other as
+  /// they come, before the rank goes on to its next item.
+  Bytes account;
+  std::function<void(const Bytes& account)> take = {};
   /// Called now and then by the thread that called share_out().
   std::function<void(const SharedNumbers&)> look = {};
   /// Added up over all ranks in SharedNumbers::done; incremented by `work`.

@@ -1,6 +1,9 @@
 #include "pipeline/shared_faces.h"
 
+#include <cassert>
 #include <cstring>
+
+#include "io/checksum.h"
 
 namespace tagrid {
 
@@ -44,8 +47,13 @@ std::optional<Index3> SharedFaces::first_difference(const DecodedBrick& brick) {
     if (position[axis] > 0) {
       face.high[axis] = box.low[axis];
       const auto below = high_faces_.find({bricks_.id(position - unit_vector(axis)), axis});
-      if (!different) different = compare(below->second, cut(brick, face), size_);
-      high_faces_.erase(below);
+      if (below == high_faces_.end()) {
+        open_low_faces_.push_back(
+            {bricks_.id(position - unit_vector(axis)), axis, checksum(cut(brick, face))});
+      } else {
+        if (!different) different = compare(below->second, cut(brick, face), size_);
+        high_faces_.erase(below);
+      }
     }
     if (position[axis] + 1 < bricks_.bricks(axis)) {
       face = box;
@@ -54,6 +62,34 @@ std::optional<Index3> SharedFaces::first_difference(const DecodedBrick& brick) {
     }
   }
   return different;
+}
+
+std::uint64_t SharedFaces::checksum(const Face& face) {
+  return checksum_of({std::as_bytes(face.active.words()), face.points});
+}
+
+std::vector<OpenFace> SharedFaces::open_faces() const {
+  std::vector<OpenFace> open = open_low_faces_;
+  for (const auto& [at, face] : high_faces_) open.push_back({at.first, at.second, checksum(face)});
+  return open;
+}
+
+void OpenFacePairs::add(const std::vector<OpenFace>& faces) {
+  for (const OpenFace& face : faces) {
+    const auto [other, is_first] = waiting_.emplace(std::pair{face.below, face.axis}, face.checksum);
+    if (is_first) continue;
+    const std::int64_t above = bricks_.id(bricks_.position(face.below) + unit_vector(face.axis));
+    // Of one brick, x comes before y and z: as one process finds it.
+    if (other->second != face.checksum &&
+        (!first_ || above < first_->above || (above == first_->above && face.below > first_->below)))
+      first_ = {face.below, above};
+    waiting_.erase(other);
+  }
+}
+
+std::optional<Disagreement> OpenFacePairs::first_difference() const {
+  assert(waiting_.empty());
+  return first_;
 }
 
 }  // namespace tagrid

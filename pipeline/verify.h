@@ -29,4 +29,8 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
                          const SourceDescription& source, const Resources& resources,
                          const Progress& progress = {});
 
+class Verifier;
+/// The same, of a file that was opened and not looked at yet.
+VerifyResult verify_all(Verifier& verifier, const Progress& progress = {});
+
 }  // namespace tagrid

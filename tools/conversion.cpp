@@ -1,13 +1,12 @@
 #include "tools/conversion.h"
 
-#include <fmt/format.h>
+#include <memory>
 
-#include <chrono>
-
+#include "pipeline/order_fields.h"
+#include "pipeline/work_orders.h"
+#include "tools/conversion_account.h"
 #include "tools/conversion_records.h"
 #include "tools/encoding_pass.h"
-#include "tools/exit_codes.h"
-#include "tools/failure.h"
 #include "tools/input_removal.h"
 #include "tools/process.h"
 #include "tools/removal_pass.h"
@@ -15,93 +14,149 @@
 namespace tagrid {
 namespace {
 
-using nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
+/// What the other ranks have to know.
+struct ConversionOrder {
+  std::vector<ManifestLine> lines;
+  ConversionOptions options;
+};
 
-ordered_json begun_record(const ManifestLine& line) {
-  return {{"input", json_text(line.input)},
-          {"output", json_text(line.output)},
-          {"status", "failed"},
-          {"error", nullptr},
-          {"code", exit_ok},
-          {"version", TAGRID_VERSION},
-          {"options", line.options}};
+/// What one of them did.
+struct DoneLine {
+  std::uint64_t index = 0;
+  std::string record, error;
+};
+
+template <class Fields>
+void describe_texts(Fields& fields, const OptionTexts& texts) {
+  std::vector<std::pair<std::string, std::string>> list(texts.begin(), texts.end());
+  fields.size(list);
+  for (const auto& [name, value] : list) {
+    fields(name);
+    fields(value);
+  }
 }
 
-/// The exception that is being handled.
-void set_failure(ordered_json& record) {
-  const Failure failure = current_failure();
-  record["error"] = failure.message;
-  record["code"] = failure.code;
-}
-
-void count(const ordered_json& record, ConversionSums& sums) {
-  const auto status = record.at("status").get<std::string>();
-  ++sums.files;
-  ++(status == "ok"        ? sums.ok
-     : status == "skipped" ? sums.skipped
-     : status == "removed" ? sums.removed
-                           : sums.failed);
-  if (status != "ok" && status != "removed") return;
-  sums.bytes_in += record.at("bytes_in").get<std::uint64_t>();
-  sums.bytes_out += record.at("bytes_out").get<std::uint64_t>();
-}
-
-void tell(const RunOptions& run, const ManifestLine& line, const ordered_json& record) {
-  const auto status = record.at("status").get<std::string>();
-  const bool bad = record.at("code").get<int>() != 0;
-  if (bad) say(fmt::format("tagrid: {}\n", record.at("error").get<std::string>()));
-  if (!bad && run.verbosity > 0 && !run.quiet) say(fmt::format("{}: {}\n", line.input, status));
+void describe_texts(OrderReader& fields, OptionTexts& texts) {
+  std::vector<std::pair<std::string, std::string>> list;
+  fields.size(list);
+  for (auto& [name, value] : list) {
+    fields(name);
+    fields(value);
+  }
+  texts = {list.begin(), list.end()};
 }
 
 }  // namespace
 
-NextLine lines_of(Shard shard, std::size_t lines) {
-  return [shard, lines, next = shard.index]() mutable -> std::optional<std::size_t> {
-    if (next >= lines) return std::nullopt;
-    const std::size_t index = next;
-    next += shard.count;
-    return index;
-  };
+// Not in the nameless namespace, where packed_order() would not find them.
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, ConversionOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.options.output_dir);
+  fields(order.options.overwrite);
+  fields(order.options.skip_done);
+  fields(order.options.run.threads);
+  fields(order.options.run.quiet);
+  if (fields.present(order.options.run.memory)) fields(*order.options.run.memory);
+  const std::size_t count = fields.size(order.lines);
+  for (std::size_t i = 0; i < count; ++i) {
+    fields(order.lines[i].input);
+    fields(order.lines[i].output);
+    describe_texts(fields, order.lines[i].options);
+  }
 }
 
-ConversionSums convert_lines(const std::vector<ManifestLine>& lines, const NextLine& next,
-                             const ConversionOptions& options, LineFile& results) {
-  const KnownOutputs known(options.output_dir);
-  const EncodingPass encoding(options, known);
-  std::optional<RemovalPass> removal;
-  if (options.remove_verified) removal.emplace(lines, options, known);
-  ConversionSums sums;
-  while (const auto index = next()) {
-    const ManifestLine& line = lines.at(*index);
-    ordered_json record = begun_record(line);
-    std::vector<std::string> originals;
-    const auto append = [&, begin = Clock::now()] {
-      record["seconds"] = std::chrono::duration<double>(Clock::now() - begin).count();
-      record["finished"] = seconds_since_1970();
-      results.append(record.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
-    };
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, DoneLine>
+void describe(Fields& fields, Order& line) {
+  fields(line.index);
+  fields(line.record);
+  fields(line.error);
+}
+
+namespace {
+
+/// Collective. `account` is that of rank 0; others have none.
+void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
+  std::unique_ptr<KnownOutputs> known;
+  // Before any of them writes to the records.
+  all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
+  SharedWork shared;
+  const EncodingPass encoding(order.options, *known, shared.stop);
+  shared.count = static_cast<std::int64_t>(order.lines.size());
+  shared.work = [&](std::int64_t index) {
+    const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
+    LineRecord record(line);
     try {
-      if (removal)
-        originals = removal->verified(line, record);
-      else
-        encoding.run(line, record);
+      encoding.run(line, record.json());
     } catch (const std::exception&) {
-      set_failure(record);
+      record.fail();
     }
-    append();
+    shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
+  };
+  shared.take = [&](const Bytes& bytes) {
+    const auto done = unpacked_order<DoneLine>(bytes);
+    account->record(done.record);
+    account->settle(order.lines.at(done.index), done.record, done.error);
+  };
+  share_out(ranks, shared);
+}
+
+}  // namespace
+
+std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>& lines) {
+  std::vector<ManifestLine> part;
+  for (std::size_t i = shard.index; i < lines.size(); i += shard.count) part.push_back(lines[i]);
+  return part;
+}
+
+ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines,
+                            const ConversionOptions& options, LineFile& results) {
+  const ConversionOrder order{lines, options};
+  send_order(ranks, packed_order(order));
+  ConversionAccount account(options.run, results);
+  share_lines(ranks, order, &account);
+  return account.sums();
+}
+
+void obey_conversion(const Bytes& bytes) {
+  auto order = unpacked_order<ConversionOrder>(bytes);
+  if (order.options.run.memory) give_back_freed_memory();
+  order.options.run.progress = ProgressStyle::none;
+  try {
+    share_lines(ranks(), order, nullptr);
+  } catch (const std::exception&) {
+    // Rank 0 got it, too.
+  }
+}
+
+ConversionSums remove_originals(const std::vector<ManifestLine>& lines, const std::vector<ManifestLine>& all,
+                                const ConversionOptions& options, LineFile& results) {
+  const KnownOutputs known(options.output_dir);
+  const RemovalPass removal(all, options, known);
+  ConversionAccount account(options.run, results);
+  for (const ManifestLine& line : lines) {
+    LineRecord record(line);
+    std::vector<std::string> originals;
+    try {
+      originals = removal.verified(line, record.json());
+    } catch (const std::exception&) {
+      record.fail();
+    }
+    std::string text = record.text();
+    account.record(text);
     // Recorded first: a run that is killed in between finds the original there, and verifies once more.
     try {
       remove_files(originals);
     } catch (const std::exception&) {
-      record["status"] = "kept";
-      set_failure(record);
-      append();
+      record.json()["status"] = "kept";
+      record.fail();
+      text = record.text();
+      account.record(text);
     }
-    count(record, sums);
-    tell(options.run, line, record);
+    account.settle(line, text, record.error());
   }
-  return sums;
+  return account.sums();
 }
 
 }  // namespace tagrid

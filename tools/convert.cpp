@@ -29,6 +29,7 @@ struct ConvertCommand {
   std::string manifest, shard;
   EncodingOptions encoding;
   ConversionOptions options;
+  bool remove_verified = false;
 
   void execute(const OptionTexts& given) const {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
@@ -36,9 +37,11 @@ struct ConvertCommand {
     encoding_of(given);
     const std::vector<ManifestLine> lines = read_manifest(manifest, given);
     RunReport report(options.run, options.overwrite, "convert", manifest, options.output_dir);
-    if (!options.remove_verified) make_output_dir();
+    if (!remove_verified) make_output_dir();
     LineFile results(options.output_dir + "/" + results_name(part));
-    const ConversionSums sums = convert_lines(lines, lines_of(part, lines.size()), options, results);
+    const std::vector<ManifestLine> own = lines_of(part, lines);
+    const ConversionSums sums = remove_verified ? remove_originals(own, lines, options, results)
+                                                : encode_lines(ranks(), own, options, results);
     report.write_json(
         {{"shard", shard.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(shard)},
          {"results", results.name()},
@@ -86,7 +89,7 @@ Action add_convert_command(CLI::App& app) {
       command->add_flag("--skip-done", state->options.skip_done, "Pass over what a record says is done")
           ->group(group);
   command
-      ->add_flag("--remove-verified", state->options.remove_verified,
+      ->add_flag("--remove-verified", state->remove_verified,
                  "Encode nothing; verify what was encoded once more, and remove the originals")
       ->excludes(skip)
       ->group(group);

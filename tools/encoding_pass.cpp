@@ -88,8 +88,12 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                       std::filesystem::path(volume.input).filename().string(), 1);
   const EncodeResult result = encode_volume(
       volume.input, raw, volume.output, overwrite, volume.asked.options, options_.run.resources(),
-      [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); },
+      [&](std::uint64_t done, std::uint64_t total) {
+        if (stop_) throw Stopped();
+        meter.update(done, total);
+      },
       [&](const EncodeResult& written) {
+        if (stop_) throw Stopped();
         verify_encoding(volume.input, raw, written.temporary, options_.run.resources());
         input_checksum = checksum_of_samples(open_volume(volume.input, raw));
         output_checksum = checksum_of_file(written.temporary);

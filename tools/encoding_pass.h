@@ -1,6 +1,7 @@
 // One volume of a manifest, encoded, verified and described.
 #pragma once
 
+#include <atomic>
 #include <nlohmann/json.hpp>
 
 #include "tools/conversion.h"
@@ -10,9 +11,10 @@ namespace tagrid {
 
 class EncodingPass {
  public:
-  /// Both outlive the pass.
-  EncodingPass(const ConversionOptions& options, const KnownOutputs& known)
-      : options_(options), known_(known) {}
+  /// All outlive the pass. When `stop` becomes true its work is of no use any more: run() then throws
+  /// Stopped.
+  EncodingPass(const ConversionOptions& options, const KnownOutputs& known, const std::atomic<bool>& stop)
+      : options_(options), known_(known), stop_(stop) {}
 
   /// Encodes the volume of `line`, and names the output once it was decoded and compared; or finds that this
   /// is not necessary. Adds what came of it to `record`. Throws what goes wrong; then there is nothing new
@@ -27,6 +29,7 @@ class EncodingPass {
 
   const ConversionOptions& options_;
   const KnownOutputs& known_;
+  const std::atomic<bool>& stop_;
 };
 
 }  // namespace tagrid

@@ -16,6 +16,7 @@
 #ifdef TAGRID_MPI
 #include "pipeline/mpi/mpi_ranks.h"
 #include "pipeline/work_orders.h"
+#include "tools/conversion.h"
 #endif
 
 namespace {
@@ -81,7 +82,7 @@ int run_with_mpi(int argc, char** argv) {
     // Not before: MPI has handlers of its own.
     catch_signals();
     if (ranks().rank() > 0) {
-      code = serve(ranks(), give_back_freed_memory);
+      code = serve(ranks(), give_back_freed_memory, obey_conversion);
     } else {
       code = guarded_run(argc, argv);
       dismiss(ranks(), code);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/errors.h"
-#include "pipeline/verify.h"
+#include "pipeline/verify_parts.h"
 #include "tools/commands.h"
 #include "tools/report.h"
 #include "tools/run_report.h"
@@ -47,8 +47,8 @@ struct VerifyCommand {
 
   VerifyResult verify(const SourceDescription& source) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    return verify_file(input, original, source, run.resources(),
-                       [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return verify_by_ranks(ranks(), input, original, source, run.resources_of_each_rank(),
+                           [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   }
 };
 

@@ -17,14 +17,24 @@ constexpr std::size_t largest_message = std::size_t{1} << 26;
 // Places in the window of rank 0.
 enum Number : int { taken, done, failed, number_count };
 
+// Messages between two ranks: what is told, its size first, and the answer when it was heard.
+enum Tag : int { told, heard };
+
 // Waits without taking a core from those that work. What others ask of this rank meanwhile is answered.
-void await(MPI_Request request) {
+// `meanwhile` is done now and then.
+template <class Meanwhile>
+void await(MPI_Request request, Meanwhile meanwhile) {
   for (int looks = 0;; ++looks) {
     int complete = 0;
     MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
     if (complete) return;
+    meanwhile();
     if (looks > 200) usleep(looks > 2000 ? 2000 : 100);
   }
+}
+
+void await(MPI_Request request) {
+  await(request, [] {});
 }
 
 class MpiRanks : public Ranks {
@@ -55,8 +65,7 @@ class MpiRanks : public Ranks {
     std::uint64_t size = bytes.size();
     broadcast_bytes(&size, sizeof size);
     bytes.resize(size);
-    for (std::size_t at = 0; at < size; at += largest_message)
-      broadcast_bytes(bytes.data() + at, std::min(largest_message, bytes.size() - at));
+    for_each_message(bytes, broadcast_bytes);
   }
 
   std::vector<Bytes> gather(const Bytes& bytes) override {
@@ -76,6 +85,29 @@ class MpiRanks : public Ranks {
       result.emplace_back(first, first + sizes[i]);
     }
     return result;
+  }
+
+  void tell(const Bytes& bytes) override {
+    const std::uint64_t size = bytes.size();
+    send_bytes(&size, sizeof size);
+    for_each_message(bytes, send_bytes);
+    MPI_Request request;
+    MPI_Irecv(nullptr, 0, MPI_BYTE, 0, heard, MPI_COMM_WORLD, &request);
+    await(request);
+  }
+  void listen(const Hear& hear) override {
+    for (int is_told = 1; is_told;) {
+      MPI_Status status;
+      MPI_Iprobe(MPI_ANY_SOURCE, told, MPI_COMM_WORLD, &is_told, &status);
+      if (is_told) hear_one(status.MPI_SOURCE, hear);
+    }
+  }
+  void listen_to_the_end(const Hear& hear) override {
+    MPI_Request request;
+    MPI_Ibarrier(MPI_COMM_WORLD, &request);
+    await(request, [&] {
+      if (rank_ == 0) listen(hear);
+    });
   }
 
   void begin_counting() override {
@@ -98,6 +130,28 @@ class MpiRanks : public Ranks {
   }
 
  private:
+  template <class ByteVector, class Send>
+  static void for_each_message(ByteVector& bytes, Send send) {
+    for (std::size_t at = 0; at < bytes.size(); at += largest_message)
+      send(bytes.data() + at, std::min(largest_message, bytes.size() - at));
+  }
+  static void send_bytes(const void* bytes, std::size_t size) {
+    MPI_Request request;
+    MPI_Isend(bytes, static_cast<int>(size), MPI_BYTE, 0, told, MPI_COMM_WORLD, &request);
+    await(request);
+  }
+  // Its sender is at it, and does nothing else.
+  static void hear_one(int source, const Hear& hear) {
+    const auto receive = [&](void* bytes, std::size_t size) {
+      MPI_Recv(bytes, static_cast<int>(size), MPI_BYTE, source, told, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    };
+    std::uint64_t size = 0;
+    receive(&size, sizeof size);
+    Bytes bytes(size);
+    for_each_message(bytes, receive);
+    hear(bytes);
+    MPI_Send(nullptr, 0, MPI_BYTE, source, heard, MPI_COMM_WORLD);
+  }
   static void broadcast_bytes(void* bytes, std::size_t size) {
     MPI_Request request;
     MPI_Ibcast(bytes, static_cast<int>(size), MPI_BYTE, 0, MPI_COMM_WORLD, &request);
