@@ -78,6 +78,8 @@ void PartFolder::lock() {
     if (lock_ < 0) throw world_error("cannot create", name, errno);
     if (uninterrupted([&] { return flock(lock_, LOCK_EX | LOCK_NB); }) != 0) {
       const int error = errno;
+      // File systems without locks exist: then it is up to the caller that there is one run.
+      if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
       close(std::exchange(lock_, -1));
       if (error == EWOULDBLOCK)
         throw UsageError(path_ + ": another process is at this run; wait for its end");

@@ -21,6 +21,8 @@ class AgainstOriginal {
 
   /// Whether rows may come in any order; else they come in raster order, all of them.
   bool random_access() const { return reader_.random_access(); }
+  /// What reading takes besides rows: see VolumeReader.
+  std::uint64_t memory() const { return reader_.memory(); }
   /// The activity of the next brick of the rows that are compared next.
   void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);

@@ -52,7 +52,7 @@ struct DecodePlan {
 };
 
 /// The plan that writes the largest pieces, on as many threads as then fit. Throws as plan_encoding() does.
-/// `besides`: what the writer takes for itself.
+/// `besides`: what the writer, or the reader of an original, takes for itself.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
                          DecodeUse use = DecodeUse::write, std::uint64_t besides = 0);
 

@@ -54,7 +54,8 @@ Verifier::Verifier(const std::string& input, const std::string& original, const 
   if (!original.empty()) against_.emplace(reader_.name(), parameters(), original, source);
   const bool any_rows = !against_ || against_->random_access();
   any_order_ = any_rows && reader_.can_seek();
-  plan_ = plan_decoding(parameters(), resources, any_rows ? DecodeUse::verify : DecodeUse::verify_stream);
+  plan_ = plan_decoding(parameters(), resources, any_rows ? DecodeUse::verify : DecodeUse::verify_stream,
+                        against_ ? against_->memory() : 0);
 }
 
 void Verifier::fail_index(const std::string& what) const {

@@ -123,6 +123,7 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   EXPECT_TRUE(content("b.tag") == content("a.tag"));
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--spool", "."});
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--resume"});
+  run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});
 }
 
 TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
