@@ -66,7 +66,7 @@ Head<T, count> read_head(VdbBytes& bytes, const VdbPacking& packing, const Mask<
 std::int64_t read_packed_size(VdbBytes& bytes, std::size_t size) {
   const auto packed = bytes.number<std::int64_t>();
   const auto largest = static_cast<std::int64_t>(size) + BLOSC_MAX_OVERHEAD;
-  if (packed > largest || (packed <= 0 && -packed != static_cast<std::int64_t>(size)))
+  if (packed > largest || (packed <= 0 && packed != -static_cast<std::int64_t>(size)))
     bytes.fail(fmt::format("{} bytes of values are said to be {} compressed", size, packed));
   return packed;
 }
