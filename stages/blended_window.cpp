@@ -98,7 +98,7 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels& befor
     return p;
   }
   const std::int32_t low = parameters_.low * (1 << weight_bits), high = parameters_.high * (1 << weight_bits);
-  p.fitted = std::clamp(fitted(i, before), low, high);
+  p.fitted = std::clamp(sum_[i] + left_weight_ * left + second_weight_ * before.second_value, low, high);
   const int shift = weight_bits - feature_bits_;
   for (std::size_t t = 0; t < features; ++t)
     features_[t] = std::clamp((feature_rows_[t][x] * (1 << weight_bits) - p.fitted) >> shift, -feature_limit,

@@ -138,10 +138,10 @@ std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& a
   return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
 }
 
-// What is forecast from decoded samples, where they do not depend on the activity and there is time for it.
+// What is forecast from decoded samples, where they do not depend on the activity.
 template <class T>
 Forecast forecast_of(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
-  if (!activity_follows_values(parameters) || parameters.effort == Effort::fast) return {};
+  if (!activity_follows_values(parameters)) return {};
   return forecast_activity<T>(samples, parameters, brick);
 }
 

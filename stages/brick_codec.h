@@ -32,8 +32,8 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
-/// Whether the activity of a brick is coded after its samples, most often in the context of them. If not, the
-/// samples need the activity.
+/// Whether the activity of a brick is coded in the context of its decoded samples. If not, the samples need
+/// the activity.
 bool activity_follows_values(const CodingParameters& parameters);
 
 /// Decodes the activity of the closed box of a brick.

@@ -33,7 +33,7 @@ struct NormalMethod {
   using Model = ResidualModel;
 };
 struct FastMethod {
-  using Window = PlainWindow;
+  using Window = VoxelWindow;
   using Model = FastResidualModel;
 };
 struct BestMethod {

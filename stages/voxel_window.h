@@ -136,14 +136,6 @@ class VoxelWindow {
     residual_[x] = static_cast<Value>(limited);
     left = {value, left.value, limited, left.residual};
   }
-  /// The weighted sum of the neighbours, in 2^-weight_bits.
-  [[gnu::always_inline]] std::int32_t fitted(std::size_t i, const LeftVoxels& left) const {
-    return sum_[i] + left_weight_ * left.value + second_weight_ * left.second_value;
-  }
-  [[gnu::always_inline]] Prediction rounded(std::int32_t exact) const {
-    const std::int32_t whole = (exact + (1 << (weight_bits - 1))) >> weight_bits;
-    return {std::clamp(whole, parameters_.low, parameters_.high), exact - (whole << weight_bits), 0, false};
-  }
   void sum_neighbours();
   void measure_spread();
   void measure_residuals();
@@ -171,15 +163,23 @@ class VoxelWindow {
 
 [[gnu::always_inline]] inline Prediction VoxelWindow::predict(std::int64_t x,
                                                               const LeftVoxels& before) const {
+  Prediction p;
   const auto i = static_cast<std::size_t>(x);
   const std::int32_t left = before.value;
-  if (largest_[i] == left && smallest_[i] == left) return {left, 0, 0, true};
-  const std::int32_t exact = fitted(i, before), plain = exact >> weight_bits;
+  if (largest_[i] == left && smallest_[i] == left) {
+    p.value = left;
+    p.flat = true;
+    return p;
+  }
+  const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * before.second_value;
+  const std::int32_t plain = exact >> weight_bits;
   const int sign = (before.residual > 0) - (before.residual < 0);
-  const auto bias = static_cast<std::uint32_t>(
+  p.bias = static_cast<std::uint32_t>(
       class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
-  Prediction p = rounded(exact + biases_[bias].value);
-  p.bias = bias;
+  const std::int32_t corrected = exact + biases_[p.bias].value;
+  const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
+  p.fraction = corrected - (rounded << weight_bits);
+  p.value = std::clamp(rounded, parameters_.low, parameters_.high);
   return p;
 }
 
@@ -224,21 +224,5 @@ class VoxelWindow {
   c.energy = energy * 3 + static_cast<std::uint32_t>(sign + 1);
   return c;
 }
-
-/// The same without biases: what predictions have missed before is not learned from.
-class PlainWindow : public VoxelWindow {
- public:
-  using VoxelWindow::VoxelWindow;
-
-  [[gnu::always_inline]] Prediction predict(std::int64_t x, const LeftVoxels& left) const {
-    const auto i = static_cast<std::size_t>(x);
-    if (largest_[i] == left.value && smallest_[i] == left.value) return {left.value, 0, 0, true};
-    return rounded(fitted(i, left));
-  }
-  [[gnu::always_inline]] void commit(std::int64_t x, LeftVoxels& left, const Prediction&, std::int32_t value,
-                                     std::int32_t residual, std::int64_t) {
-    keep(x, left, value, residual);
-  }
-};
 
 }  // namespace tagrid

@@ -111,10 +111,9 @@ def decode_brick(header, number, activity, values, with_grid):
         active = decode_activity(activity, closed, header.S, header.level_limit)
     samples = decode_samples(header, closed, owned, active, values)
     if active is None and with_grid:
-        known = []
-        if header.effort != 1:
-            known = [forecast({p: as_number(v, header.type) for p, v in samples.items()}, owned, closed, header)]
-        active = decode_activity(activity, closed, header.S, header.level_limit, *known)
+        numbers = {p: as_number(v, header.type) for p, v in samples.items()}
+        active = decode_activity(activity, closed, header.S, header.level_limit,
+                                 forecast(numbers, owned, closed, header))
     return samples, active
 
 

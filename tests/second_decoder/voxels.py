@@ -120,7 +120,7 @@ class VoxelDecoder(Surroundings):
             p.before += 3 * row(-1, 0) + row(-1, -1) + row(-1, 1)
         p.size = min(p.before.bit_length(), 15) // 2
         p.bias = self.biases[24 * p.size + self.texture(x, y, z, exact >> 11)]
-        corrected = exact if self.fast else exact + p.bias.value
+        corrected = exact + p.bias.value
         rounded = (corrected + 1024) >> 11
         p.fraction = corrected - 2048 * rounded
         p.value = clamp(rounded, self.low, self.high)
@@ -183,7 +183,7 @@ class VoxelDecoder(Surroundings):
         v = clamp(p.value + r * step, self.low, self.high)
         self.values[x, y, z] = v
         self.residuals[x, y, z] = clamp(r, -4095, 4095)
-        if not p.flat and not self.fast:
+        if not p.flat:
             self.learn(x, y, z, p, v, error)
 
     def learn(self, _x, _y, _z, p, v, error):
