@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
+#include <filesystem>
 
 #include "io/byte_fields.h"
 #include "io/checksum.h"
@@ -53,7 +54,10 @@ FileIdentity identity_of(const std::string& path) {
   if (!status) throw world_error("cannot open", path, ENOENT);
   if (!S_ISREG(status->st_mode)) throw UsageError(path + ": is not a file that can be read again");
   FileIdentity id;
-  id.path = path;
+  // However it is called, and from wherever.
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::canonical(path, error);
+  id.path = error ? path : whole.string();
   id.size = static_cast<std::uint64_t>(status->st_size);
   id.inode = status->st_ino;
   id.modified = status->st_mtim.tv_sec;

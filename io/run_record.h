@@ -15,7 +15,7 @@ namespace tagrid {
 
 /// Which file, and whether it is still the same: cheap to find out, however large the file is.
 struct FileIdentity {
-  std::string path;
+  std::string path;  ///< absolute, without symbolic links
   std::uint64_t size = 0, inode = 0;
   std::int64_t modified = 0, modified_ns = 0;  ///< the time of its content
   std::int64_t changed = 0, changed_ns = 0;    ///< the time of its status: nobody can set that

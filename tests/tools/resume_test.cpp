@@ -132,6 +132,14 @@ TEST_F(Resume, OtherSettingsAreRefusedAndNamed) {
   expect_result(tagrid(command({"-T1"})));
 }
 
+TEST_F(Resume, TheInputMayBeCalledByAnotherPath) {
+  make_volume("23,19,21");
+  make_record();
+  Arguments elsewhere = command();
+  elsewhere[1] = path("volume.nhdr");
+  expect_result(tagrid(elsewhere));
+}
+
 TEST_F(Resume, AnotherInputIsRefused) {
   make_volume("23,19,21");
   make_record();
