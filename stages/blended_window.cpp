@@ -154,7 +154,7 @@ void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p
 MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels& before, const Prediction& p,
                                     const Quantizer& quantizer) const {
   const auto i = static_cast<std::size_t>(x);
-  const auto size = [this, x](const Value* row, std::int64_t d) {
+  const auto size = [x](const Value* row, std::int64_t d) {
     return static_cast<std::uint32_t>(std::abs(std::int32_t{row[x + d]}));
   };
   const auto left = static_cast<std::uint32_t>(std::abs(before.residual)),
