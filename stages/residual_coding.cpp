@@ -55,20 +55,23 @@ struct Starts {
   }
 };
 
+const Starts& starts() {
+  static const Starts made_once;
+  return made_once;
+}
+
 }  // namespace
 
 const std::array<EnergyClass, energy_classes> energy_class_table = make_energy_classes();
 
 ThreeDistributions::ThreeDistributions() {
-  static const Starts starts;
-  for (std::size_t i = 0; i < energy_contexts; ++i) energy_[i] = starts.of_energy[i / 3];
-  for (std::size_t i = 0; i < spread_contexts; ++i) spread_[i] = starts.of_8[i % 8];
-  for (std::size_t i = 0; i < level_contexts; ++i) level_[i] = starts.of_4[i / 4 % 4];
+  for (std::size_t i = 0; i < energy_contexts; ++i) energy_[i] = starts().of_energy[i / 3];
+  for (std::size_t i = 0; i < spread_contexts; ++i) spread_[i] = starts().of_8[i % 8];
+  for (std::size_t i = 0; i < level_contexts; ++i) level_[i] = starts().of_4[i / 4 % 4];
 }
 
 OneDistribution::OneDistribution() {
-  static const Starts starts;
-  for (std::size_t i = 0; i < energy_contexts; ++i) energy_[i] = starts.of_energy[i / 3];
+  for (std::size_t i = 0; i < energy_contexts; ++i) energy_[i] = starts().of_energy[i / 3];
 }
 
 }  // namespace tagrid
