@@ -5,6 +5,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <span>
 #include <variant>
 
 #include "pipeline/encode_schedule.h"
@@ -43,7 +44,9 @@ class Stages {
       using T = decltype(type);
       const Box cubes = schedule_.tile_box(job.tile);
       const auto samples = gathered<T>(job.slices, cubes.grown(mark_halo(parameters_)));
-      if (are_equal(samples.values)) return;
+      // Of wide samples some are no numbers.
+      if constexpr (!is_wide<T>)
+        if (all_equal(std::span<const T>(samples.values))) return;
       *marks = LatticeBits(schedule_.mark_box(job.tile));
       CurvatureField field;
       // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
@@ -87,12 +90,6 @@ class Stages {
   MeshBound<T> mesh_bound() const {
     if constexpr (std::is_floating_point_v<T>) return parameters_.mesh_error;
     return static_cast<MeshBound<T>>(std::min(parameters_.mesh_error, 4294967296.0));
-  }
-
-  // False for wide samples, of which some are no numbers.
-  template <class T>
-  static bool are_equal(const std::vector<T>& samples) {
-    return !is_wide<T> && std::equal(samples.begin() + 1, samples.end(), samples.begin());
   }
 
   template <class T>

@@ -190,7 +190,7 @@ Forecast forecast_activity(std::span<const T> samples, const CodingParameters& p
     evaluate_curvature(Samples<double>{read, heights.data()}, closed, 1, field);
     return Forecast(Forecaster(field, parameters, 1).run());
   } else {
-    if (std::all_of(samples.begin(), samples.end(), [&](T sample) { return sample == samples[0]; }))
+    if (all_equal(samples))
       return Forecast(Exceeding{LatticeBits(closed), LatticeBits(closed), LatticeBits(closed)});
     const std::vector<T> values = extended<T>(samples, owned, read);
     evaluate_curvature(Samples<T>{read, values.data()}, closed, parameters.field_scale, field);

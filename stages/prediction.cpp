@@ -6,6 +6,7 @@
 #include <vector>
 #include "grid/sample_type.h"
 
+#include "stages/samples.h"
 #include "stages/vector_code.h"
 
 namespace tagrid {
@@ -124,11 +125,6 @@ Weights quantized(const std::array<double, unknowns>& w, std::size_t n) {
   return weights;
 }
 
-template <class T>
-bool is_flat(const T* row, std::int64_t length) {
-  return std::all_of(row, row + length, [row](T v) { return v == row[0]; });
-}
-
 }  // namespace
 
 std::int32_t Weights::sum() const {
@@ -170,7 +166,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   std::int64_t turn = 0;
   for (std::int64_t z = first_z; z < last_z; z += z_step, ++turn)
     for (std::int64_t y = std::min<std::int64_t>(2 + turn % y_step, size.y - 1); y < size.y; y += y_step) {
-      if (is_flat(row_at(y, z), size.x)) continue;
+      if (all_equal(std::span(row_at(y, z), static_cast<std::size_t>(size.x)))) continue;
       for (int dy = -2; dy <= 0; ++dy)
         rows.load(PaddedRows::slot(dy, 0), row_at(y + dy, z), double(reference));
       if (!first_slice) {

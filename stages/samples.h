@@ -1,6 +1,7 @@
 // Samples of a box of the lattice.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -19,5 +20,11 @@ struct Samples {
     return data + ((z - box.low.z) * box.size().y + (y - box.low.y)) * box.size().x;
   }
 };
+
+/// Whether all samples are the same. REQUIRES: integers, of which there is one or more.
+template <class T>
+bool all_equal(std::span<const T> samples) {
+  return std::equal(samples.begin() + 1, samples.end(), samples.begin());
+}
 
 }  // namespace tagrid
