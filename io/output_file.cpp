@@ -44,15 +44,6 @@ int rename_to_new(const std::string& from, const std::string& to) {
   return error;
 }
 
-/// The name of a hidden file beside `path`. It is longer than the name of `path`, which may be as long as
-/// names can be.
-std::string hidden_beside(const std::string& path) {
-  const std::filesystem::path target(path);
-  std::string hidden_name = ".";
-  hidden_name.append(target.filename().string(), 0, 240).append(".part").append(random_suffix());
-  return (target.parent_path() / hidden_name).string();
-}
-
 /// Waits until a stream that does not block takes more.
 void wait_for_room(int descriptor) {
   pollfd ready = {descriptor, POLLOUT, 0};
@@ -78,13 +69,11 @@ void check_output(const std::string& path, bool overwrite) {
   if (!overwrite) throw exists_already(path);
 }
 
-OutputFile::OutputFile(const std::string& path, bool overwrite, const std::optional<FileAttributes>& like,
-                       bool others_write)
+OutputFile::OutputFile(const std::string& path, bool overwrite, OutputFileOptions options)
     : path_(path),
       name_(path == "-" ? "standard output" : path),
       overwrite_(overwrite),
-      others_write_(others_write),
-      like_(like) {
+      options_(std::move(options)) {
   check_output(path, overwrite);
   if (path == "-") {
     descriptor_ = STDOUT_FILENO;
@@ -103,19 +92,30 @@ OutputFile::~OutputFile() {
   if (descriptor_ >= 0 && descriptor_ != STDOUT_FILENO) close(descriptor_);
 }
 
+/// A name for a hidden file. It is longer than the name of the target, which may be as long as names can be.
+std::string OutputFile::new_name() const {
+  const std::filesystem::path target(path_);
+  std::string hidden_name = ".";
+  hidden_name.append(target.filename().string(), 0, 240).append(".part").append(random_suffix());
+  const std::filesystem::path folder =
+      options_.temporaries.empty() ? target.parent_path() : std::filesystem::path(options_.temporaries);
+  return (folder / hidden_name).string();
+}
+
 void OutputFile::create_temporary() {
   if (std::filesystem::path(path_).filename().empty())
     throw UsageError(path_ + ": is not the name of a file");
   for (int attempt = 0; attempt < 100; ++attempt) {
-    const std::string candidate = hidden_beside(path_);
+    const std::string candidate = new_name();
     // Registered first: a signal in between must not leave it. The mode is that of any new file, or nobody
     // else's until it is that of another one.
     slot_ = register_temporary(candidate);
-    descriptor_ = uninterrupted(
-        [&] { return open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, like_ ? 0600 : 0666); });
+    const mode_t mode = options_.like ? 0600 : 0666;
+    descriptor_ =
+        uninterrupted([&] { return open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode); });
     if (descriptor_ >= 0) {
       temporary_ = candidate;
-      if (like_ && !others_write_) set_permissions(descriptor_, *like_);
+      if (options_.like && !options_.others_write) set_permissions(descriptor_, *options_.like);
       return;
     }
     const int error = errno;
@@ -148,9 +148,9 @@ void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 }
 
 void OutputFile::sync() {
-  if (like_ && !temporary_.empty() && !synced_) {
-    if (others_write_) set_permissions(descriptor_, *like_);
-    const timespec times[2] = {like_->accessed, like_->modified};
+  if (options_.like && !temporary_.empty() && !synced_) {
+    if (options_.others_write) set_permissions(descriptor_, *options_.like);
+    const timespec times[2] = {options_.like->accessed, options_.like->modified};
     // A time that cannot be kept is no reason to throw the file away.
     if (futimens(descriptor_, times) != 0) errno = 0;
   }
@@ -171,7 +171,7 @@ void OutputFile::close_descriptor() {
 /// Keeps the file that has the name under another one, until nothing can fail any more. Some file systems
 /// cannot do that; then the older file is gone once the new one has its name.
 void OutputFile::set_older_aside() {
-  const std::string candidate = hidden_beside(path_);
+  const std::string candidate = new_name();
   older_slot_ = register_temporary(candidate, path_);
   if (link(path_.c_str(), candidate.c_str()) == 0) {
     older_ = candidate;

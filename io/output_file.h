@@ -12,18 +12,25 @@
 
 namespace tagrid {
 
+/// What an OutputFile is like before and after it gets its name.
+struct OutputFileOptions {
+  /// Whose permissions and times it gets; those of any new file without.
+  std::optional<FileAttributes> like = std::nullopt;
+  /// temporary() is open to other processes of this user until sync(), whatever the permissions of `like`
+  /// are.
+  bool others_write = false;
+  /// The folder of temporary(), on the file system of the target; the target's own where it is empty.
+  std::string temporaries = "";
+};
+
 /// A file in the making: a temporary `.NAME.part*` beside its target until commit(). Without a commit the
 /// destructor removes it, and an older file of that name is as it was. Every failure is a WorldError that
 /// names the file.
 class OutputFile {
  public:
   /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
-  /// pipes. A file gets the permissions and times of `like`, or those of any new file. Throws UsageError if
-  /// `path` exists and `overwrite` is false, or is a folder.
-  /// With `others_write` temporary() is open to other processes of this user until sync(), whatever the
-  /// permissions of `like` are.
-  OutputFile(const std::string& path, bool overwrite,
-             const std::optional<FileAttributes>& like = std::nullopt, bool others_write = false);
+  /// pipes. Throws UsageError if `path` exists and `overwrite` is false, or is a folder.
+  OutputFile(const std::string& path, bool overwrite, OutputFileOptions options = {});
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -57,6 +64,7 @@ class OutputFile {
 
  private:
   void create_temporary();
+  std::string new_name() const;
   void close_descriptor();
   void set_older_aside();
   void give_name();
@@ -69,10 +77,10 @@ class OutputFile {
   int slot_ = -1;          ///< Where `temporary_` is registered, or the name while it may be taken back.
   int older_slot_ = -1;    ///< Where `older_` is registered.
   int descriptor_ = -1;
-  bool overwrite_ = false, others_write_ = false;
+  bool overwrite_ = false;
   bool synced_ = false;
   bool published_ = false;  ///< Has its name, and may lose it again.
-  std::optional<FileAttributes> like_;
+  OutputFileOptions options_;
   std::uint64_t position_ = 0;
 };
 

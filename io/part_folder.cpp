@@ -99,9 +99,8 @@ void PartFolder::remove_unfinished() {
 
 void PartFolder::clear() {
   for (const std::string& name : names_in(path_))
-    if (name != "lock" && name != "finished" && name != "run") unlink_file(fmt::format("{}/{}", path_, name));
+    if (name != "lock" && name != "run") unlink_file(fmt::format("{}/{}", path_, name));
   unlink_file(record());
-  unlink_file(finished());
 }
 
 void PartFolder::remove() {

@@ -19,11 +19,10 @@ class PartFolder {
 
   const std::string& path() const { return path_; }
   std::string record() const { return path_ + "/run"; }
-  /// Tells which file is the result of the run, once that is complete.
-  std::string finished() const { return path_ + "/finished"; }
   static std::string part(const std::string& folder, std::int64_t number);
 
-  /// Removes the folder: its parts first and the lock last, so that what is left is still a record.
+  /// Removes the folder: its parts first, then the record and the lock, so that until the end there is a
+  /// record.
   void remove();
   /// Removes what a process that was killed had not completed.
   void remove_unfinished();

@@ -34,6 +34,8 @@ struct RunRecord {
   std::vector<std::pair<std::string, std::string>> settings;
   std::vector<FileIdentity> inputs;
   std::vector<std::byte> header;  ///< of the .tag file
+  /// Which file the result is, before and after it gets its name: inode and size. 0 until it is complete.
+  std::uint64_t result_inode = 0, result_size = 0;
 };
 
 /// The record as bytes; the last eight are its checksum, which the parts of the run bear.
@@ -41,7 +43,7 @@ std::vector<std::byte> serialize_record(const RunRecord& record);
 Status parse_record(std::span<const std::byte> bytes, RunRecord& record);
 std::uint64_t run_id(std::span<const std::byte> record_bytes);
 
-/// The first thing in which two records differ, in words; "" where they are of the same run.
+/// The first thing in which what two runs are asked for differs, in words; "" where they are the same.
 std::string difference_of(const RunRecord& was, const RunRecord& now);
 
 }  // namespace tagrid

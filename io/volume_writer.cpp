@@ -51,8 +51,9 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
   VolumeWriter writer;
   writer.info_ = info;
   writer.bytes_left_ = sample_bytes(info.dims, info.type).value();
+  const OutputFileOptions options{.like = like, .others_write = others_write};
   if (format != VolumeFormat::nhdr) {
-    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, like, others_write);
+    writer.samples_ = std::make_unique<OutputFile>(path, overwrite, options);
     if (format == VolumeFormat::nrrd) writer.samples_->write(nrrd_header_text(info, {}));
     if (format == VolumeFormat::vdb) writer.vdb_ = std::make_unique<VdbWriter>(path, info, vdb);
     writer.start_ = writer.samples_->position();
@@ -63,8 +64,8 @@ VolumeWriter open_volume_writer(const std::string& path, VolumeFormat format, co
   if (data == std::filesystem::path(path))
     throw UsageError(path + ": a detached header cannot be named .raw");
   require_name_in_header(info, data.filename().string());
-  writer.header_ = std::make_unique<OutputFile>(path, overwrite, like);
-  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, like, others_write);
+  writer.header_ = std::make_unique<OutputFile>(path, overwrite, OutputFileOptions{.like = like});
+  writer.samples_ = std::make_unique<OutputFile>(data.string(), overwrite, options);
   writer.header_->write(nrrd_header_text(info, data.filename().string()));
   return writer;
 }

@@ -23,6 +23,8 @@ class AgainstOriginal {
   bool random_access() const { return reader_.random_access(); }
   /// What reading takes besides rows: see VolumeReader.
   std::uint64_t memory() const { return reader_.memory(); }
+  /// See VolumeReader: from then on random_access().
+  void spool(const std::string& folder) { reader_.spool(folder); }
   /// The activity of the next brick of the rows that are compared next.
   void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);

@@ -101,10 +101,6 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 
 }  // namespace
 
-DecodeBudget DecodeBudget::generous(const CodingParameters& parameters, int threads) {
-  return {threads, 16 * std::int64_t{threads}, parameters.bricks().bricks(1)};
-}
-
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,

@@ -44,9 +44,6 @@ struct DecodeBudget {
   std::int64_t bricks_in_flight = 1;
   /// Rows of bricks that are gathered and then written; all of a layer make whole slices.
   std::int64_t rows = 1;
-
-  /// Threads never wait for the writer; whole layers.
-  static DecodeBudget generous(const CodingParameters& parameters, int threads);
 };
 
 /// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than

@@ -191,11 +191,6 @@ int mark_halo(const CodingParameters& parameters) {
              : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
 }
 
-EncodeBudget EncodeBudget::generous(const CodingParameters& parameters, int threads) {
-  // As many slices as the next layer adds: reading goes on while a layer is encoded.
-  return {threads, std::int64_t{parameters.brick_edge} * parameters.cube_size, 16 * std::int64_t{threads}};
-}
-
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,

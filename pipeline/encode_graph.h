@@ -31,9 +31,6 @@ struct EncodeBudget {
   std::int64_t slices_ahead = 0;
   /// Bricks between their subdivision and the writer.
   std::int64_t bricks_in_flight = 1;
-
-  /// Threads never wait for the reader, or for one another.
-  static EncodeBudget generous(const CodingParameters& parameters, int threads);
 };
 
 /// Encodes the bricks of `rows` and returns when the last one was written. The bricks do not depend on the

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
 #include "io/file_bytes.h"
@@ -33,16 +32,6 @@ void write_file(const std::string& path, const Bytes& bytes) {
   file.commit();
 }
 
-// Which file the result is: the same one before and after it gets its name.
-Bytes mark_of(const std::string& path) {
-  const auto status = status_of(path);
-  if (!status) return {};
-  FieldWriter mark;
-  mark.put(static_cast<std::uint64_t>(status->st_ino));
-  mark.put(static_cast<std::uint64_t>(status->st_size));
-  return std::move(mark.bytes());
-}
-
 class RunInParts {
  public:
   RunInParts(Ranks& ranks, const std::string& input, const SourceDescription& source,
@@ -68,18 +57,16 @@ class RunInParts {
                           memory_besides_parts(reader_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
-    // Ended while the record was removed.
-    if (!goes_on && !overwrite && is_finished(folder)) return complete(folder, before_naming);
     settle(goes_on ? known_range(options) : options);
     if (goes_on) require_same_run(folder);
-    if (goes_on && is_finished(folder)) return complete(folder, before_naming);
+    if (goes_on && is_finished()) return complete(folder, before_naming);
     check_output(output_, overwrite);
     record_bytes_ = serialize_record(record_);
     if (goes_on)
       folder.remove_unfinished();
     else if (parts_.resume)
       folder.clear();
-    if (!goes_on) write_file(folder.record(), record_bytes_);
+    write_file(folder.record(), record_bytes_);
     const PartOrder order{input_,        source_,          folder.path(),
                           record_bytes_, parts_.resources, code_after_signal()};
     send_order(ranks_, order);
@@ -150,10 +137,10 @@ class RunInParts {
           fmt::format("--resume: {}: cannot go on: {}; {}", output_, difference, advice(folder)));
   }
 
-  bool is_finished(const PartFolder& folder) const {
-    if (!parts_.resume || !status_of(folder.finished())) return false;
-    const Bytes mark = content_of(folder.finished());
-    return !mark.empty() && mark == mark_of(output_);
+  bool is_finished() const {
+    const auto output = status_of(output_);
+    return output && earlier_.result_inode == output->st_ino &&
+           earlier_.result_size == static_cast<std::uint64_t>(output->st_size);
   }
 
   EncodeResult finished_result() const {
@@ -206,6 +193,15 @@ class RunInParts {
     return samples / static_cast<double>(parameters().domain().volume().count());
   }
 
+  // From here on the run is at its end, if `file` has its name.
+  void record_result(const PartFolder& folder, const OutputFile& file) {
+    const auto status = status_of(file.temporary());
+    if (!status) throw WorldError(file.temporary() + ": has been removed by another process");
+    record_.result_inode = status->st_ino;
+    record_.result_size = static_cast<std::uint64_t>(status->st_size);
+    write_file(folder.record(), serialize_record(record_));
+  }
+
   EncodeResult assemble(const PartFolder& folder, bool overwrite,
                         const BeforeNaming<EncodeResult>& before_naming) {
     EncodeResult result;
@@ -221,7 +217,10 @@ class RunInParts {
       position += survey(parts, part, checksum, result.index);
     }
     require_same_input();
-    OutputFile file(output_, overwrite, attributes_of(reader_.files().back()), true);
+    // In the folder, so that after a crash it goes with what was not completed there.
+    OutputFile file(
+        output_, overwrite,
+        {.like = attributes_of(reader_.files().back()), .others_write = true, .temporaries = folder.path()});
     file.write(record_.header);
     order.file = file.temporary();
     send_order(ranks_, order);
@@ -231,7 +230,7 @@ class RunInParts {
     file.sync();
     result.file_bytes = position + end.size();
     result.temporary = file.temporary();
-    if (parts_.resume) write_file(folder.finished(), mark_of(file.temporary()));
+    if (parts_.resume) record_result(folder, file);
     if (before_naming) before_naming(result);
     file.commit();
     return result;

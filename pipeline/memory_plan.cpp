@@ -103,8 +103,10 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
   const std::string spool = with_spool ? fmt::format(", or --spool DIR, a folder for the samples, and -M {}M",
                                                      mebibytes(*with_spool))
                                        : "";
-  throw UsageError(fmt::format("{} needs at least {} MiB of memory, and {} MiB are allowed: give -M {}M{}",
-                               volume, mebibytes(needed), limit / mebibyte, mebibytes(needed), spool));
+  const std::string allowed =
+      limit < mebibyte ? fmt::format("{} bytes", limit) : fmt::format("{} MiB", limit / mebibyte);
+  throw UsageError(fmt::format("{} needs at least {} MiB of memory, and {} are allowed: give -M {}M{}",
+                               volume, mebibytes(needed), allowed, mebibytes(needed), spool));
 }
 
 }  // namespace
@@ -148,7 +150,8 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
                          std::uint64_t besides) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
-  const bool may_spool = use == DecodeUse::stream && !resources.spool.empty();
+  const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
+  const bool may_spool = in_order && !resources.spool.empty();
   const bool strips = any_order || may_spool;
   DecodeLoad smallest;
   smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream || use == DecodeUse::mesh;
@@ -163,7 +166,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   // Without a limit of its own a file is decoded as far as it goes: its header may be a lie.
   if (resources.memory && memory > *resources.memory) {
     std::optional<std::uint64_t> with_spool;
-    if (use == DecodeUse::stream && !may_spool && all > 1) {
+    if (in_order && !may_spool && all > 1) {
       smallest.rows = 1;
       with_spool = memory_of_decoding(p, smallest) + besides;
     }

@@ -48,6 +48,7 @@ enum class DecodeUse {
 struct DecodePlan {
   DecodeBudget budget;
   std::uint64_t memory = 0;
+  /// What has an order, what is written or the original, goes through a file.
   bool spooled = false;
 };
 

@@ -38,7 +38,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   result.memory = plan.memory;
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
-  OutputFile file(output, overwrite, attributes_of(reader.files().back()));
+  OutputFile file(output, overwrite, {.like = attributes_of(reader.files().back())});
   TagWriter writer(file, result.header);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();

@@ -56,6 +56,7 @@ Verifier::Verifier(const std::string& input, const std::string& original, const 
   any_order_ = any_rows && reader_.can_seek();
   plan_ = plan_decoding(parameters(), resources, any_rows ? DecodeUse::verify : DecodeUse::verify_stream,
                         against_ ? against_->memory() : 0);
+  if (plan_.spooled) against_->spool(resources.spool);
 }
 
 void Verifier::fail_index(const std::string& what) const {

@@ -124,7 +124,7 @@ void dismiss(Ranks& ranks, int code) {
   send(ranks, Task::end, fields.bytes());
 }
 
-int serve(Ranks& ranks, const std::function<void()>& limit_memory,
+int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
           const std::function<void(const Bytes&)>& obey_program) {
   for (;;) {
     Bytes bytes;
@@ -140,7 +140,7 @@ int serve(Ranks& ranks, const std::function<void()>& limit_memory,
         // left.
         const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
         if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");
-        if (order.resources.memory) limit_memory();
+        if (order.resources.memory) limit_memory(*order.resources.memory);
         obey([&] { make_parts(ranks, order); });
         forget_temporary(slot);
         break;
@@ -152,13 +152,13 @@ int serve(Ranks& ranks, const std::function<void()>& limit_memory,
       }
       case Task::decode_parts: {
         const auto order = unpacked_order<DecodeOrder>(bytes);
-        if (order.resources.memory) limit_memory();
+        if (order.resources.memory) limit_memory(*order.resources.memory);
         obey([&] { decode_parts(ranks, order); });
         break;
       }
       case Task::verify_parts: {
         const auto order = unpacked_order<VerifyOrder>(bytes);
-        if (order.resources.memory) limit_memory();
+        if (order.resources.memory) limit_memory(*order.resources.memory);
         obey([&] { verify_parts(ranks, order); });
         break;
       }

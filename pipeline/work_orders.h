@@ -21,7 +21,7 @@ void dismiss(Ranks& ranks, int code);
 /// By the other ranks: does what rank 0 says until it has no more orders; returns the exit code that it gave.
 /// `limit_memory` is called where a limit on memory was given, `obey` does orders that are only bytes here. A
 /// failure is for rank 0 to tell: `obey` throws none that rank 0 hears of.
-int serve(Ranks& ranks, const std::function<void()>& limit_memory,
+int serve(Ranks& ranks, const std::function<void(std::uint64_t limit)>& limit_memory,
           const std::function<void(const Bytes&)>& obey);
 
 }  // namespace tagrid

@@ -3,15 +3,13 @@
 #include <cassert>
 
 #include "grid/sample_type.h"
+#include "stages/brick_values.h"
 #include "stages/rans_coder.h"
 #include "stages/voxel_parameters.h"
 #include "stages/voxel_pass.h"
 
 namespace tagrid {
 namespace {
-
-// The first byte of a brick.
-constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
 /// Codes all voxels in the way that the effort asks for.
 template <class T, class Coder>
@@ -52,9 +50,7 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   const std::int64_t error = std::min(steps[0].error, steps[1].error);
   if (std::int64_t{high} - std::int64_t{low} <= 2 * error) {
     const auto middle = static_cast<T>(low + (std::int64_t{high} - low) / 2);
-    out.push_back(constant_brick);
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte)
-      out.push_back(static_cast<std::uint8_t>(static_cast<std::make_unsigned_t<T>>(middle) >> (8 * byte)));
+    append_constant_brick(middle, out);
     std::fill(reconstruction.begin(), reconstruction.end(), middle);
     return;
   }
@@ -71,24 +67,13 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
-  if (bytes.empty()) return Status::broken("values are missing");
-  if (bytes[0] == constant_brick) {
-    if (bytes.size() != 1 + sizeof(T))
-      return Status::broken("values of a constant brick have the wrong size");
-    std::make_unsigned_t<T> value = 0;
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte)
-      value = static_cast<std::make_unsigned_t<T>>(value | bytes[1 + byte] << (8 * byte));
-    std::fill(samples.begin(), samples.end(), static_cast<T>(value));
-    return {};
-  }
-  if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
-  RansDecoder coder(bytes.subspan(1));
-  VoxelParameters parameters;
-  if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-  const bool whole = run_pass<T>(effort, coder, owned, activity, bounds, parameters, nullptr, samples.data());
-  if (!whole || coder.exhausted()) return Status::broken("values end too soon");
-  if (!coder.finished()) return Status::broken("values are followed by other bytes");
-  return {};
+  return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
+    VoxelParameters parameters;
+    if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
+    if (!run_pass<T>(effort, coder, owned, activity, bounds, parameters, nullptr, samples.data()))
+      return Status::broken("values end too soon");
+    return Status();
+  });
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                         \

@@ -6,19 +6,13 @@
 #include <limits>
 
 #include "grid/sample_type.h"
+#include "stages/point_order.h"
 #include "stages/rans_coder.h"
 #include "stages/wide_numbers.h"
 #include "stages/wide_residual_model.h"
 
 namespace tagrid {
 namespace {
-
-// floor((2 a + b) / (2 b)): the nearest integer to a / b, halves up. REQUIRES: b > 0.
-template <class Sum>
-Sum rounded_quotient(Sum a, Sum b) {
-  const Sum top = 2 * a + b, bottom = 2 * b;
-  return top >= 0 ? top / bottom : -((bottom - 1 - top) / bottom);
-}
 
 /// Values as numbers on the lattice that the error of points makes.
 template <class T>
@@ -77,88 +71,32 @@ class WidePointModel {
                  T* values)
       : coder_(coder),
         active_(active),
-        box_(active.box()),
         cube_size_(cube_size),
         lattice_(lattice),
         values_(values),
-        numbers_(static_cast<std::size_t>(box_.count())),
-        dy_(box_.size().x),
-        dz_(box_.size().x * box_.size().y),
-        models_(7) {}
+        numbers_(static_cast<std::size_t>(active.box().count())),
+        models_(diamond_kinds) {}
 
   void run(bool escapes) {
     escapes_ = coder_.code_raw(escapes, 1) != 0;
-    code_root_corners();
-    for (std::int64_t unit = cube_size_ / 2; unit >= 1; unit /= 2)
-      for (int odd_count = 3; odd_count >= 1; --odd_count)
-        for (unsigned axes = 1; axes < 8; ++axes)
-          if (std::popcount(axes) == odd_count) code_pass(unit, axes);
+    for_points_coarse_to_fine(
+        active_, cube_size_,
+        [&](std::int64_t at, std::int64_t before) { code(at, before < 0 ? 0 : number(before), 0, 0); },
+        [&](Index3 p, std::int64_t unit, unsigned axes) { code_point(p, unit, axes); },
+        [&] {
+          if constexpr (Coder::encoding)
+            return true;
+          else
+            return !coder_.exhausted();
+        });
   }
 
  private:
-  void code_root_corners() {
-    const std::int64_t s = cube_size_;
-    for (std::int64_t z = box_.low.z; z <= box_.high.z; z += s)
-      for (std::int64_t y = box_.low.y; y <= box_.high.y; y += s)
-        for (std::int64_t x = box_.low.x; x <= box_.high.x; x += s) {
-          const std::int64_t at = box_.offset({x, y, z});
-          const std::int64_t before = x > box_.low.x   ? at - s
-                                      : y > box_.low.y ? at - s * dy_
-                                      : z > box_.low.z ? at - s * dz_
-                                                       : -1;
-          code(at, before < 0 ? 0 : number(before), 0, 0);
-        }
-  }
-
-  void code_pass(std::int64_t unit, unsigned axes) {
-    const bool odd[3] = {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0};
-    std::vector<std::uint64_t> mask(active_.words_per_row());
-    for (std::int64_t x = odd[0] ? unit : 0; x < box_.size().x; x += 2 * unit)
-      mask[static_cast<std::size_t>(x / 64)] |= std::uint64_t{1} << (x % 64);
-    for (std::int64_t z = box_.low.z + (odd[2] ? unit : 0); z <= box_.high.z; z += 2 * unit)
-      for (std::int64_t y = box_.low.y + (odd[1] ? unit : 0); y <= box_.high.y; y += 2 * unit) {
-        const std::uint64_t* row = active_.row(y, z);
-        for (std::size_t i = 0; i < mask.size(); ++i)
-          for (std::uint64_t rest = row[i] & mask[i]; rest != 0; rest &= rest - 1)
-            code_point({box_.low.x + static_cast<std::int64_t>(64 * i) + std::countr_zero(rest), y, z}, unit,
-                       axes);
-      }
-  }
-
-  // Predicts from the vertices of the diamond, as point_coding does.
   void code_point(Index3 p, std::int64_t unit, unsigned axes) {
-    const std::int64_t at = box_.offset(p), step[3] = {unit, unit * dy_, unit * dz_};
-    std::int64_t least = std::numeric_limits<std::int64_t>::max(), most = ~least;
-    Sum corner_sum = 0, side_sum = 0, corners = 0, sides = 0;
-    const auto see = [&](std::int64_t where) {
-      const std::int64_t v = number(where);
-      least = std::min(least, v);
-      most = std::max(most, v);
-      return Sum{v};
-    };
-    for (unsigned signs = 0; signs < 8; ++signs) {
-      if ((signs & ~axes) != 0) continue;
-      std::int64_t offset = 0;
-      for (int axis = 0; axis < 3; ++axis)
-        if (axes >> axis & 1) offset += (signs >> axis & 1) ? step[axis] : -step[axis];
-      corner_sum += see(at + offset);
-      ++corners;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      if (axes >> axis & 1) continue;
-      if (p[axis] > box_.low[axis]) side_sum += see(at - step[axis]), ++sides;
-      if (p[axis] < box_.high[axis]) side_sum += see(at + step[axis]), ++sides;
-    }
-    Sum guess;
-    if (sides == 0)
-      guess = rounded_quotient<Sum>(corner_sum, corners);
-    else if (corners == 4)
-      guess = rounded_quotient<Sum>(corner_sum * sides + 2 * side_sum * corners, 3 * corners * sides);
-    else
-      guess = rounded_quotient<Sum>(corner_sum + side_sum, corners + sides);
-    const auto kind = static_cast<std::size_t>(corners == 8 ? 1 : corners == 4 ? 2 : 3) + (unit == 1 ? 3 : 0);
-    code(at, static_cast<std::int64_t>(guess), kind,
-         static_cast<std::uint64_t>(most) - static_cast<std::uint64_t>(least));
+    const auto guess =
+        predict_from_diamond<Sum>(active_.box(), p, unit, axes, [&](std::int64_t at) { return number(at); });
+    code(active_.box().offset(p), static_cast<std::int64_t>(guess.value), guess.kind,
+         static_cast<std::uint64_t>(guess.high) - static_cast<std::uint64_t>(guess.low));
   }
 
   std::int64_t& number(std::int64_t at) { return numbers_[static_cast<std::size_t>(at)]; }
@@ -195,12 +133,10 @@ class WidePointModel {
 
   Coder& coder_;
   const LatticeBits& active_;
-  Box box_;
   int cube_size_;
   const PointLattice<T>& lattice_;
   T* values_;
   std::vector<std::int64_t> numbers_;  ///< of the points that are known; an escaped one has its guess
-  std::int64_t dy_, dz_;
   std::vector<WideResidualModel> models_;
   bool escapes_ = false;
   std::array<AdaptiveBit, 2> escape_{};

@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "stages/brick_values.h"
 #include "stages/rans_coder.h"
 #include "stages/wide_parameters.h"
 #include "stages/wide_residual_model.h"
@@ -12,9 +13,6 @@
 
 namespace tagrid {
 namespace {
-
-// The first byte of a brick.
-constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
 // A difference of two numbers as sign and magnitude: of keys of float64 it needs 65 bits.
 WideResidual difference(std::int64_t a, std::int64_t b) {
@@ -213,9 +211,7 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
   T constant;
   if (constant_of(samples, bounds, constant)) {
-    out.push_back(constant_brick);
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte)
-      out.push_back(static_cast<std::uint8_t>(bits_of(constant) >> (8 * byte)));
+    append_constant_brick(constant, out);
     std::fill(reconstruction.begin(), reconstruction.end(), constant);
     return;
   }
@@ -240,26 +236,15 @@ Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned,
                           const WideBounds& bounds, std::span<T> samples) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
-  if (bytes.empty()) return Status::broken("values are missing");
-  if (bytes[0] == constant_brick) {
-    if (bytes.size() != 1 + sizeof(T))
-      return Status::broken("values of a constant brick have the wrong size");
-    BitsOf<T> bits = 0;
-    for (std::size_t byte = 0; byte < sizeof(T); ++byte) bits |= BitsOf<T>{bytes[1 + byte]} << (8 * byte);
-    std::fill(samples.begin(), samples.end(), std::bit_cast<T>(bits));
-    return {};
-  }
-  if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
-  RansDecoder coder(bytes.subspan(1));
-  WideParameters parameters;
-  if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
-    return Status::broken("values with impossible parameters");
-  const T* const no_original = nullptr;
-  if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr, samples.data()) ||
-      coder.exhausted())
-    return Status::broken("values end too soon");
-  if (!coder.finished()) return Status::broken("values are followed by other bytes");
-  return {};
+  return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
+    WideParameters parameters;
+    if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
+      return Status::broken("values with impossible parameters");
+    const T* const no_original = nullptr;
+    if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr, samples.data()))
+      return Status::broken("values end too soon");
+    return Status();
+  });
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                             \

@@ -58,6 +58,7 @@ void describe(Fields& fields, Order& order) {
   fields(order.options.run.threads);
   fields(order.options.run.quiet);
   if (fields.present(order.options.run.memory)) fields(*order.options.run.memory);
+  fields(order.options.run.spool);
   const std::size_t count = fields.size(order.lines);
   for (std::size_t i = 0; i < count; ++i) {
     fields(order.lines[i].input);
@@ -121,7 +122,7 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
 
 void obey_conversion(const Bytes& bytes) {
   auto order = unpacked_order<ConversionOrder>(bytes);
-  if (order.options.run.memory) give_back_freed_memory();
+  if (order.options.run.memory) give_back_freed_memory(*order.options.run.memory);
   order.options.run.progress = ProgressStyle::none;
   try {
     share_lines(ranks(), order, nullptr);

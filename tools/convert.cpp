@@ -98,6 +98,7 @@ Action add_convert_command(CLI::App& app) {
   add_run_options(*command, state->options.run);
   add_json_option(*command, state->options.run);
   add_memory_option(*command, state->options.run);
+  add_spool_option(*command, state->options.run);
   return [state, command] { state->execute(encoding_options_given(*command)); };
 }
 

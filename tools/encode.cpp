@@ -16,7 +16,6 @@
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
-#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -26,7 +25,6 @@ struct EncodeCommand {
   OutputOptions output;
   RunOptions run;
   EncodingOptions encoding;
-  std::string vdb_grid;
   bool remove = false, resume = false;
 
   void execute() const {
@@ -34,17 +32,14 @@ struct EncodeCommand {
     refuse_terminal_input(input);
     refuse_terminal(path, "compressed bytes");
     const Encoding asked = encoding.checked();
-    const auto& description = asked.raw;
-    SourceDescription source(description);
-    source.vdb_grid = vdb_grid;
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_volume(input, source, path);
+    if (remove) removed_after = removable_volume(input, asked.source, path);
     RunReport report(run, output.overwrite, "encode", input, path);
-    if (description) warn_of_order(run, input, *description);
+    if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
 
-    const EncodeResult result = encode(source, asked, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, source, written.temporary, run.resources());
+    const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, asked.source, written.temporary, run.resources());
       report.write({written.header.parameters.dims, written.header.parameters.type,
                     settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
                     achieved_json(written.index)});
@@ -55,15 +50,15 @@ struct EncodeCommand {
     remove_files(removed_after);
   }
 
-  EncodeResult encode(const SourceDescription& source, const Encoding& asked, const std::string& path,
+  EncodeResult encode(const Encoding& asked, const std::string& path,
                       const BeforeNaming<EncodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
     if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
-      return encode_in_parts(ranks(), input, source, path, output.overwrite, asked.options,
+      return encode_in_parts(ranks(), input, asked.source, path, output.overwrite, asked.options,
                              {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank()}, update,
                              before_naming);
-    return encode_volume(input, source, path, output.overwrite, asked.options, run.resources(), update,
+    return encode_volume(input, asked.source, path, output.overwrite, asked.options, run.resources(), update,
                          before_naming);
   }
 
@@ -87,7 +82,6 @@ Action add_encode_command(CLI::App& app) {
       ->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);
-  add_vdb_grid_option(*command, state->vdb_grid);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/dims_order.h"
 #include "tools/command_line_error.h"
+#include "tools/vdb_options.h"
 
 namespace tagrid {
 namespace {
@@ -70,6 +71,7 @@ void add_grid_options(CLI::App& command, EncodingOptions& c) {
 
 Encoding EncodingOptions::checked() const {
   Encoding encoding{options, raw.description()};
+  encoding.source.vdb_grid = vdb_grid;
   if (range == "auto") {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
@@ -84,6 +86,7 @@ void add_encoding_options(CLI::App& command, EncodingOptions& options) {
   add_bounds(command, options.options);
   add_grid_options(command, options);
   add_raw_options(command, options.raw);
+  add_vdb_grid_option(command, options.vdb_grid);
 }
 
 OptionTexts encoding_options_given(const CLI::App& command) {

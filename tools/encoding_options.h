@@ -15,19 +15,20 @@ namespace tagrid {
 /// What they ask for.
 struct Encoding {
   EncodeOptions options;
-  std::optional<RawDescription> raw;  ///< of headerless input
+  SourceDescription source;
 };
 
 struct EncodingOptions {
   EncodeOptions options;
   std::string range;
   RawOptions raw;
+  std::string vdb_grid;
 
   /// Throws UsageError where values are out of range or do not go together.
   Encoding checked() const;
 };
 
-/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like.
+/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like, --vdb-grid.
 void add_encoding_options(CLI::App& command, EncodingOptions& options);
 
 /// Such options as text, by their names without the dashes.

@@ -62,7 +62,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     return;
   }
   look_at({volume.input});  // a pipe would be waited for
-  volume.files = look_at(open_volume(volume.input, volume.asked.raw).files());
+  volume.files = look_at(open_volume(volume.input, volume.asked.source).files());
   const bool is_ours =
       known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok && known->options == line.options &&
@@ -81,21 +81,21 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
 
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
   if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
-  const auto& raw = volume.asked.raw;
-  if (raw) warn_of_order(options_.run, volume.input, *raw);
+  const SourceDescription& source = volume.asked.source;
+  if (source.raw) warn_of_order(options_.run, volume.input, *source.raw);
   std::uint64_t input_checksum = 0, output_checksum = 0;
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
                       std::filesystem::path(volume.input).filename().string(), 1);
   const EncodeResult result = encode_volume(
-      volume.input, raw, volume.output, overwrite, volume.asked.options, options_.run.resources(),
+      volume.input, source, volume.output, overwrite, volume.asked.options, options_.run.resources(),
       [&](std::uint64_t done, std::uint64_t total) {
         if (stop_) throw Stopped();
         meter.update(done, total);
       },
       [&](const EncodeResult& written) {
         if (stop_) throw Stopped();
-        verify_encoding(volume.input, raw, written.temporary, options_.run.resources());
-        input_checksum = checksum_of_samples(open_volume(volume.input, raw));
+        verify_encoding(volume.input, source, written.temporary, options_.run.resources());
+        input_checksum = checksum_of_samples(open_volume(volume.input, source));
         output_checksum = checksum_of_file(written.temporary);
       });
   describe(result.header, result.index, volume.files, result.file_bytes, input_checksum, output_checksum,
@@ -103,16 +103,16 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
 }
 
 void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
-  const auto& raw = volume.asked.raw;
+  const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
-    VolumeReader original = open_volume(volume.input, raw);
+    VolumeReader original = open_volume(volume.input, source);
     const TagHeader header{resolve(volume.asked.options, original), original.info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made of another volume, or with other options");
-    const VerifyResult found = verify_file(volume.output, volume.input, raw, options_.run.resources());
+    const VerifyResult found = verify_file(volume.output, volume.input, source, options_.run.resources());
     describe(found.header, found.index, volume.files, found.bytes_in,
-             checksum_of_samples(open_volume(volume.input, raw)), output_checksum, record);
+             checksum_of_samples(open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     throw UsageError(
         fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",

@@ -1,5 +1,6 @@
 #include "tools/input_removal.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,39 +14,42 @@
 namespace tagrid {
 namespace {
 
-void require_removable(const std::string& file) {
-  if (file == "-") throw UsageError("--rm: the standard input cannot be removed; leave out --rm");
+[[noreturn]] void refuse(const std::string& file, const char* why, const char* advice) {
+  throw UsageError(fmt::format("{}: cannot be removed: {}; {}", file, why, advice));
+}
+
+void require_removable(const std::string& file, const char* advice) {
+  if (file == "-") refuse("standard input", "it is no file", advice);
   // What does not exist is found by whoever reads it.
-  if (!is_regular_output(file)) throw UsageError("--rm: " + file + ": is not a file; leave out --rm");
+  if (!is_regular_output(file)) refuse(file, "it is no file", advice);
   // The link would go and the file stay.
   if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
-    throw UsageError("--rm: " + file + ": is a symbolic link; give the file itself, or leave out --rm");
+    refuse(file, "it is a symbolic link, and the file itself would stay", advice);
 }
 
 }  // namespace
 
-std::vector<std::string> removable_tag(const std::string& input, const std::string& output) {
-  require_removable(input);
-  if (!is_regular_output(output))
-    throw UsageError("--rm: the output is not a file that stays; leave out --rm, or give -o FILE");
+std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
+                                       const char* advice) {
+  require_removable(input, advice);
+  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
   return {input};
 }
 
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output) {
-  removable_tag(input, output);
+                                          const std::string& output, const char* advice) {
+  removable_tag(input, output, advice);
   const VolumeReader reader = open_volume(input, source);
   const auto folder = std::filesystem::path(input).parent_path();
   for (const std::string& file : reader.files()) {
-    require_removable(file);
+    require_removable(file, advice);
     // Headers come from anywhere: one must not choose what is removed elsewhere, by whatever path.
     const auto from_there = std::filesystem::path(file).lexically_relative(folder);
     if (from_there.empty() || from_there.has_parent_path())
-      throw UsageError("--rm: " + file + ": may lie in another folder than its header; leave out --rm");
+      refuse(file, "it may lie in another folder than its header", advice);
   }
   if (reader.holds_other_bytes())
-    throw UsageError("--rm: " + reader.files().back() +
-                     ": holds bytes besides its samples, which would be lost; leave out --rm");
+    refuse(reader.files().back(), "it holds bytes besides its samples, which would be lost", advice);
   return reader.files();
 }
 

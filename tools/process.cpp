@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -59,9 +60,13 @@ void keep_freed_memory() {
   mallopt(M_ARENA_MAX, 1);
 }
 
-void give_back_freed_memory() {
-  mallopt(M_MMAP_THRESHOLD, 1 << 17);
-  mallopt(M_TRIM_THRESHOLD, 1 << 20);
+void give_back_freed_memory(std::uint64_t limit) {
+  // Of blocks up to the first size, some that are free may lie between others that are not.
+  const auto part = [&](std::uint64_t of_limit, std::uint64_t least, std::uint64_t most) {
+    return static_cast<int>(std::clamp(limit / of_limit, least, most));
+  };
+  mallopt(M_MMAP_THRESHOLD, part(64, 1 << 17, 1 << 25));
+  mallopt(M_TRIM_THRESHOLD, part(16, 1 << 20, 1 << 27));
 }
 
 std::uint64_t peak_memory() {

@@ -27,7 +27,7 @@ std::string canonical_name(const std::string& path) {
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
   try {
     look_at({line.input});
-    return open_volume(line.input, encoding_of(known ? known->options : line.options).raw).files();
+    return open_volume(line.input, encoding_of(known ? known->options : line.options).source).files();
   } catch (const std::exception&) {
     return {line.input};
   }
@@ -74,7 +74,8 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
   look_at({line.input});
-  auto files = removable_volume(line.input, encoding_of(known.options).raw, output_path(line));
+  auto files =
+      removable_volume(line.input, encoding_of(known.options).source, output_path(line), "it is kept");
   for (const std::string& file : files)
     if (const auto found = lines_with_.find(canonical_name(file));
         found == lines_with_.end() || found->second != 1)
@@ -84,19 +85,19 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
   const std::string output = output_path(line);
-  const auto raw = encoding_of(known.options).raw;
+  const SourceDescription source = encoding_of(known.options).source;
   if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
     record["status"] = "damaged";
     throw BrokenInput(output + ": is no longer what was written; the original is kept");
   }
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   const VerifyResult found =
-      verify_file(output, line.input, raw, options_.run.resources(),
+      verify_file(output, line.input, source, options_.run.resources(),
                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
   // Within the bound is not enough: a later version of the original may be so, too.
-  if (checksum_text(checksum_of_samples(open_volume(line.input, raw))) != known.input_checksum)
+  if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input + ": is no longer what was encoded; it is kept");
-  if (open_volume(line.input, raw).info().nrrd_fields != found.header.nrrd_fields)
+  if (open_volume(line.input, source).info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }
 

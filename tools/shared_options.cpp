@@ -75,7 +75,7 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
             if (!options.memory || *options.memory == 0)
               throw UsageError(
                   fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M or G", text));
-            give_back_freed_memory();
+            give_back_freed_memory(*options.memory);
           },
           "Take no more memory than this, at any moment; K, M, G: times 1024, 1024^2, 1024^3")
       ->option_text("SIZE");

@@ -66,6 +66,7 @@ Action add_verify_command(CLI::App& app) {
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
   command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
   return [state] { state->execute(); };
 }

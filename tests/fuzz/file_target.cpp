@@ -8,6 +8,7 @@
 #include "pipeline/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
+#include "tests/pipeline/generous_budgets.h"
 #include "tools/report.h"
 
 namespace tagrid::fuzz {
@@ -37,7 +38,7 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
       });
     };
     run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
-                     DecodeBudget::generous(reader.parameters(), 1), streams);
+                     generous_decoding(reader.parameters(), 1), streams);
     claim(samples.size() == *sample_bytes(reader.parameters().dims, reader.parameters().type),
           "a file that decodes has all its samples");
     return samples;

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "pipeline/encode_graph.h"
+#include "pipeline/generous_budgets.h"
 #include "stages/activity_coding.h"
 #include "stages/mesh_criterion.h"
 #include "tests/stages/encode_volume.h"
@@ -61,7 +62,7 @@ TEST_P(Air, HasTheGridOfTheWholeVolumeAtOnce) {
   };
   std::map<std::int64_t, std::vector<std::uint8_t>> activity;
   streams.write_brick = [&](std::int64_t id, BrickCode code) { activity[id] = std::move(code.activity); };
-  run_encode_graph(parameters, BrickRows::all(bricks), EncodeBudget::generous(parameters, 2), streams);
+  run_encode_graph(parameters, BrickRows::all(bricks), generous_encoding(parameters, 2), streams);
 
   LatticeBits active = all_marks(volume, parameters);
   close_under_parents(active, parameters.cube_size);

@@ -5,6 +5,7 @@
 
 #include "io/tag_file.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/generous_budgets.h"
 #include "tests/pipeline/volumes.h"
 
 namespace tagrid {
@@ -53,7 +54,7 @@ TEST_P(Rows, GiveTheSameBricksAsTheWhole) {
   const auto [edge, mesh_error, mode] = GetParam();
   const CodingParameters parameters = parameters_of(edge, mesh_error, mode);
   const BrickGrid bricks = parameters.bricks();
-  const Bricks whole = encoded(parameters, BrickRows::all(bricks), EncodeBudget::generous(parameters, 2));
+  const Bricks whole = encoded(parameters, BrickRows::all(bricks), generous_encoding(parameters, 2));
   ASSERT_EQ(static_cast<std::int64_t>(whole.size()), bricks.count());
   std::vector<BrickRows> stretches;
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z) {

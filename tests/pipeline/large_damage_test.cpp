@@ -9,6 +9,7 @@
 
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
+#include "pipeline/generous_budgets.h"
 #include "pipeline/phantom.h"
 #include "pipeline/run.h"
 #include "tests/io/temporary_folder.h"
@@ -71,7 +72,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
         });
       };
       run_decode_graph(reader.parameters(), BrickRows::all(reader.parameters().bricks()),
-                       DecodeBudget::generous(reader.parameters(), 2), streams);
+                       generous_decoding(reader.parameters(), 2), streams);
     } catch (const BrokenInput& error) {
       failed = true;
       EXPECT_NE(std::string(error.what()).find("b.tag: "), std::string::npos) << error.what();

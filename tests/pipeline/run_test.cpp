@@ -7,6 +7,7 @@
 
 #include "io/errors.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/generous_budgets.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
@@ -140,7 +141,7 @@ TEST_F(Run, AFailingReaderEndsTheRunWithItsError) {
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
   EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                                EncodeBudget::generous(parameters, 2), streams),
+                                generous_encoding(parameters, 2), streams),
                WorldError);
 }
 
@@ -156,7 +157,7 @@ TEST_F(Run, AFailingWriterEndsTheRunWithItsError) {
     if (id == 3) throw WorldError("the disk is full");
   };
   EXPECT_THROW(run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                                EncodeBudget::generous(parameters, 2), streams),
+                                generous_encoding(parameters, 2), streams),
                WorldError);
 }
 

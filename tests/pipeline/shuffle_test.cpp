@@ -9,6 +9,7 @@
 
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
+#include "pipeline/generous_budgets.h"
 #include "tests/pipeline/volumes.h"
 
 namespace tagrid {
@@ -72,7 +73,7 @@ Bricks encoded(const CodingParameters& parameters, int thread_count, Shuffle* sh
   };
   if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
   run_encode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   EncodeBudget::generous(parameters, thread_count), streams);
+                   generous_encoding(parameters, thread_count), streams);
   return bricks;
 }
 
@@ -93,7 +94,7 @@ std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks&
   };
   if (shuffle != nullptr) streams.brick_done = std::ref(*shuffle);
   run_decode_graph(parameters, BrickRows::all(parameters.bricks()),
-                   DecodeBudget::generous(parameters, thread_count), streams);
+                   generous_decoding(parameters, thread_count), streams);
   return samples;
 }
 

@@ -130,6 +130,9 @@ TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
   EXPECT_TRUE(exists("piped/a.tag"));
   expect_ok(script("cd x && $TAGRID convert --manifest <(echo a.nrrd) --output-dir ../substituted"));
   EXPECT_TRUE(exists("substituted/a.tag"));
+  expect_ok(script(
+      "cd x && echo a.nrrd > list && $TAGRID convert --manifest /dev/stdin --output-dir ../in < list"));
+  EXPECT_TRUE(exists("in/a.tag"));
 }
 
 // A slice is more than is read at a time of other volumes, 1 MiB.
@@ -138,6 +141,17 @@ TEST_F(Convert, WideOpenVdbVolumes) {
   file("list.tsv", "a.vdb\n");
   expect_ok(convert({"--range", "auto"}));
   EXPECT_EQ(statuses(), "a ok");
+}
+
+TEST_F(Convert, AColumnNamesTheGridOfAnOpenVdbFile) {
+  volumes(1);
+  expect_ok(script(
+      "$TAGRID encode -q a.nrrd && $TAGRID decode -q a.tag -o b.vdb --vdb-grid density && cp b.vdb c.vdb"));
+  file("list.tsv", "a.nrrd\nb.vdb\tvdb-grid=density\nc.vdb\tvdb-grid=heat\n");
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(statuses(), "a ok, b ok, c failed");
+  EXPECT_NE(last()["error"].get<std::string>().find("heat"), std::string::npos) << last()["error"];
+  EXPECT_TRUE(content("out/b.tag") == content("a.tag"));
 }
 
 TEST_F(Convert, AListMayBeginWithAByteOrderMark) {

@@ -126,6 +126,26 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});
 }
 
+// What can only be read from its beginning goes through a file, to be encoded and to be compared.
+TEST_F(MemoryLimit, IsKeptWithGzip) {
+  phantom("a.raw", {"--dims", "700,700,20"});
+  const std::string header =
+      "printf 'NRRD0004\\ntype: int16\\ndimension: 3\\nsizes: 700 700 20\\nendian: "
+      "little\\nencoding: gzip\\n\\n' > a.nrrd";
+  expect_ok(script(header + " && gzip -c a.raw >> a.nrrd && echo a.nrrd > list.tsv"));
+  const Arguments small = {"--brick", "1", "--spool", "."};
+  run_with_smallest(with({"encode", "a.nrrd", "-f", "-o", "a.tag"}, small));
+  const std::size_t limit =
+      run_with_smallest({"verify", "a.tag", "--against", "a.nrrd", "-q", "--spool", "."});
+  EXPECT_GT(smallest({"verify", "a.tag", "--against", "a.nrrd"}), limit);
+  expect_error(tagrid({"verify", "a.tag", "--against", "a.nrrd", "-M", std::to_string(limit) + "M"}), usage,
+               "--spool DIR");
+  const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir", "out", "-f"};
+  expect_ok(tagrid(with(with(convert, small), {"-M", "20M"})));
+  EXPECT_TRUE(content("out/a.tag") == content("a.tag"));
+  EXPECT_EQ(tagrid(with(convert, {"--brick", "1", "-M", "20M"})).code, broken_input);
+}
+
 TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
   phantom("a.nrrd");
   for (const std::string size : {"0", "-1", "5X", "1.5G", ""})

@@ -134,8 +134,7 @@ TEST_F(Mpi, GoesOnAfterSignalsAtAnyMoment) {
       // Where mpirun itself is killed, its processes live on for a moment.
       for (int tries = 0; tries < 100 && signal == SIGKILL; ++tries) usleep(10000);
       expect_no_half_file();
-      if (!std::filesystem::exists(path("new.tag")) ||
-          std::filesystem::exists(path(".new.tag.parts/finished")))
+      if (!std::filesystem::exists(path("new.tag")) || std::filesystem::exists(path(".new.tag.parts/run")))
         expect_result(by(3, command()));
     }
 }

@@ -160,10 +160,11 @@ TEST_F(OutputFiles, NothingIsRemovedThroughALink) {
       script("ln -s volume.nrrd link.nrrd; ln -s volume.tag link.tag; mkdir sub; mv volume.raw sub; "
              "ln -s sub/volume.raw volume.raw"));
   expect_error(tagrid({"encode", "link.nrrd", "-o", "x.tag", "--rm"}), usage,
-               "link.nrrd: is a symbolic link");
-  expect_error(tagrid({"decode", "link.tag", "-o", "x.nrrd", "--rm"}), usage, "link.tag: is a symbolic link");
+               "link.nrrd: cannot be removed: it is a symbolic link");
+  expect_error(tagrid({"decode", "link.tag", "-o", "x.nrrd", "--rm"}), usage,
+               "link.tag: cannot be removed: it is a symbolic link");
   expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage,
-               "volume.raw: is a symbolic link");
+               "volume.raw: cannot be removed: it is a symbolic link");
   EXPECT_EQ(names(), (Names{"link.nrrd", "link.tag", "sub", "volume.nhdr", "volume.nrrd", "volume.raw",
                             "volume.tag"}));
 }

@@ -50,8 +50,8 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
       }
       expect_no_half_file();
       // What is not finished any more has no record, but perhaps its folder yet.
-      const bool was_done = std::filesystem::exists(path("new.tag")) &&
-                            !std::filesystem::exists(path(".new.tag.parts/finished"));
+      const bool was_done =
+          std::filesystem::exists(path("new.tag")) && !std::filesystem::exists(path(".new.tag.parts/run"));
       if (!was_done) expect_result(tagrid(command(kills % 2 ? Arguments{"-T1"} : Arguments{})));
       begin_anew();
       ++kills;
@@ -85,10 +85,30 @@ TEST_F(Resume, GoesOnAfterSignalsAtAnyMoment) {
         expect_no_half_file();
         if (ending.code == 0 || std::filesystem::exists(path("new.tag"))) break;
       }
-      if (!std::filesystem::exists(path("new.tag")) ||
-          std::filesystem::exists(path(".new.tag.parts/finished")))
+      if (!std::filesystem::exists(path("new.tag")) || std::filesystem::exists(path(".new.tag.parts/run")))
         expect_result(tagrid(command()));
     }
+}
+
+// Ended between the naming and the end of the record: other settings are still other settings.
+TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
+  make_volume("23,19,21");
+  Ending ending;
+  const std::vector<Call> calls = calls_of({"", command()}, ending);
+  std::size_t naming = 0;
+  while (naming < calls.size() &&
+         !(calls[naming].name.starts_with("rename") && calls[naming].path == path("new.tag")))
+    ++naming;
+  ASSERT_LT(naming + 1, calls.size());
+  for (std::size_t i = naming + 1; i < calls.size(); ++i) {
+    SCOPED_TRACE(calls[i].name + " " + calls[i].path);
+    begin_anew();
+    EXPECT_EQ(run({"", command()}, std::to_string(i + 1), "SIGKILL").signal, SIGKILL);
+    ASSERT_TRUE(std::filesystem::exists(path("new.tag")));
+    if (!std::filesystem::exists(path(".new.tag.parts/run"))) break;
+    expect_error(tagrid(command({"--max-error=3"})), usage, "--max-error was 2, now 3");
+    expect_result(tagrid(command()));
+  }
 }
 
 TEST_F(Resume, PartsThatAreCompleteAreNotMadeAgain) {

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "pipeline/encode_graph.h"
+#include "tests/pipeline/generous_budgets.h"
 
 using namespace tagrid;
 
@@ -31,7 +32,7 @@ int main(int argc, char** argv) {
   };
   streams.write_brick = [](std::int64_t, BrickCode) {};
   streams.brick_done = [&](std::int64_t) { count(); };
-  run_encode_graph(parameters, BrickRows::all(parameters.bricks()), EncodeBudget::generous(parameters, 4),
+  run_encode_graph(parameters, BrickRows::all(parameters.bricks()), generous_encoding(parameters, 4),
                    streams);
   std::printf("%ld slices and bricks\n", proper + improper);
   return 0;

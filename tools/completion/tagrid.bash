@@ -5,15 +5,15 @@ _tagrid_options() {
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
   local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
-    --max-level --range --field-scale --brick"
+    --max-level --range --field-scale --brick --vdb-grid"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $encoding --resume --vdb-grid" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding --resume" ;;
     decode) echo "$run $memory --spool $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
     info) echo "$run" ;;
-    verify) echo "$run $memory $headerless --against --vdb-grid -f --force" ;;
+    verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
-      echo "$run $memory $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
+      echo "$run $memory --spool $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
       ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;

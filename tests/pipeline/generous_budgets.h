@@ -1,0 +1,19 @@
+// Budgets with which no thread waits for memory.
+#pragma once
+
+#include "pipeline/decode_graph.h"
+#include "pipeline/encode_graph.h"
+
+namespace tagrid {
+
+/// Reads on while a layer is encoded: as many slices ahead as the next layer adds.
+inline EncodeBudget generous_encoding(const CodingParameters& parameters, int threads) {
+  return {threads, std::int64_t{parameters.brick_edge} * parameters.cube_size, 16 * std::int64_t{threads}};
+}
+
+/// Writes whole layers.
+inline DecodeBudget generous_decoding(const CodingParameters& parameters, int threads) {
+  return {threads, 16 * std::int64_t{threads}, parameters.bricks().bricks(1)};
+}
+
+}  // namespace tagrid
