@@ -11,6 +11,7 @@
 #include "io/little_endian.h"
 #include "io/nrrd_header.h"
 #include "io/nrrd_line.h"
+#include "io/other_formats.h"
 #include "io/spool_file.h"
 #include "io/system_call.h"
 
@@ -48,6 +49,14 @@ void require_plain_file(const std::string& header_name, const std::string& data_
                     tagrid::quoted(std::string_view(data_file))));
 }
 
+std::string why_no_volume(FileBytes& file) {
+  const std::string_view advice = advice_on_format(file.peek(other_formats_peek));
+  if (!advice.empty()) return std::string(advice);
+  return "not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
+         "with "
+         "--dims and --type";
+}
+
 std::string beside(const std::string& header_path, const std::string& data_file) {
   if (header_path == "-") return data_file;
   return (std::filesystem::path(header_path).parent_path() / data_file).string();
@@ -72,10 +81,7 @@ VolumeReader open_volume(const std::string& path, const SourceDescription& sourc
   else if (raw)
     reader.open_raw(*raw);
   else
-    throw BrokenInput(
-        reader.file_->name() +
-        ": not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
-        "with --dims and --type");
+    throw BrokenInput(reader.file_->name() + ": " + why_no_volume(*reader.file_));
   reader.check_size();
   return reader;
 }
@@ -192,8 +198,11 @@ void VolumeReader::check_size() const {
   if (gzip_ && (expected + gzip_skip_) / max_gzip_ratio > present)
     throw BrokenInput(fmt::format("{}: {}, which {} bytes of gzip cannot hold", file_->name(),
                                   samples_expected(), present));
-  if (!gzip_ && present != expected)
-    throw BrokenInput(fmt::format("{}: {}, but {} are present", file_->name(), samples_expected(), present));
+  if (gzip_ || present == expected) return;
+  // What was said of it is wrong, or it is another file than it was taken for.
+  const std::string_view advice = start_ == 0 ? advice_on_format(file_->peek(other_formats_peek)) : "";
+  throw BrokenInput(fmt::format("{}: {}, but {} are present{}{}", file_->name(), samples_expected(), present,
+                                advice.empty() ? "" : "; it ", advice));
 }
 
 std::uint64_t VolumeReader::slice_bytes() const {

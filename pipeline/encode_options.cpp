@@ -91,10 +91,9 @@ void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingP
     p.field_scale = *options.field_scale;
     return;
   }
-  const bool from_data = options.range_from_data || (is_wide_type(p.type) && reader.seekable());
-  const auto [low, high] = options.range ? *options.range
-                           : from_data   ? range_of_data(reader)
-                                         : usual_range(p.type);
+  const auto [low, high] = options.range                            ? *options.range
+                           : takes_range_from_data(options, reader) ? range_of_data(reader)
+                                                                    : usual_range(p.type);
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
@@ -170,6 +169,11 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.accuracy = options.accuracy;
   set_bounds(options, p);
   return p;
+}
+
+bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader) {
+  if (options.range || options.field_scale) return false;
+  return options.range_from_data || (is_wide_type(reader.info().type) && reader.seekable());
 }
 
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {

@@ -31,6 +31,9 @@ struct EncodeOptions {
 /// range and the field scale. Throws as resolve() does.
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader);
 
+/// Whether resolve() reads the whole volume, for the value range.
+bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader);
+
 /// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
 /// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);

@@ -70,6 +70,7 @@ class RunInParts {
     const PartOrder order{input_,        source_,          folder.path(),
                           record_bytes_, parts_.resources, code_after_signal()};
     send_order(ranks_, order);
+    if (goes_on && parts_.goes_on) tell_of_parts(folder);
     const std::uint64_t total = sample_bytes(parameters().dims, parameters().type).value();
     make_parts(ranks_, order, [&](std::uint64_t done) {
       if (progress) progress(std::min(done, total), total);
@@ -125,6 +126,7 @@ class RunInParts {
   }
 
   void settle(const EncodeOptions& options) {
+    range_was_read_ = takes_range_from_data(options, reader_);
     header_ = {resolve(options, reader_), reader_.info().nrrd_fields};
     record_.settings = settings_of(parameters(), source_);
     record_.header = serialize_header(header_);
@@ -183,6 +185,14 @@ class RunInParts {
     return reader.blocks_size();
   }
 
+  void tell_of_parts(const PartFolder& folder) const {
+    const PartsOfRun parts(folder.path(), record_bytes_);
+    std::int64_t there = 0;
+    for (std::int64_t part = 0; part < parts.count(); ++part)
+      there += status_of(parts.path(part)).has_value();
+    parts_.goes_on(there, parts.count());
+  }
+
   // How often a sample is read for all parts, those of earlier runs included.
   double times_read(const PartsOfRun& parts) const {
     double samples = 0;
@@ -209,7 +219,7 @@ class RunInParts {
     result.bytes_in = input_bytes();
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
-    result.times_read = times_read(parts);
+    result.times_read = times_read(parts) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", output_, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
     for (std::int64_t part = 0; part < parts.count(); ++part) {
@@ -246,6 +256,7 @@ class RunInParts {
   TagHeader header_;
   RunRecord record_, earlier_;
   Bytes record_bytes_;
+  bool range_was_read_ = false;
 };
 
 }  // namespace

@@ -18,6 +18,8 @@ struct PartsOptions {
   std::string program;
   /// Of each rank; with 0 threads: as many as it may run on.
   Resources resources{0};
+  /// Told once, where an earlier run is gone on with: how many of its parts are there.
+  std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
 };
 
 /// Whether that can be done: from a file to a file.

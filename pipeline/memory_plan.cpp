@@ -17,6 +17,10 @@ constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
 
+std::uint64_t share_of_memory(const Resources& resources) {
+  return available_memory() / static_cast<std::uint64_t>(resources.processes);
+}
+
 std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
 
 // The most rows that fit, or 0. More rows never need less.
@@ -90,7 +94,7 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
     const auto found = best(*resources.memory);
     return found ? *found : smallest;
   }
-  const std::uint64_t available = available_memory();
+  const std::uint64_t available = share_of_memory(resources);
   for (const std::uint64_t part : {4, 2})
     if (const auto found = best(available / part)) return *found;
   return smallest;
@@ -132,11 +136,11 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   const EncodeLoad load = within(
       resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
   const std::uint64_t memory = memory_of_encoding(p, load) + besides,
-                      limit = resources.memory ? *resources.memory : available_memory();
+                      limit = resources.memory ? *resources.memory : share_of_memory(resources);
   if (memory > limit) {
     std::optional<std::uint64_t> with_spool;
     if (!strips && all > 1) with_spool = memory_of_encoding(p, smallest_strip) + besides;
-    refuse(p, strips ? "encoding" : "encoding, as it comes,", limit, memory, with_spool);
+    refuse(p, strips ? "encoding" : "encoding a pipe, or gzip, of", limit, memory, with_spool);
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};

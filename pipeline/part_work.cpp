@@ -111,6 +111,7 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 
 Resources of_this_rank(Resources given) {
   if (given.threads == 0) given.threads = available_threads();
+  given.processes = ranks().on_this_machine();
   return given;
 }
 

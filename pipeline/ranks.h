@@ -27,6 +27,8 @@ class Ranks {
   virtual ~Ranks() = default;
   virtual int rank() const { return 0; }
   virtual int count() const { return 1; }
+  /// Of these, those that share this machine's memory.
+  virtual int on_this_machine() const { return 1; }
 
   /// Collective: all get the bytes that rank 0 has.
   virtual void broadcast(Bytes&) {}

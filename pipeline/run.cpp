@@ -46,7 +46,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   UntilItFails output_works;
   reader.stop_when(output_works.failed());
   if (plan.spooled) reader.spool(resources.spool);
-  double samples_read = plan.spooled ? static_cast<double>(total) : 0;
+  double samples_read = static_cast<double>(total) * (plan.spooled + takes_range_from_data(options, reader));
   EncodeStreams streams;
   streams.read_slice = [&](const Box& rows) {
     SliceSamples slice = read_input_slice(reader, rows);

@@ -7,8 +7,11 @@
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/system_call.h"
 #include "tools/commands.h"
 #include "tools/conversion.h"
+#include "tools/human_bytes.h"
+#include "tools/process.h"
 #include "tools/run_report.h"
 
 namespace tagrid {
@@ -37,7 +40,10 @@ struct ConvertCommand {
     encoding_of(given);
     const std::vector<ManifestLine> lines = read_manifest(manifest, given);
     RunReport report(options.run, options.overwrite, "convert", manifest, options.output_dir);
-    if (!remove_verified) make_output_dir();
+    if (!remove_verified)
+      make_output_dir();
+    else if (!status_of(options.output_dir))
+      throw WorldError(options.output_dir + ": is no folder: nothing was converted to it yet");
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
     const ConversionSums sums = remove_verified ? remove_originals(own, lines, options, results)
@@ -53,9 +59,24 @@ struct ConvertCommand {
          {"bytes_in", sums.bytes_in},
          {"bytes_out", sums.bytes_out}});
     report.keep();
+    if (options.run.is_watched()) say(summary(sums) + "\n");
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes failed; see {}", sums.failed, sums.files, results.name()));
+  }
+
+  static std::string summary(const ConversionSums& sums) {
+    std::string text = fmt::format("{} volumes", sums.files);
+    const auto add = [&](std::size_t count, const char* what) {
+      if (count > 0) text += fmt::format(", {} {}", count, what);
+    };
+    add(sums.ok, "encoded");
+    add(sums.removed, "removed");
+    add(sums.skipped, "skipped");
+    add(sums.failed, "failed");
+    if (sums.bytes_out > 0)
+      text += fmt::format("; {} -> {}", human_bytes(sums.bytes_in), human_bytes(sums.bytes_out));
+    return text;
   }
 
   std::string results_name(const Shard& part) const {

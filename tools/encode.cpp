@@ -4,6 +4,7 @@
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/part_folder.h"
 #include "io/system_call.h"
 #include "io/temporaries.h"
 #include "pipeline/encode_parts.h"
@@ -45,6 +46,7 @@ struct EncodeCommand {
                     achieved_json(written.index)});
     });
     report.keep();
+    warn_of_record(path);
     if (run.verbosity > 0 && !run.quiet)
       say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
     remove_files(removed_after);
@@ -55,11 +57,28 @@ struct EncodeCommand {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
     if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
-      return encode_in_parts(ranks(), input, asked.source, path, output.overwrite, asked.options,
-                             {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank()}, update,
-                             before_naming);
+      return encode_in_parts(
+          ranks(), input, asked.source, path, output.overwrite, asked.options,
+          {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank(), tell_of_parts()}, update,
+          before_naming);
     return encode_volume(input, asked.source, path, output.overwrite, asked.options, run.resources(), update,
                          before_naming);
+  }
+
+  std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
+    if (!run.is_watched()) return {};
+    return [](std::int64_t there, std::int64_t parts) {
+      say(fmt::format("tagrid: going on: {} of {} parts are there\n", there, parts));
+    };
+  }
+
+  // The output is there without it, and it takes space.
+  void warn_of_record(const std::string& path) const {
+    if (is_regular_output(path) && path != "-" && status_of(part_folder_of(path)))
+      warn(run,
+           fmt::format(
+               "{}: is the record of a run with --resume that did not end; remove it if it is not needed",
+               part_folder_of(path)));
   }
 
   // A run whose parts are kept; from now on a signal leaves them.

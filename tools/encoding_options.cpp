@@ -8,6 +8,7 @@
 #include "io/errors.h"
 #include "pipeline/dims_order.h"
 #include "tools/command_line_error.h"
+#include "tools/suggestion.h"
 #include "tools/vdb_options.h"
 
 namespace tagrid {
@@ -103,13 +104,29 @@ OptionTexts encoding_options_given(const CLI::App& command) {
   return texts;
 }
 
+namespace {
+
+std::string unknown_name(const CLI::App& known, const std::string& name) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : known.get_options()) names.push_back(option->get_lnames().front());
+  const auto meant = nearest(name, names);
+  return meant
+             ? fmt::format("unknown option --{}; did you mean --{}?", name, *meant)
+             : fmt::format("unknown option --{}; those of a volume are --{}", name, fmt::join(names, ", --"));
+}
+
+}  // namespace
+
 Encoding encoding_of(const OptionTexts& texts) {
   CLI::App app;
   EncodingOptions options;
   app.set_help_flag();
   add_encoding_options(app, options);
   std::vector<std::string> arguments;
-  for (const auto& [name, value] : texts) arguments.push_back("--" + name + "=" + value);
+  for (const auto& [name, value] : texts) {
+    if (app.get_option_no_throw("--" + name) == nullptr) throw UsageError(unknown_name(app, name));
+    arguments.push_back("--" + name + "=" + value);
+  }
   try {
     app.parse(std::move(arguments));
   } catch (const CLI::ParseError& error) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <stdexcept>
 #include <vector>
@@ -23,6 +24,12 @@ namespace {
 
 using namespace tagrid;
 
+#ifdef TAGRID_MPI
+constexpr const char* version = "tagrid " TAGRID_VERSION " with MPI";
+#else
+constexpr const char* version = "tagrid " TAGRID_VERSION;
+#endif
+
 int fail(int code, const std::string& message) {
   say(fmt::format("tagrid: {}\n", message));
   return code;
@@ -32,7 +39,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
       "tagrid"};
-  app.set_version_flag("-V,--version", "tagrid " TAGRID_VERSION);
+  app.set_version_flag("-V,--version", version);
   app.require_subcommand(1);
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
@@ -73,6 +80,15 @@ int guarded_run(int argc, char** argv) {
   }
 }
 
+#ifndef TAGRID_MPI
+/// Processes of this program that are started together know nothing of each other.
+void tell_of_mpi(int code) {
+  const char* count = std::getenv("OMPI_COMM_WORLD_SIZE");
+  if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
+    say("tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi\n");
+}
+#endif
+
 #ifdef TAGRID_MPI
 /// Rank 0 is the program, and speaks for all; the others do as it says.
 int run_with_mpi(int argc, char** argv) {
@@ -105,6 +121,8 @@ int main(int argc, char** argv) {
   return run_with_mpi(argc, argv);
 #else
   catch_signals();
-  return guarded_run(argc, argv);
+  const int code = guarded_run(argc, argv);
+  tell_of_mpi(code);
+  return code;
 #endif
 }

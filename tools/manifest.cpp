@@ -11,6 +11,7 @@
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "io/file_bytes.h"
+#include "io/system_call.h"
 
 namespace tagrid {
 namespace {
@@ -44,6 +45,11 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   const fs::path path = folder / columns[0];
   if (path.filename().empty()) throw UsageError(fmt::format("{}: is not the name of a file", columns[0]));
   line.input = absolute_name(path);
+  const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
+                                  columns[0].rfind('=') != columns[0].npos;
+  if (looks_like_columns && !status_of_name(line.input))
+    throw UsageError(fmt::format("{}: is no file; if these are columns, separate them by tabs, not by spaces",
+                                 columns[0]));
   line.output = path.stem().string() + ".tag";
   line.options = given;
   for (std::size_t i = 1; i < columns.size(); ++i) {

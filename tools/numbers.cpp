@@ -29,9 +29,11 @@ std::optional<double> finite_number(std::string_view text) {
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {
   int shift = 0;
+  if (text.ends_with("iB")) text.remove_suffix(2);
   if (text.ends_with('K')) shift = 10;
   if (text.ends_with('M')) shift = 20;
   if (text.ends_with('G')) shift = 30;
+  if (text.ends_with('T')) shift = 40;
   if (shift > 0) text.remove_suffix(1);
   const auto number = whole_number<std::uint64_t>(text);
   if (!number || *number << shift >> shift != *number) return std::nullopt;

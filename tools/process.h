@@ -16,7 +16,8 @@ void catch_signals();
 
 /// Sets up the heap for speed: memory that a brick gave back is kept for the next one.
 void keep_freed_memory();
-/// Sets it up for a limit on memory, in bytes: what is large for it goes back to the system as soon as it is free.
+/// Sets it up for a limit on memory, in bytes: what is large for it goes back to the system as soon as it is
+/// free.
 void give_back_freed_memory(std::uint64_t limit);
 
 /// The most memory that this process had so far, resident, in bytes.

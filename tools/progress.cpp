@@ -18,12 +18,14 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes)
-    : style_(style), what_(std::move(what)), unit_bytes_(unit_bytes) {
-  if (style_ == ProgressStyle::automatic)
-    style_ = isatty(STDERR_FILENO) ? ProgressStyle::bar : ProgressStyle::none;
-  if (quiet) style_ = ProgressStyle::none;
+ProgressStyle shown_style(ProgressStyle style, bool quiet) {
+  if (quiet) return ProgressStyle::none;
+  if (style != ProgressStyle::automatic) return style;
+  return isatty(STDERR_FILENO) ? ProgressStyle::bar : ProgressStyle::none;
 }
+
+ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes)
+    : style_(shown_style(style, quiet)), what_(std::move(what)), unit_bytes_(unit_bytes) {}
 
 ProgressMeter::~ProgressMeter() {
   if (drawn_) say("\r\033[K");

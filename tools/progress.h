@@ -14,6 +14,9 @@ enum class ProgressStyle {
   none,
 };
 
+/// What that means here: bar, plain or none.
+ProgressStyle shown_style(ProgressStyle style, bool quiet);
+
 /// Draws while work goes on, and clears its bar when it ends.
 class ProgressMeter {
  public:

@@ -91,12 +91,13 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
     throw BrokenInput(output + ": is no longer what was written; the original is kept");
   }
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
+  // Within the bound is not enough: a later version of the original may be so, too.
+  if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)
+    throw BrokenInput(line.input +
+                      ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
   const VerifyResult found =
       verify_file(output, line.input, source, options_.run.resources(),
                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
-  // Within the bound is not enough: a later version of the original may be so, too.
-  if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)
-    throw BrokenInput(line.input + ": is no longer what was encoded; it is kept");
   if (open_volume(line.input, source).info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }

@@ -73,8 +73,10 @@ std::string summary(const DecodeResult& result) {
 }
 
 std::string memory_summary(std::uint64_t planned, std::optional<double> times_read) {
-  const std::string memory = fmt::format("memory: {} at its peak, {} planned at most",
-                                         human_bytes(peak_memory()), human_bytes(planned));
+  // As -M takes it.
+  const auto mebibytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); };
+  const std::string memory = fmt::format("memory: {:.1f} MiB at its peak, {:.1f} MiB planned at most",
+                                         mebibytes(peak_memory()), mebibytes(planned));
   return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
 }
 

@@ -10,6 +10,7 @@
 
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "pipeline/ranks.h"
 #include "pipeline/run.h"
 
 namespace tagrid {
@@ -53,8 +54,13 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->option_text("auto|bar|plain|none");
 }
 
+bool RunOptions::is_watched() const {
+  return !quiet && (verbosity > 0 || shown_style(progress, quiet) != ProgressStyle::none);
+}
+
 Resources RunOptions::resources() const {
   Resources resources(thread_count());
+  resources.processes = ranks().on_this_machine();
   resources.memory = memory;
   resources.spool = spool;
   return resources;
@@ -182,9 +188,11 @@ std::optional<RawDescription> RawOptions::description() const {
 }
 
 void refuse_terminal(const std::string& output, const char* what) {
-  if (output == "-" && isatty(STDOUT_FILENO))
-    throw UsageError(
-        fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));
+  if (output != "-" || !isatty(STDOUT_FILENO)) return;
+  if (ranks().count() > 1)
+    throw UsageError("standard output: mpirun makes it a terminal, which changes bytes; give -o FILE");
+  throw UsageError(
+      fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));
 }
 
 void refuse_terminal_input(const std::string& input) {

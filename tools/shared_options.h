@@ -27,6 +27,8 @@ struct RunOptions {
   std::string spool;
 
   int thread_count() const;
+  /// Whether somebody looks on: what is no error is said where progress is shown, and with -v.
+  bool is_watched() const;
   Resources resources() const;
   /// The same for any rank: threads are 0 where affinity is to say.
   Resources resources_of_each_rank() const;

@@ -45,6 +45,10 @@ class MpiRanks : public Ranks {
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
     if (given < MPI_THREAD_FUNNELED) throw std::runtime_error("this MPI cannot be used beside threads");
+    MPI_Comm neighbours;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
+    MPI_Comm_size(neighbours, &on_this_machine_);
+    MPI_Comm_free(&neighbours);
     const MPI_Aint size = rank_ == 0 ? number_count * sizeof(std::int64_t) : 0;
     MPI_Win_allocate(size, sizeof(std::int64_t), MPI_INFO_NULL, MPI_COMM_WORLD, &numbers_, &window_);
     for (int i = 0; i < number_count && rank_ == 0; ++i) numbers_[i] = 0;
@@ -60,6 +64,7 @@ class MpiRanks : public Ranks {
 
   int rank() const override { return rank_; }
   int count() const override { return count_; }
+  int on_this_machine() const override { return on_this_machine_; }
 
   void broadcast(Bytes& bytes) override {
     std::uint64_t size = bytes.size();
@@ -170,7 +175,7 @@ class MpiRanks : public Ranks {
     return before;
   }
 
-  int rank_ = 0, count_ = 1;
+  int rank_ = 0, count_ = 1, on_this_machine_ = 1;
   std::int64_t* numbers_ = nullptr;
   MPI_Win window_ = MPI_WIN_NULL;
 };

@@ -89,7 +89,8 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
   file("a.nhdr", content("a.nhdr") + "patient:=moved\n");
   expect_kept("a.nhdr", "kept", "its header is no longer what was encoded");
   volume("a.nhdr", 2);
-  expect_kept("a.raw", "kept", "further apart than 0");
+  expect_kept("a.raw", "kept",
+              "a.nhdr: is no longer what was encoded; it is kept, and --skip-done encodes it again");
   file("a.raw", content("a.raw") + "x");
   expect_kept("a.raw", "kept", "a.raw");
 }
@@ -109,7 +110,7 @@ TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
 
 TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   volumes(1);
-  expect_error(remove(), world, "out/results.jsonl");
+  expect_error(remove(), world, "out: is no folder: nothing was converted to it yet");
   expect_ok(script("mkdir out"));
   expect_ok(remove());
   EXPECT_EQ(last()["status"], "skipped");

@@ -154,6 +154,16 @@ TEST_F(Convert, AColumnNamesTheGridOfAnOpenVdbFile) {
   EXPECT_TRUE(content("out/b.tag") == content("a.tag"));
 }
 
+TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
+  volumes(3);
+  file("b.nrrd", "no volume");
+  EXPECT_EQ(convert({"--skip-done"}).err.find("volumes, "), std::string::npos);
+  const std::string text = convert({"--skip-done", "--progress", "plain"}).err;
+  EXPECT_NE(text.find("3 volumes, 2 skipped, 1 failed\n"), std::string::npos) << text;
+  expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), usage,
+               "nothing was converted to it yet");
+}
+
 TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
   volumes(2);
   file("list.tsv",
@@ -254,12 +264,39 @@ TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
   volume("a.nrrd", 7);
   again("the input", "a ok, b skipped");
   EXPECT_TRUE(content("out/a.tag") != before);
-  file("list.tsv", "a.nrrd\nb.nrrd\tmax-error=4\n");
-  again("options", "a skipped, b ok");
-  again("nothing has changed", "a skipped, b skipped");
-  file("list.tsv", "a.nrrd\nb.nrrd\n");
-  again("options", "a skipped, b ok");
-  // A failure does not make what is there worse.
+}
+
+// An output that is as good as it was asked for is not replaced by a worse one without a word.
+TEST_F(Convert, OtherOptionsReplaceAnOutputOnlyByForce) {
+  volumes(2);
+  expect_ok(convert({"--max-error=4"}));
+  const std::string before = content("out/b.tag");
+  const std::pair<const char*, const char*> changes[] = {{"max-error=5", "max-error was 4, now 5"},
+                                                         {"accuracy=30", "accuracy was not given, now 30"}};
+  for (const auto& [column, difference] : changes) {
+    file("list.tsv", std::string("a.nrrd\nb.nrrd\t") + column + "\n");
+    EXPECT_EQ(convert({"--max-error=4", "--skip-done"}).code, broken_input);
+    EXPECT_EQ(statuses(2), "a skipped, b failed");
+    EXPECT_NE(last()["error"].get<std::string>().find(difference), std::string::npos) << last()["error"];
+  }
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_NE(records()[6]["error"].get<std::string>().find("max-error was 4, now not given"),
+            std::string::npos);
+  EXPECT_TRUE(content("out/b.tag") == before);
+  expect_ok(convert({"--max-error=4", "--skip-done", "-f"}));
+  EXPECT_EQ(statuses(2), "a skipped, b ok");
+  EXPECT_TRUE(content("out/b.tag") != before);
+  expect_ok(convert({"--max-error=4", "--skip-done"}));
+  EXPECT_EQ(statuses(2), "a skipped, b skipped");
+}
+
+TEST_F(Convert, AFailureDoesNotMakeWorseWhatIsThere) {
+  volumes(2);
+  expect_ok(convert());
+  const auto again = [&](const std::string& what, const std::string& expected) {
+    expect_ok(convert({"--skip-done"}));
+    EXPECT_EQ(statuses(2), expected) << what;
+  };
   EXPECT_EQ(convert().code, broken_input);
   again("a run without --skip-done", "a skipped, b skipped");
 }

@@ -32,8 +32,11 @@ TEST(Numbers, BytesAreCountedInPowersOf1024) {
   EXPECT_EQ(byte_count("3K"), 3072U);
   EXPECT_EQ(byte_count("2M"), 2097152U);
   EXPECT_EQ(byte_count("1G"), 1073741824U);
+  EXPECT_EQ(byte_count("3T"), std::uint64_t{3} << 40);
+  EXPECT_EQ(byte_count("2MiB"), 2097152U);
   EXPECT_EQ(byte_count("17179869183G"), std::uint64_t{17179869183} << 30);
-  for (const char* text : {"", "K", "-1", "1k", "1KB", "1.5G", "17179869184G", "18446744073709551616"})
+  for (const char* text :
+       {"", "K", "-1", "1k", "1KB", "iB", "MB", "1.5G", "17179869184G", "18446744073709551616"})
     EXPECT_FALSE(byte_count(text)) << text;
 }
 

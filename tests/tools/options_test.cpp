@@ -219,5 +219,26 @@ TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
   expect_ok(tagrid(with({"encode", "volume.raw", "-f"}, raw_)));
 }
 
+// Files that people have: the message says what they are, and what to do with them.
+TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
+  make_tag();
+  expect_ok(script(
+      "gzip -c volume.nrrd > a.gz; (head -c 128 /dev/zero; echo DICM) > a.dcm; (head -c 344 /dev/zero; "
+      "echo n+1) > a.nii; echo ObjectType = Image > a.mha; printf 'II*\\0....' > a.tif"));
+  const std::pair<const char*, const char*> files[] = {{"volume.tag", "is a .tag file already"},
+                                                       {"a.gz", "zcat FILE | tagrid encode -"},
+                                                       {"a.dcm", "is a DICOM file"},
+                                                       {"a.nii", "is a NIfTI file"},
+                                                       {"a.mha", "is a MetaImage header"},
+                                                       {"a.tif", "TIFF"}};
+  for (const auto& [name, advice] : files) {
+    expect_error(tagrid({"encode", name, "-o", "x.tag"}), broken_input, advice);
+    expect_error(tagrid({"encode", "-"}, content(name)), broken_input, advice);
+    expect_error(tagrid({"encode", name, "-o", "x.tag", "--dims", "9,9,99", "--type", "int16"}), broken_input,
+                 advice);
+  }
+  expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag && cmp b.tag volume.tag"));
+}
+
 }  // namespace
 }  // namespace tagrid

@@ -9,6 +9,10 @@ namespace {
 
 class Slurm : public Conversions<CommandLine> {
  protected:
+  static void expect_done(const Ending& ending) {
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_NE(ending.err.find(" volumes, "), ending.err.npos) << "a log says what was done: " << ending.err;
+  }
   Slurm() {
     std::filesystem::create_directory(path("bin"));
     program("scontrol", "echo \"$*\" >> requeued");
@@ -52,7 +56,7 @@ TEST_F(Slurm, TasksOfAnArrayTogetherDoTheWholeList) {
   volumes(5);
   expect_ok(convert({"--max-error", "3"}));
   expect_ok(script("mv out whole"));
-  for (int i = 0; i < 3; ++i) expect_ok(batch(task(i) + "--max-error 3"));
+  for (int i = 0; i < 3; ++i) expect_done(batch(task(i) + "--max-error 3"));
   for (const std::string name : {"a.tag", "b.tag", "c.tag", "d.tag", "e.tag"})
     EXPECT_TRUE(content("out/" + name) == content("whole/" + name)) << name;
   EXPECT_EQ(statuses(9, "out/results-0-of-3.jsonl"), "a ok, d ok");
@@ -60,7 +64,7 @@ TEST_F(Slurm, TasksOfAnArrayTogetherDoTheWholeList) {
   EXPECT_FALSE(exists("requeued"));
   for (const std::string name : {"a.nrrd", "e.nrrd"}) EXPECT_TRUE(exists(name));
   // Again: nothing is left to do.
-  expect_ok(batch(task(0) + "--max-error 3"));
+  expect_done(batch(task(0) + "--max-error 3"));
   EXPECT_EQ(statuses(2, "out/results-0-of-3.jsonl"), "a skipped, d skipped");
 }
 
@@ -74,7 +78,7 @@ TEST_F(Slurm, SomeTasksOfAnArrayNeedTheNumberOfShards) {
   EXPECT_EQ(refused.code, usage);
   EXPECT_NE(refused.err.find("TAGRID_SHARDS"), refused.err.npos);
   EXPECT_FALSE(exists("out"));
-  expect_ok(batch("TAGRID_SHARDS=3 " + some));
+  expect_done(batch("TAGRID_SHARDS=3 " + some));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok, e ok");
   EXPECT_EQ(batch(body("convert_array.sbatch") + "list.tsv").code, usage);
 }
@@ -89,7 +93,7 @@ TEST_F(Slurm, ATaskThatIsInterruptedIsQueuedAgainAndGoesOn) {
   EXPECT_EQ(content("requeued"), "requeue 17\n");
   EXPECT_EQ(content("tmpdir"), "/scratch\n");
   EXPECT_LT(ending.seconds, 30);
-  expect_ok(batch(task(1)));
+  expect_done(batch(task(1)));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok");
 }
 
@@ -97,7 +101,7 @@ TEST_F(Slurm, ATaskThatFailsOrSucceedsIsNotQueuedAgain) {
   volumes(3);
   file("b.nrrd", "broken");
   EXPECT_EQ(batch(task(1)).code, broken_input);
-  expect_ok(batch(task(0)));
+  expect_done(batch(task(0)));
   // It ends well although it was told to stop.
   program("quick", "trap 'exit 0' TERM; touch started; while :; do sleep 0.02; done");
   EXPECT_EQ(interrupted("export PROGRAM=quick; " + task(0)).code, 0);
@@ -112,7 +116,7 @@ TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
     EXPECT_EQ(batch("export CODE=" + std::to_string(code) + "; " + run).code, code);
   EXPECT_FALSE(exists("requeued"));
   EXPECT_EQ(content("arguments"),
-            "encode my volume.nhdr -o big.tag --resume --spool /scratch --max-error 5\n");
+            "encode my volume.nhdr -o big.tag --resume --progress plain --spool /scratch --max-error 5\n");
   EXPECT_EQ(content("tmpdir"), "/scratch\n");
   EXPECT_EQ(content("launched").substr(0, 18), "--cpus-per-task=8\n");
   std::filesystem::remove(path("launched"));
@@ -122,7 +126,7 @@ TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
   EXPECT_EQ(batch("export CODE=0 TAGRID_LAUNCHER=sh; " + run).code, usage);
   // Without scratch space of the node there is no --spool.
   expect_ok(batch("export CODE=0;" + body("encode_large.sbatch") + "a b"));
-  EXPECT_EQ(content("arguments"), "encode a -o b --resume\n");
+  EXPECT_EQ(content("arguments"), "encode a -o b --resume --progress plain\n");
 }
 
 TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {

@@ -111,7 +111,9 @@ class Outcome:
 
 
 BRICK_FRAME = 24  # bytes of a brick in the file, beside its content
-BRICK_STATE = 24  # bytes of a sample of a brick that is being encoded: samples, marks, coder
+# As in pipeline/memory_of_bricks.cpp: bytes of the program, and, for each byte of the samples of a brick, of a core that
+# encodes it and of the brick that waits to be written.
+PROGRAM, BRICK_STATE = 12 * 2 ** 20, 28 + 1.25
 
 
 def rows_within(volume, memory):
@@ -126,7 +128,7 @@ def simulate(volume, rates, cluster):
     """Encoding and decoding, or None where the memory does not suffice. One node encodes the whole as it comes;
     several encode parts, and then put them together."""
     index = volume.index_bytes
-    fixed = 2 * index + cluster.cores * volume.brick_edge ** 3 * BRICK_STATE
+    fixed = PROGRAM + 2 * index + cluster.cores * volume.brick_edge ** 3 * volume.sample_bytes * BRICK_STATE
     rows = rows_within(volume, cluster.memory - fixed)
     if rows is None:
         return None

@@ -5,7 +5,7 @@ BEGIN, END = "<!-- tools/scale begins -->", "<!-- tools/scale ends -->"
 
 def human(size):
     for unit in ("B", "kB", "MB", "GB", "TB", "PB"):
-        if size < 1000 or unit == "PB":
+        if size < 999.5 or unit == "PB":
             return f"{size:.3g} {unit}"
         size /= 1000
 
