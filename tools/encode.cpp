@@ -37,6 +37,7 @@ struct EncodeCommand {
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_volume(input, asked.source, path);
     RunReport report(run, output.overwrite, "encode", input, path);
+    if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
 
     const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
@@ -46,7 +47,6 @@ struct EncodeCommand {
                     achieved_json(written.index)});
     });
     report.keep();
-    warn_of_record(path);
     if (run.verbosity > 0 && !run.quiet)
       say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
     remove_files(removed_after);
@@ -72,13 +72,10 @@ struct EncodeCommand {
     };
   }
 
-  // The output is there without it, and it takes space.
   void warn_of_record(const std::string& path) const {
-    if (is_regular_output(path) && path != "-" && status_of(part_folder_of(path)))
-      warn(run,
-           fmt::format(
-               "{}: is the record of a run with --resume that did not end; remove it if it is not needed",
-               part_folder_of(path)));
+    if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path))) return;
+    warn(run, fmt::format("{}: is the record of a run that did not end; --resume would go on with it",
+                          part_folder_of(path)));
   }
 
   // A run whose parts are kept; from now on a signal leaves them.

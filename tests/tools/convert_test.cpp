@@ -160,7 +160,7 @@ TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
   EXPECT_EQ(convert({"--skip-done"}).err.find("volumes, "), std::string::npos);
   const std::string text = convert({"--skip-done", "--progress", "plain"}).err;
   EXPECT_NE(text.find("3 volumes, 2 skipped, 1 failed\n"), std::string::npos) << text;
-  expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), usage,
+  expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), world,
                "nothing was converted to it yet");
 }
 
