@@ -113,6 +113,23 @@ TEST(MemoryPlan, SpoolsAPipeThatIsTooWideAndNoOther) {
   EXPECT_FALSE(plan_decoding(tall, limited(2, limit, "/tmp"), DecodeUse::stream).spooled);
 }
 
+TEST(MemoryPlan, WithoutALimitProcessesShareTheMachine) {
+  const CodingParameters wide = parameters_of({8192, 8192, 150}, SampleType::int16, Effort::normal, false);
+  Resources resources(1);
+  std::uint64_t before = ~std::uint64_t{0};
+  for (const int processes : {1, 4, 16}) {
+    resources.processes = processes;
+    const auto share = available_memory() / static_cast<std::uint64_t>(processes);
+    for (const std::uint64_t memory :
+         {plan_encoding(wide, resources).memory, plan_decoding(wide, resources).memory})
+      EXPECT_LE(memory, share / 2) << processes;
+    EXPECT_LE(plan_encoding(wide, resources).memory, before);
+    before = plan_encoding(wide, resources).memory;
+  }
+  resources.processes = 1 << 30;
+  EXPECT_THROW(plan_encoding(wide, resources), UsageError);
+}
+
 class AvailableMemory : public TemporaryFolder {
  protected:
   void write(const std::string& name, const std::string& text) const {
