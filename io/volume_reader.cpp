@@ -114,7 +114,11 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
     notes_after_header = !file_->peek(1).empty();
     files_.push_back(beside(path, header.data_file));
     require_plain_file(header_name, header.data_file, files_.back());
-    file_ = std::make_unique<FileBytes>(files_.back());
+    try {
+      file_ = std::make_unique<FileBytes>(files_.back());
+    } catch (const WorldError& error) {
+      throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
+    }
   }
   holds_other_bytes_ = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;
   go_to_samples(header);

@@ -208,7 +208,7 @@ TEST_F(VolumeReaderTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
             std::string::npos);
   EXPECT_NE(message_of<WorldError>([&] {
               open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n"));
-            }).find("gone.raw"),
+            }).find("it is the data file that " + path("a.nhdr") + " names"),
             std::string::npos);
   message_of<WorldError>([&] { open_volume(folder_.string(), raw_int16()); });
 }

@@ -61,7 +61,8 @@ def command_line(arguments):
     parser.add_argument("--measure", metavar="VOLUME",
                         help="measure the rates here, on this volume, and write them to the file of --rates")
     parser.add_argument("--max-error", type=int, default=2, metavar="E", help="of the measured runs (2)")
-    parser.add_argument("--tagrid", type=Path, default=HERE.parents[1] / "build/release/tagrid", metavar="PROGRAM")
+    parser.add_argument("--tagrid", type=Path, default=HERE.parents[1] / "build/release/tagrid", metavar="PROGRAM",
+                        help="that is measured (build/release/tagrid of this project)")
     parser.add_argument("--document", type=Path, metavar="FILE", help="put the tables between its marks, too")
     return parser.parse_args(arguments)
 
@@ -69,6 +70,8 @@ def command_line(arguments):
 def main(arguments):
     options = command_line(arguments)
     if options.measure:
+        if not options.tagrid.exists():
+            raise RuntimeError(f"{options.tagrid}: is not there; build it (tools/quickstart.sh), or give --tagrid PROGRAM")
         measured = measure(options.tagrid, options.measure, options.max_error)
         options.rates.write_text(json.dumps(measured, indent=2) + "\n")
     rates = json.loads(options.rates.read_text())
