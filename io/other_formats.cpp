@@ -15,12 +15,13 @@ std::string_view advice_on_format(std::string_view beginning) {
           "7zXZ"sv) ||
       has(0, "BZh"sv))
     return "is compressed; decompress it into a pipe: zcat FILE | tagrid encode - (with --dims and --type, "
-           "if it is no "
-           "NRRD file); the like for zstd, xz and bzip2";
+           "if it is no NRRD file); the like for zstd, xz and bzip2";
   if (has(128, "DICM"sv))
     return "is a DICOM file; make an NRRD volume of its series first, with 3D Slicer or plastimatch, for "
            "example";
-  if (has(344, "n+1"sv) || has(344, "ni1"sv))
+  if (has(344, "ni1"sv))
+    return "is the header of a NIfTI volume; give its .img file with --dims, --type and --endian";
+  if (has(344, "n+1"sv))
     return "is a NIfTI file; its samples can be read with --offset (352, if vox_offset does not say "
            "otherwise), --dims "
            "and --type, or make an NRRD volume of it";

@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <exception>
 #include <filesystem>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,6 +32,16 @@ std::vector<std::string> names_in(const std::string& folder) {
     names.push_back(entry->path().filename().string());
   if (error) throw world_error("cannot look into it", folder, error.value());
   return names;
+}
+
+bool is_unfinished(std::string_view name) {
+  return name.starts_with('.') && name.rfind(".part") + 11 == name.size();
+}
+
+/// Part, record, lock or temporary. Other files in the folder are somebody's.
+bool is_of_run(std::string_view name) {
+  const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
+  return is_part || name == "run" || name == "lock" || is_unfinished(name);
 }
 
 }  // namespace
@@ -57,16 +69,41 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
     forget_temporary(std::exchange(slot_, -1));
     throw world_error("cannot create the folder for the parts of the run", path_, error);
   }
-  if (resumable) lock();
+  if (!resumable) return;
+  require_own();
+  lock();
 }
 
 PartFolder::~PartFolder() {
   // A run that failed before there was anything to go on with leaves nothing. A record that cannot be looked
   // at, on a network file system, is there.
   const auto is_unrecorded = [&] { return access(record().c_str(), F_OK) != 0 && errno == ENOENT; };
-  if (!resumable_ || (lock_ >= 0 && !removed_ && is_unrecorded())) remove_folder(path_.c_str());
+  if (!resumable_) {
+    remove_folder(path_.c_str());
+  } else if (lock_ >= 0 && !removed_ && is_unrecorded()) {
+    try {
+      remove();
+    } catch (const std::exception&) {
+      // What was going wrong before is what is told.
+    }
+  }
   forget_temporary(slot_);
   if (lock_ >= 0) close(lock_);
+}
+
+void PartFolder::require_own() const {
+  const auto status = status_of_name(path_);
+  if (!status || !S_ISDIR(status->st_mode) || status->st_uid != geteuid())
+    throw UsageError(path_ +
+                     ": is to be the folder for the parts of the run, and is something else; move it away");
+  const std::filesystem::path parent = std::filesystem::path(path_).parent_path();
+  const auto beside = status_of(parent.empty() ? "." : parent.string());
+  if (!beside || beside->st_dev != status->st_dev)
+    throw UsageError(path_ + ": is on another file system than the output; unmount it");
+  if (status_of(record())) return;
+  for (const std::string& name : names_in(path_))
+    if (!is_of_run(name))
+      throw UsageError(fmt::format("{}: is no record of a run: it holds {}; move it away", path_, name));
 }
 
 void PartFolder::lock() {
@@ -94,12 +131,16 @@ void PartFolder::lock() {
 
 void PartFolder::remove_unfinished() {
   for (const std::string& name : names_in(path_))
-    if (name.starts_with('.')) unlink_file(fmt::format("{}/{}", path_, name));
+    if (is_unfinished(name)) unlink_file(fmt::format("{}/{}", path_, name));
+}
+
+void PartFolder::remove_parts() {
+  for (const std::string& name : names_in(path_))
+    if (is_of_run(name) && name != "lock" && name != "run") unlink_file(fmt::format("{}/{}", path_, name));
 }
 
 void PartFolder::clear() {
-  for (const std::string& name : names_in(path_))
-    if (name != "lock" && name != "run") unlink_file(fmt::format("{}/{}", path_, name));
+  remove_parts();
   unlink_file(record());
 }
 
@@ -107,7 +148,8 @@ void PartFolder::remove() {
   clear();
   removed_ = true;
   if (resumable_) unlink_file(path_ + "/lock");
-  if (rmdir(path_.c_str()) != 0 && errno != ENOENT) throw world_error("cannot remove", path_, errno);
+  if (rmdir(path_.c_str()) != 0 && errno != ENOENT && errno != ENOTEMPTY && errno != EEXIST)
+    throw world_error("cannot remove", path_, errno);
 }
 
 }  // namespace tagrid

@@ -57,6 +57,7 @@ class RunInParts {
                           memory_besides_parts(reader_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
+    if (!goes_on) check_output(output_, overwrite);
     settle(goes_on ? known_range(options) : options);
     if (goes_on) require_same_run(folder);
     if (goes_on && is_finished()) return complete(folder, before_naming);
@@ -83,8 +84,9 @@ class RunInParts {
  private:
   // From here on there is nothing to go on with.
   static void remove_record(PartFolder& folder) {
-    folder.remove();
+    folder.remove_parts();
     end_signals_with(-1, "");
+    folder.remove();
   }
 
   const CodingParameters& parameters() const { return header_.parameters; }

@@ -108,7 +108,7 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
                                                      mebibytes(*with_spool))
                                        : "";
   const std::string allowed =
-      limit < mebibyte ? fmt::format("{} bytes", limit) : fmt::format("{} MiB", limit / mebibyte);
+      limit < mebibyte ? fmt::format("{} B", limit) : fmt::format("{} MiB", limit / mebibyte);
   throw UsageError(fmt::format("{} needs at least {} MiB of memory, and {} are allowed: give -M {}M{}",
                                volume, mebibytes(needed), allowed, mebibytes(needed), spool));
 }

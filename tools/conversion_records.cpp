@@ -72,6 +72,9 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
     if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
   }
   if (error) throw world_error("cannot read", folder, error.value());
+  for (auto& [output, known] : outputs_)
+    if (const auto last = last_runs_.find(output); last != last_runs_.end())
+      known.failed_since = last->second.failed && last->second.finished >= known.finished;
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -79,6 +82,7 @@ void KnownOutputs::read(const std::string& path) {
   for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
     const ordered_json record = ordered_json::parse(line, nullptr, false);
     try {
+      note_failure(record);
       auto known = known_output(record);
       if (!known) continue;
       known->record = line;
@@ -89,6 +93,14 @@ void KnownOutputs::read(const std::string& path) {
       continue;  // no record
     }
   }
+}
+
+void KnownOutputs::note_failure(const ordered_json& record) {
+  const auto status = record.at("status").get<std::string>();
+  if (status != "failed" && status != "skipped" && status != "ok") return;
+  LastRun& last = last_runs_[record.at("output").get<std::string>()];
+  const auto finished = record.at("finished").get<double>();
+  if (finished >= last.finished) last = {finished, status == "failed"};
 }
 
 const KnownOutput* KnownOutputs::find(const std::string& output) const {

@@ -41,7 +41,9 @@ struct KnownOutput {
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   double finished = 0;  ///< seconds since 1970
-  std::string record;   ///< all of it, as its line
+  /// A later run failed with it, and none since found it as it should be.
+  bool failed_since = false;
+  std::string record;  ///< all of it, as its line
 };
 
 /// The outputs that the records in a folder tell of: of this run's file and of all others there, whatever the
@@ -56,9 +58,15 @@ class KnownOutputs {
   const KnownOutput* find(const std::string& output) const;
 
  private:
+  struct LastRun {
+    double finished = 0;
+    bool failed = false;
+  };
   void read(const std::string& path);
+  void note_failure(const nlohmann::ordered_json& record);
 
   std::map<std::string, KnownOutput> outputs_;
+  std::map<std::string, LastRun> last_runs_;  ///< that encoded, or tried or had no need to
 };
 
 /// A checksum as records have it: 16 hexadecimal digits.

@@ -59,21 +59,22 @@ struct ConvertCommand {
          {"bytes_in", sums.bytes_in},
          {"bytes_out", sums.bytes_out}});
     report.keep();
-    if (options.run.is_watched()) say(summary(sums) + "\n");
+    const char* wrong = remove_verified ? "kept" : "failed";
+    if (options.run.is_watched()) say(summary(sums, wrong) + "\n");
     if (sums.failed > 0)
       throw BrokenInput(
-          fmt::format("{} of {} volumes failed; see {}", sums.failed, sums.files, results.name()));
+          fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
   }
 
-  static std::string summary(const ConversionSums& sums) {
-    std::string text = fmt::format("{} volumes", sums.files);
+  static std::string summary(const ConversionSums& sums, const char* wrong) {
+    std::string text = fmt::format("volumes: {}", sums.files);
     const auto add = [&](std::size_t count, const char* what) {
       if (count > 0) text += fmt::format(", {} {}", count, what);
     };
     add(sums.ok, "encoded");
     add(sums.removed, "removed");
     add(sums.skipped, "skipped");
-    add(sums.failed, "failed");
+    add(sums.failed, wrong);
     if (sums.bytes_out > 0)
       text += fmt::format("; {} -> {}", human_bytes(sums.bytes_in), human_bytes(sums.bytes_out));
     return text;

@@ -31,7 +31,7 @@ struct DecodeCommand {
     const VolumeFormat chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_tag(input, path);
+    if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     RunReport report(run, output.overwrite, "decode", input, path);
 
     const DecodeResult result = decode(path, chosen, [&](const DecodeResult& written) {

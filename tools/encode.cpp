@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <functional>
+
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "io/part_folder.h"
@@ -29,14 +31,19 @@ struct EncodeCommand {
   bool remove = false, resume = false;
 
   void execute() const {
+    if (output.path.empty() && input.ends_with(".tag"))
+      throw UsageError(input +
+                       ": has the name of an encoded volume; to get that: tagrid decode, else give -o FILE");
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(path, "compressed bytes");
     const Encoding asked = encoding.checked();
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_volume(input, asked.source, path);
-    RunReport report(run, output.overwrite, "encode", input, path);
+    if (remove) removed_after = removable_volume(input, asked.source, path, "leave out --rm");
+    // The report of a run that goes on may be there already.
+    const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
+    RunReport report(run, output.overwrite || goes_on, "encode", input, path);
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
 
@@ -73,7 +80,7 @@ struct EncodeCommand {
   }
 
   void warn_of_record(const std::string& path) const {
-    if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path))) return;
+    if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path) + "/run")) return;
     warn(run, fmt::format("{}: is the record of a run that did not end; --resume would go on with it",
                           part_folder_of(path)));
   }

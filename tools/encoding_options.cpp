@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <vector>
 
 #include "io/errors.h"
 #include "pipeline/dims_order.h"
 #include "tools/command_line_error.h"
+#include "tools/report.h"
 #include "tools/suggestion.h"
 #include "tools/vdb_options.h"
 
@@ -133,6 +135,28 @@ Encoding encoding_of(const OptionTexts& texts) {
     throw UsageError(explain(app, error));
   }
   return options.checked();
+}
+
+bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume) {
+  const auto settings = [&](const EncodeOptions& options) {
+    return std::pair(settings_json(parameters_but_scale(options, volume)),
+                     std::tuple(options.range, options.range_from_data, options.field_scale));
+  };
+  const auto source = [](const SourceDescription& given) {
+    const RawDescription raw = given.raw.value_or(RawDescription{});
+    return std::tuple(given.raw.has_value(), raw.dims, raw.type, raw.big_endian.value_or(false), raw.spacing,
+                      raw.offset, given.vdb_grid);
+  };
+  return source(a.source) == source(b.source) && settings(a.options) == settings(b.options);
+}
+
+std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
+  for (const auto& [name, value] : was)
+    if (const auto found = now.find(name); found == now.end() || found->second != value)
+      return fmt::format("{} was {}, now {}", name, value, found == now.end() ? "not given" : found->second);
+  for (const auto& [name, value] : now)
+    if (!was.contains(name)) return fmt::format("{} was not given, now {}", name, value);
+  return "";
 }
 
 void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description) {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/volume_info.h"
+#include "io/volume_reader.h"
 #include "pipeline/encode_options.h"
 #include "tools/shared_options.h"
 
@@ -40,6 +40,11 @@ OptionTexts encoding_options_given(const CLI::App& command);
 /// What such texts mean, read as on the command line. Throws UsageError, also for names that are none of
 /// these options.
 Encoding encoding_of(const OptionTexts& texts);
+
+/// Whether both make the same file of this volume, as far as can be said without reading it.
+bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume);
+/// The first option in which two differ, in words.
+std::string difference_of(const OptionTexts& was, const OptionTexts& now);
 
 /// Says so where the dims of a headerless file are probably in the wrong order.
 void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description);

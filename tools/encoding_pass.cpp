@@ -29,16 +29,6 @@ bool has_bytes(const std::string& path, std::uint64_t bytes) {
   return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
 }
 
-/// The first option that is not what it was, in words.
-std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
-  for (const auto& [name, value] : was)
-    if (const auto found = now.find(name); found == now.end() || found->second != value)
-      return fmt::format("{} was {}, now {}", name, value, found == now.end() ? "not given" : found->second);
-  for (const auto& [name, value] : now)
-    if (!was.contains(name)) return fmt::format("{} was not given, now {}", name, value);
-  return "";
-}
-
 /// Adds what an output is to its record, which says from then on that it is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
               std::uint64_t bytes_out, std::uint64_t input_checksum, std::uint64_t output_checksum,
@@ -72,17 +62,22 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     return;
   }
   look_at({volume.input});  // a pipe would be waited for
-  volume.files = look_at(open_volume(volume.input, volume.asked.source).files());
+  const VolumeReader reader = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(reader.files());
   const bool is_ours =
       known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
-  if (is_there && is_ours && known->state == KnownOutput::State::ok && known->input_files == volume.files) {
-    if (known->options == line.options) {
+  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
+    const bool same_options =
+        known->options == line.options || is_same_encoding(encoding_of(known->options), volume.asked, reader);
+    if (same_options && known->input_files == volume.files) {
       record["status"] = "skipped";
       return;
     }
-    if (!options_.overwrite)
-      throw UsageError(fmt::format("{}: was encoded with other options: {}; give -f to encode it again",
-                                   volume.output, difference_of(known->options, line.options)));
+    if (!same_options && !options_.overwrite)
+      throw UsageError(
+          fmt::format("{}: was encoded with other options: {}; give -f, and a list of those that are to be "
+                      "encoded again",
+                      volume.output, difference_of(known->options, line.options)));
   }
   // A run that was killed between naming an output and recording it, and records that were lost, leave
   // outputs that nobody knows. They are good, or somebody else's.

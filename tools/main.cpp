@@ -87,9 +87,7 @@ void tell_of_mpi(int code) {
   if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
     say("tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi\n");
 }
-#endif
-
-#ifdef TAGRID_MPI
+#else
 /// Rank 0 is the program, and speaks for all; the others do as it says.
 int run_with_mpi(int argc, char** argv) {
   int code = exit_bug;

@@ -68,7 +68,8 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given) {
   FileBytes file(path);
   // A pipe is in no folder that anybody means: <(...) of a shell is one in /dev.
-  const bool in_folder = is_regular_output(path) && !path.starts_with("/dev/");
+  const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
+                         !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
   std::map<std::string, std::size_t> taken;

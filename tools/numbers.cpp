@@ -29,7 +29,8 @@ std::optional<double> finite_number(std::string_view text) {
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {
   int shift = 0;
-  if (text.ends_with("iB")) text.remove_suffix(2);
+  if (text.ends_with("KiB") || text.ends_with("MiB") || text.ends_with("GiB") || text.ends_with("TiB"))
+    text.remove_suffix(2);
   if (text.ends_with('K')) shift = 10;
   if (text.ends_with('M')) shift = 20;
   if (text.ends_with('G')) shift = 30;

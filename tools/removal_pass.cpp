@@ -60,16 +60,25 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
     throw UsageError(
         fmt::format("{}: {} is recorded as made of {}; with --skip-done it is compared and recorded",
                     line.input, line.output, known->input));
-  for (const auto& [name, value] : line.options)
-    if (const auto had = known->options.find(name); had == known->options.end() || had->second != value)
-      throw UsageError(
-          fmt::format("{}: was not encoded with {}={}; the original is kept", line.input, name, value));
+  if (known->failed_since)
+    throw UsageError(line.input +
+                     ": the last run failed with it; it is kept until one with --skip-done does not");
   record.update(ordered_json::parse(known->record));
   record["status"] = "kept";
   std::vector<std::string> files = removable(line, *known);
+  require_same_options(line, *known);
   verify(line, *known, record);
   record["status"] = "removed";
   return files;
+}
+
+void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
+  OptionTexts all = known.options;
+  for (const auto& [name, value] : line.options) all[name] = value;
+  const Encoding was = encoding_of(known.options);
+  if (all != known.options && !is_same_encoding(was, encoding_of(all), open_volume(line.input, was.source)))
+    throw UsageError(fmt::format("{}: was encoded with other options: {}; the original is kept", line.input,
+                                 difference_of(known.options, all)));
 }
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {

@@ -80,10 +80,10 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
             options.memory = byte_count(text);
             if (!options.memory || *options.memory == 0)
               throw UsageError(
-                  fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M or G", text));
+                  fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M, G or T", text));
             give_back_freed_memory(*options.memory);
           },
-          "Take no more memory than this, at any moment; K, M, G: times 1024, 1024^2, 1024^3")
+          "Take no more memory than this, at any moment; K, M, G, T: times 1024, 1024^2 and so on")
       ->option_text("SIZE");
 }
 
@@ -148,7 +148,7 @@ void add_raw_options(CLI::App& command, RawOptions& options) {
       ->group(group);
   command
       .add_option("--offset", options.offset,
-                  "Bytes before the first sample; K, M, G: times 1024, 1024^2, 1024^3")
+                  "Bytes before the first sample; K, M, G, T: times 1024, 1024^2 and so on")
       ->option_text("BYTES")
       ->group(group);
 }
@@ -176,7 +176,7 @@ std::optional<RawDescription> RawOptions::description() const {
     const auto bytes = byte_count(offset);
     if (!bytes)
       throw UsageError(
-          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M or G", offset));
+          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M, G or T", offset));
     raw.offset = *bytes;
   }
   if (!spacing.empty()) {

@@ -116,15 +116,28 @@ TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   EXPECT_EQ(last()["status"], "skipped");
   EXPECT_EQ(last()["error"], "no record says that it was encoded");
   expect_ok(convert({"--max-error", "5", "--cube", "16"}));
-  expect_kept("a.nrrd", "kept", "was not encoded with max-error=2", {"--max-error", "2"});
-  expect_kept("a.nrrd", "kept", "was not encoded with effort=best", {"--effort", "best"});
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 2",
+              {"--max-error", "2"});
+  expect_kept("a.nrrd", "kept", "was encoded with other options: effort was not given, now best",
+              {"--effort", "best"});
   file("list.tsv", "a.nrrd\tmax-error=0\n");
-  expect_kept("a.nrrd", "kept", "was not encoded with max-error=0");
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 0");
   expect_ok(script("mkdir other && cp a.nrrd other && echo other/a.nrrd > list.tsv"));
   expect_kept("other/a.nrrd", "kept", "is recorded as made of");
   // Options that were given are those of the record; others need not be repeated.
   file("list.tsv", "a.nrrd\tmax-error=5\n");
   expect_ok(remove());
+  EXPECT_FALSE(exists("a.nrrd"));
+}
+
+// Whoever asks for other options and is refused does not want the original to go.
+TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
+  volumes(1);
+  expect_ok(convert({"--max-error", "5"}));
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  expect_kept("a.nrrd", "kept", "the last run failed with it");
+  expect_ok(convert({"--skip-done", "--max-error", "5"}));
+  expect_ok(remove({"--max-error", "5.0"}));
   EXPECT_FALSE(exists("a.nrrd"));
 }
 

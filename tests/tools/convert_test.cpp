@@ -157,9 +157,9 @@ TEST_F(Convert, AColumnNamesTheGridOfAnOpenVdbFile) {
 TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
   volumes(3);
   file("b.nrrd", "no volume");
-  EXPECT_EQ(convert({"--skip-done"}).err.find("volumes, "), std::string::npos);
+  EXPECT_EQ(convert({"--skip-done"}).err.find("volumes: "), std::string::npos);
   const std::string text = convert({"--skip-done", "--progress", "plain"}).err;
-  EXPECT_NE(text.find("3 volumes, 2 skipped, 1 failed\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("volumes: 3, 2 skipped, 1 failed\n"), std::string::npos) << text;
   expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), world,
                "nothing was converted to it yet");
 }
@@ -288,6 +288,19 @@ TEST_F(Convert, OtherOptionsReplaceAnOutputOnlyByForce) {
   EXPECT_TRUE(content("out/b.tag") != before);
   expect_ok(convert({"--max-error=4", "--skip-done"}));
   EXPECT_EQ(statuses(2), "a skipped, b skipped");
+}
+
+TEST_F(Convert, OptionsAreComparedByWhatTheyMean) {
+  volumes(2);
+  expect_ok(convert({"--max-error=4"}));
+  expect_ok(convert({"--max-error=4.0", "--accuracy=20", "--cube=32", "--effort=default", "--skip-done"}));
+  EXPECT_EQ(statuses(2), "a skipped, b skipped");
+  // Also where the volume has another time.
+  const std::string before = content("out/a.tag");
+  later("a.nrrd");
+  EXPECT_EQ(convert({"--max-error=9", "--skip-done"}).code, broken_input);
+  EXPECT_EQ(statuses(2), "a failed, b failed");
+  EXPECT_TRUE(content("out/a.tag") == before);
 }
 
 TEST_F(Convert, AFailureDoesNotMakeWorseWhatIsThere) {

@@ -36,7 +36,7 @@ TEST(Numbers, BytesAreCountedInPowersOf1024) {
   EXPECT_EQ(byte_count("2MiB"), 2097152U);
   EXPECT_EQ(byte_count("17179869183G"), std::uint64_t{17179869183} << 30);
   for (const char* text :
-       {"", "K", "-1", "1k", "1KB", "iB", "MB", "1.5G", "17179869184G", "18446744073709551616"})
+       {"", "K", "-1", "1k", "1KB", "iB", "12iB", "MB", "1.5G", "17179869184G", "18446744073709551616"})
     EXPECT_FALSE(byte_count(text)) << text;
 }
 

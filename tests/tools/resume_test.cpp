@@ -42,7 +42,10 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
                    calls[i].path);
       const Ending ending = run(full, std::to_string(i + 1), kind);
       const bool early = ending.signal == signal && calls[i].path.find("new.tag") == std::string::npos;
-      const bool gone = ending.signal == signal && !std::filesystem::exists(path(".new.tag.parts"));
+      // There is nothing to go on with yet, or any more.
+      const bool complete = std::filesystem::exists(path("new.tag")) && parts().empty();
+      const bool gone =
+          ending.signal == signal && (complete || !std::filesystem::exists(path(".new.tag.parts")));
       if (signal == SIGKILL) {
         EXPECT_EQ(ending.signal, SIGKILL) << ending.err;
       } else {
@@ -109,6 +112,50 @@ TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
     expect_error(tagrid(command({"--max-error=3"})), usage, "--max-error was 2, now 3");
     expect_result(tagrid(command()));
   }
+}
+
+// Whatever has the name of the folder of parts and is none stays as it is.
+TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
+  make_volume("23,19,21");
+  const auto expect_untouched = [&](const std::string& kept, std::string_view why) {
+    expect_error(tagrid(command()), usage, why);
+    EXPECT_EQ(content(kept), "precious") << why;
+    EXPECT_FALSE(std::filesystem::exists(path("new.tag")));
+    begin_anew();
+  };
+  expect_ok(script("mkdir other && ln -s other .new.tag.parts && printf precious > other/a"));
+  expect_untouched("other/a", "is something else");
+  file(".new.tag.parts", "precious");
+  expect_untouched(".new.tag.parts", "is something else");
+  expect_ok(script("mkdir .new.tag.parts && printf precious > .new.tag.parts/000001.dcm"));
+  expect_untouched(".new.tag.parts/000001.dcm", "holds 000001.dcm");
+  // Beside a record it stays, and the folder with it.
+  make_record();
+  file(".new.tag.parts/notes", "precious");
+  EXPECT_EQ(tagrid(command()).code, 0);
+  EXPECT_TRUE(content("new.tag") == plain_);
+  EXPECT_EQ(content(".new.tag.parts/notes"), "precious");
+  EXPECT_FALSE(std::filesystem::exists(path(".new.tag.parts/run")));
+}
+
+// The report of a run that was killed before its output had a name is in nobody's way.
+TEST_F(Resume, AReportThatIsThereAlreadyIsReplaced) {
+  make_volume("23,19,21");
+  const Arguments with_report = command({"--json", "report.json"});
+  Ending ending;
+  const std::vector<Call> calls = calls_of({"", with_report}, ending);
+  EXPECT_EQ(ending.code, 0) << ending.err;
+  for (std::size_t i = 0; i < calls.size(); ++i) {
+    if (calls[i].path != path("report.json") || !calls[i].name.starts_with("rename")) continue;
+    begin_anew();
+    EXPECT_EQ(run({"", with_report}, std::to_string(i + 2), "SIGKILL").signal, SIGKILL);
+    EXPECT_TRUE(std::filesystem::exists(path("report.json")));
+    EXPECT_FALSE(std::filesystem::exists(path("new.tag")));
+    EXPECT_EQ(tagrid(with_report).code, 0);
+    EXPECT_TRUE(content("new.tag") == plain_);
+    return;
+  }
+  ADD_FAILURE() << "no report was named";
 }
 
 TEST_F(Resume, PartsThatAreCompleteAreNotMadeAgain) {

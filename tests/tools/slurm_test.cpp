@@ -11,7 +11,7 @@ class Slurm : public Conversions<CommandLine> {
  protected:
   static void expect_done(const Ending& ending) {
     EXPECT_EQ(ending.code, 0) << ending.err;
-    EXPECT_NE(ending.err.find(" volumes, "), ending.err.npos) << "a log says what was done: " << ending.err;
+    EXPECT_NE(ending.err.find("volumes: "), ending.err.npos) << "a log says what was done: " << ending.err;
   }
   Slurm() {
     std::filesystem::create_directory(path("bin"));
