@@ -131,10 +131,12 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   expect_untouched(".new.tag.parts/000001.dcm", "holds 000001.dcm");
   // Beside a record it stays, and the folder with it.
   make_record();
-  file(".new.tag.parts/notes", "precious");
+  for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
+    file(".new.tag.parts/" + name, "precious");
   EXPECT_EQ(tagrid(command()).code, 0);
   EXPECT_TRUE(content("new.tag") == plain_);
-  EXPECT_EQ(content(".new.tag.parts/notes"), "precious");
+  for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
+    EXPECT_EQ(content(".new.tag.parts/" + name), "precious");
   EXPECT_FALSE(std::filesystem::exists(path(".new.tag.parts/run")));
 }
 
