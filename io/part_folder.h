@@ -11,9 +11,8 @@ class PartFolder {
  public:
   /// With `resumable` the folder of that name, new or as an earlier run left it, and locked until the end of
   /// this process. UsageError where another process has it, and where what has the name is not a folder of a
-  /// run: a link, on another file system, or with other files in it and no record. Else a
-  /// new one with a name of its own, which goes with its parts in the destructor, and when a signal ends the
-  /// process.
+  /// run: a link, on another file system, or with other files in it and no record. Else a new one with a name
+  /// of its own, which goes with its parts in the destructor, and when a signal ends the process.
   PartFolder(const std::string& output, bool resumable);
   ~PartFolder();
   PartFolder(const PartFolder&) = delete;

@@ -53,8 +53,7 @@ std::string why_no_volume(FileBytes& file) {
   const std::string_view advice = advice_on_format(file.peek(other_formats_peek));
   if (!advice.empty()) return std::string(advice);
   return "not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
-         "with "
-         "--dims and --type";
+         "with --dims and --type";
 }
 
 std::string beside(const std::string& header_path, const std::string& data_file) {

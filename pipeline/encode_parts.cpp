@@ -59,14 +59,15 @@ class RunInParts {
     const bool goes_on = parts_.resume && read_earlier_record(folder);
     if (!goes_on) check_output(output_, overwrite);
     settle(goes_on ? known_range(options) : options);
-    if (goes_on) require_same_run(folder);
-    if (goes_on && is_finished()) return complete(folder, before_naming);
-    check_output(output_, overwrite);
-    record_bytes_ = serialize_record(record_);
-    if (goes_on)
+    if (goes_on) {
+      require_same_run(folder);
+      if (is_finished()) return complete(folder, before_naming);
+      check_output(output_, overwrite);
       folder.remove_unfinished();
-    else if (parts_.resume)
+    } else if (parts_.resume) {
       folder.clear();
+    }
+    record_bytes_ = serialize_record(record_);
     write_file(folder.record(), record_bytes_);
     const PartOrder order{input_,        source_,          folder.path(),
                           record_bytes_, parts_.resources, code_after_signal()};

@@ -46,7 +46,6 @@ class PointModel {
 
  private:
   static constexpr std::size_t contexts = 24;
-  static constexpr std::int64_t limit = std::int64_t{1} << 34;  // beyond any sample and any residual
 
   bool exhausted() const {
     if constexpr (Coder::encoding)

@@ -22,9 +22,8 @@ constexpr Sum rounded_quotient(Sum a, Sum b) {
 /// Calls corner(at, before) for every corner of the root cubes of active.box(), in raster order: its offset
 /// in the box, and that of the corner before it along x, else y, else z; -1 for the first. Then point(p,
 /// unit, axes) for every other active point: level by level, and in a level by `axes`, the axes (bits, x
-/// lowest) on which it is an odd multiple of `unit`. `more` is
-/// asked after every row: where it says no, so does this function, at once. REQUIRES: the box consists of
-/// whole root cubes.
+/// lowest) on which it is an odd multiple of `unit`. `more` is asked after every row: where it says no, so
+/// does this function, at once. REQUIRES: the box consists of whole root cubes.
 template <class Corner, class Point, class More>
 bool for_points_coarse_to_fine(const LatticeBits& active, std::int64_t cube_size, Corner corner, Point point,
                                More more) {
