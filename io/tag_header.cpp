@@ -24,12 +24,8 @@ bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 }  // namespace
 
 Status check_parameters(const CodingParameters& p) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (p.dims[axis] < 1 || p.dims[axis] > (std::int64_t{1} << 31))
-      return Status::broken("a size of the volume is not in 1 .. 2^31");
-  constexpr std::int64_t most = std::int64_t{1} << 60;
-  if (p.dims.x > most / p.dims.y || p.dims.x * p.dims.y > most / p.dims.z)
-    return Status::broken("the volume has too many samples");
+  if (!is_volume_size(p.dims))
+    return Status::broken("a size of the volume is not in 1 .. 2^31, or it has more than 2^58 samples");
   if (!is_sample_type(p.type)) return Status::broken("the sample type is not known to this version");
   if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is not known");
   if (p.effort > Effort::best) return Status::broken("the effort is not known");

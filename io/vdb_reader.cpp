@@ -8,6 +8,7 @@
 #include <limits>
 #include <variant>
 
+#include "grid/coding_parameters.h"
 #include "io/errors.h"
 #include "io/nrrd_line.h"
 #include "io/vdb_format.h"
@@ -16,9 +17,6 @@
 
 namespace tagrid {
 namespace {
-
-constexpr std::int64_t largest_dim = std::int64_t{1} << 31;
-constexpr std::uint64_t most_samples = std::uint64_t{1} << 60;
 
 /// Whether `value` is a number of type To, and then what it is there.
 template <class To, class From>
@@ -47,12 +45,10 @@ Box box_of(const VdbBytes& bytes, const VdbGridHead& head, const Index3& low,
   }
   if (!box) throw BrokenInput(bytes.name() + ": OpenVDB file: the grid has no active voxel");
   const Index3 dims = box->size();
-  const auto bytes_of_samples = sample_bytes(dims, SampleType::float64);
-  if (!bytes_of_samples || dims.x > largest_dim || dims.y > largest_dim || dims.z > largest_dim ||
-      *bytes_of_samples / 8 > most_samples)
+  if (!is_volume_size(dims))
     throw BrokenInput(
         fmt::format("{}: OpenVDB file: its active voxels lie in a box of {} x {} x {}; sizes of up to 2^31, "
-                    "and 2^60 voxels in all, can be read",
+                    "and 2^58 voxels in all, can be read",
                     bytes.name(), dims.x, dims.y, dims.z));
   return *box;
 }

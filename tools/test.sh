@@ -18,5 +18,5 @@ if [ "${1:-}" = --long ]; then
   tools/stream_test.sh
   tools/fuzz.sh --long 1
 else
-  tools/fuzz.sh --seconds 15
+  tools/fuzz.sh
 fi

@@ -26,6 +26,16 @@ inline std::string_view name_of(Effort effort) { return effort_names[static_cast
 
 inline constexpr int max_accuracy = 1'000'000;
 
+/// Whether a volume may have these sizes: 1 .. 2^31, and up to 2^58 samples, so that counts of their bytes
+/// fit whatever the type.
+constexpr bool is_volume_size(const Index3& dims) {
+  constexpr std::int64_t largest = std::int64_t{1} << 31;
+  constexpr std::int64_t most = std::int64_t{1} << 58;
+  for (int axis = 0; axis < 3; ++axis)
+    if (dims[axis] < 1 || dims[axis] > largest) return false;
+  return dims.x * dims.y <= most / dims.z;
+}
+
 struct CodingParameters {
   Index3 dims;
   SampleType type = SampleType::uint8;

@@ -37,9 +37,10 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
   std::vector<std::string> expect_whole_files() const {
     const Files now = files();
     std::vector<std::string> temporaries;
-    for (const auto& [name, bytes] : now) {
+    for (const auto& file : now) {
+      const std::string& name = file.first;
       const auto holds = [&](const Files& expected) {
-        return expected.contains(name) && expected.at(name) == bytes;
+        return expected.contains(name) && expected.at(name) == file.second;
       };
       if (is_temporary(name))
         temporaries.push_back(name);
