@@ -92,14 +92,11 @@ OutputFile::~OutputFile() {
   if (descriptor_ >= 0 && descriptor_ != STDOUT_FILENO) close(descriptor_);
 }
 
-/// A name for a hidden file. It is longer than the name of the target, which may be as long as names can be.
 std::string OutputFile::new_name() const {
   const std::filesystem::path target(path_);
-  std::string hidden_name = ".";
-  hidden_name.append(target.filename().string(), 0, 240).append(".part").append(random_suffix());
   const std::filesystem::path folder =
       options_.temporaries.empty() ? target.parent_path() : std::filesystem::path(options_.temporaries);
-  return (folder / hidden_name).string();
+  return (folder / temporary_name(target.filename().string())).string();
 }
 
 void OutputFile::create_temporary() {

@@ -34,18 +34,10 @@ std::vector<std::string> names_in(const std::string& folder) {
   return names;
 }
 
-/// As OutputFile calls its temporaries.
-bool is_unfinished(std::string_view name) {
-  constexpr std::string_view mark = ".part";
-  constexpr std::size_t suffix = 6;
-  return name.starts_with('.') && name.size() > mark.size() + suffix &&
-         name.substr(name.size() - suffix - mark.size(), mark.size()) == mark;
-}
-
 /// Part, record, lock or temporary. Other files in the folder are somebody's.
 bool is_of_run(std::string_view name) {
   const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
-  return is_part || name == "run" || name == "lock" || is_unfinished(name);
+  return is_part || name == "run" || name == "lock" || is_temporary_name(name);
 }
 
 }  // namespace
@@ -136,7 +128,7 @@ void PartFolder::lock() {
 
 void PartFolder::remove_unfinished() {
   for (const std::string& name : names_in(path_))
-    if (is_unfinished(name)) unlink_file(fmt::format("{}/{}", path_, name));
+    if (is_temporary_name(name)) unlink_file(fmt::format("{}/{}", path_, name));
 }
 
 void PartFolder::remove_parts() {

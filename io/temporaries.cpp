@@ -13,10 +13,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <string_view>
 
 namespace tagrid {
 namespace {
+
+constexpr std::string_view temporary_mark = ".part";
+constexpr std::size_t suffix_size = 6;
 
 constexpr int slot_count = 64;
 enum SlotState : int { slot_free, slot_filling, slot_used };
@@ -76,12 +78,23 @@ void forget_temporary(int slot) {
 
 std::string random_suffix() {
   constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz012345";
-  std::array<unsigned char, 6> random = {};
+  std::array<unsigned char, suffix_size> random = {};
   if (getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
     for (auto& byte : random) byte = static_cast<unsigned char>(std::rand());
   std::string suffix;
   for (unsigned char byte : random) suffix += letters[byte % letters.size()];
   return suffix;
+}
+
+std::string temporary_name(const std::string& name) {
+  // It is longer than `name`, which may be as long as names can be.
+  return "." + name.substr(0, 240).append(temporary_mark).append(random_suffix());
+}
+
+bool is_temporary_name(std::string_view name) {
+  constexpr std::size_t end_size = temporary_mark.size() + suffix_size;
+  return name.starts_with('.') && name.size() > end_size &&
+         name.substr(name.size() - end_size, temporary_mark.size()) == temporary_mark;
 }
 
 void unlink_temporaries() noexcept {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace tagrid {
 
@@ -15,6 +16,10 @@ int register_temporary_folder(const std::string& path);
 
 /// Six letters that make a name another one.
 std::string random_suffix();
+/// A new hidden name, `.NAME.part` and a suffix, for a file that will be called `name`.
+std::string temporary_name(const std::string& name);
+/// Whether it is such a name.
+bool is_temporary_name(std::string_view name);
 
 /// Removes every temporary that is registered, and gives older files their names back. Async-signal-safe: for
 /// a signal handler that ends the program.

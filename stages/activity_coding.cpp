@@ -50,7 +50,8 @@ class ActivityModel {
     const std::int64_t u = pass.unit;
     for (std::int64_t z = box_.low.z + (pass.odd[2] ? u : 0); z <= box_.high.z; z += 2 * u)
       for (std::int64_t y = box_.low.y + (pass.odd[1] ? u : 0); y <= box_.high.y; y += 2 * u)
-        if (!exhausted()) code_row(y, z, surroundings, known);
+        // Broken bytes can end long before the points do.
+        if (!coder_.exhausted()) code_row(y, z, surroundings, known);
     return found_;
   }
 
@@ -65,14 +66,6 @@ class ActivityModel {
         active_.set(p);
         ++found_;
       }
-  }
-
-  // Broken bytes can end long before the points do.
-  bool exhausted() const {
-    if constexpr (Coder::encoding)
-      return false;
-    else
-      return coder_.exhausted();
   }
 
   bool code_point(Index3 p, const Surroundings& surroundings, bool bit) {

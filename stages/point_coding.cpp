@@ -41,18 +41,11 @@ class PointModel {
         },
         [&](Index3 p, std::int64_t unit, unsigned axes) { code_point(p, unit, axes); },
         // Looked at once a row: what follows the end of the bytes is not worth decoding.
-        [&] { return !exhausted(); });
+        [&] { return !coder_.exhausted(); });
   }
 
  private:
   static constexpr std::size_t contexts = 24;
-
-  bool exhausted() const {
-    if constexpr (Coder::encoding)
-      return false;
-    else
-      return coder_.exhausted();
-  }
 
   void code_point(Index3 p, std::int64_t unit, unsigned axes) {
     const auto guess = predict_from_diamond<std::int64_t>(

@@ -58,6 +58,9 @@ class RansEncoder {
     return value;
   }
 
+  /// As RansDecoder::exhausted(), for code that is the same for both.
+  static constexpr bool exhausted() { return false; }
+
   void finish();
 
  private:

@@ -83,8 +83,7 @@ class VoxelPass {
         }
         window_.end_row();
         for (std::int64_t x = 0; x < size.x; ++x) result[x] = Held<T>::to(window_.row()[x]);
-        if constexpr (!Coder::encoding)
-          if (coder_.exhausted()) return false;
+        if (coder_.exhausted()) return false;
       }
     }
     return true;

@@ -83,12 +83,7 @@ class WidePointModel {
         active_, cube_size_,
         [&](std::int64_t at, std::int64_t before) { code(at, before < 0 ? 0 : number(before), 0, 0); },
         [&](Index3 p, std::int64_t unit, unsigned axes) { code_point(p, unit, axes); },
-        [&] {
-          if constexpr (Coder::encoding)
-            return true;
-          else
-            return !coder_.exhausted();
-        });
+        [&] { return !coder_.exhausted(); });
   }
 
  private:

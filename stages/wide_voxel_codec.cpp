@@ -67,8 +67,7 @@ class WidePass {
           }
         }
         window_.end_row();
-        if constexpr (!Coder::encoding)
-          if (coder_.exhausted()) return false;
+        if (coder_.exhausted()) return false;
       }
       window_.end_slice();
     }
