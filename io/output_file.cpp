@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "io/abandoned_files.h"
 #include "io/errors.h"
 #include "io/system_call.h"
 #include "io/temporaries.h"
@@ -90,6 +91,7 @@ OutputFile::~OutputFile() {
   if (!temporary_.empty()) unlink(temporary_.c_str());
   forget_temporary(slot_);
   if (descriptor_ >= 0 && descriptor_ != STDOUT_FILENO) close(descriptor_);
+  if (older_descriptor_ >= 0) close(older_descriptor_);
 }
 
 std::string OutputFile::new_name() const {
@@ -110,15 +112,16 @@ void OutputFile::create_temporary() {
     const mode_t mode = options_.like ? 0600 : 0666;
     descriptor_ =
         uninterrupted([&] { return open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode); });
-    if (descriptor_ >= 0) {
+    const int error = errno;
+    if (descriptor_ >= 0 && hold_temporary(descriptor_)) {
       temporary_ = candidate;
       if (options_.like && !options_.others_write) set_permissions(descriptor_, *options_.like);
       return;
     }
-    const int error = errno;
-    forget_temporary(slot_);
-    slot_ = -1;
-    if (error != EEXIST) throw world_error("cannot create", name_, error);
+    forget_temporary(std::exchange(slot_, -1));
+    const bool was_taken = descriptor_ >= 0;
+    if (was_taken) close(std::exchange(descriptor_, -1));
+    if (!was_taken && error != EEXIST) throw world_error("cannot create", name_, error);
   }
   throw world_error("cannot create", name_, EEXIST);
 }
@@ -169,6 +172,8 @@ void OutputFile::close_descriptor() {
 /// cannot do that; then the older file is gone once the new one has its name.
 void OutputFile::set_older_aside() {
   const std::string candidate = new_name();
+  older_descriptor_ = uninterrupted([&] { return open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC); });
+  if (older_descriptor_ >= 0) hold_for_reading(older_descriptor_);
   older_slot_ = register_temporary(candidate, path_);
   if (link(path_.c_str(), candidate.c_str()) == 0) {
     older_ = candidate;

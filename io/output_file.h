@@ -77,6 +77,7 @@ class OutputFile {
   int slot_ = -1;          ///< Where `temporary_` is registered, or the name while it may be taken back.
   int older_slot_ = -1;    ///< Where `older_` is registered.
   int descriptor_ = -1;
+  int older_descriptor_ = -1;
   bool overwrite_ = false;
   bool synced_ = false;
   bool published_ = false;  ///< Has its name, and may lose it again.

@@ -37,7 +37,7 @@ std::vector<std::string> names_in(const std::string& folder) {
 /// Part, record, lock or temporary. Other files in the folder are somebody's.
 bool is_of_run(std::string_view name) {
   const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
-  return is_part || name == "run" || name == "lock" || is_temporary_name(name);
+  return is_part || name == "run" || name == "lock" || target_of_temporary(name).has_value();
 }
 
 }  // namespace
@@ -128,7 +128,7 @@ void PartFolder::lock() {
 
 void PartFolder::remove_unfinished() {
   for (const std::string& name : names_in(path_))
-    if (is_temporary_name(name)) unlink_file(fmt::format("{}/{}", path_, name));
+    if (target_of_temporary(name)) unlink_file(fmt::format("{}/{}", path_, name));
 }
 
 void PartFolder::remove_parts() {

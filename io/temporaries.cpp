@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/random.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -86,15 +87,17 @@ std::string random_suffix() {
   return suffix;
 }
 
+std::string name_in_temporary_names(const std::string& name) { return name.substr(0, 240); }
+
 std::string temporary_name(const std::string& name) {
-  // It is longer than `name`, which may be as long as names can be.
-  return "." + name.substr(0, 240).append(temporary_mark).append(random_suffix());
+  return fmt::format(".{}{}{}", name_in_temporary_names(name), temporary_mark, random_suffix());
 }
 
-bool is_temporary_name(std::string_view name) {
+std::optional<std::string_view> target_of_temporary(std::string_view name) {
   constexpr std::size_t end_size = temporary_mark.size() + suffix_size;
-  return name.starts_with('.') && name.size() > end_size &&
-         name.substr(name.size() - end_size, temporary_mark.size()) == temporary_mark;
+  if (!name.starts_with('.') || name.size() <= 1 + end_size) return std::nullopt;
+  if (name.substr(name.size() - end_size, temporary_mark.size()) != temporary_mark) return std::nullopt;
+  return name.substr(1, name.size() - end_size - 1);
 }
 
 void unlink_temporaries() noexcept {

@@ -1,6 +1,7 @@
 // The names of the temporary files that exist, for a signal handler that ends the program.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -18,8 +19,10 @@ int register_temporary_folder(const std::string& path);
 std::string random_suffix();
 /// A new hidden name, `.NAME.part` and a suffix, for a file that will be called `name`.
 std::string temporary_name(const std::string& name);
-/// Whether it is such a name.
-bool is_temporary_name(std::string_view name);
+/// NAME in such names: the beginning of `name`, which may be as long as names can be.
+std::string name_in_temporary_names(const std::string& name);
+/// NAME of such a name; nothing of any other.
+std::optional<std::string_view> target_of_temporary(std::string_view name);
 
 /// Removes every temporary that is registered, and gives older files their names back. Async-signal-safe: for
 /// a signal handler that ends the program.

@@ -46,6 +46,7 @@ struct ConvertCommand {
       throw WorldError(options.output_dir + ": is no folder: nothing was converted to it yet");
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
+    if (!remove_verified) remove_abandoned_of(own);
     const ConversionSums sums = remove_verified ? remove_originals(own, lines, options, results)
                                                 : encode_lines(ranks(), own, options, results);
     report.write_json(
@@ -82,6 +83,15 @@ struct ConvertCommand {
 
   std::string results_name(const Shard& part) const {
     return shard.empty() ? "results.jsonl" : fmt::format("results-{}-of-{}.jsonl", part.index, part.count);
+  }
+
+  void remove_abandoned_of(const std::vector<ManifestLine>& lines) const {
+    std::vector<std::string> inputs, outputs;
+    for (const ManifestLine& line : lines) {
+      inputs.push_back(line.input);
+      outputs.push_back(options.output_dir + "/" + line.output);
+    }
+    remove_abandoned(options.run, inputs, outputs);
   }
 
   void make_output_dir() const {

@@ -41,6 +41,7 @@ struct EncodeCommand {
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_volume(input, asked.source, path, "leave out --rm");
+    remove_abandoned(run, {input}, {path});
     // The report of a run that goes on may be there already.
     const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
     RunReport report(run, output.overwrite || goes_on, "encode", input, path);

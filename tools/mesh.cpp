@@ -24,6 +24,7 @@ struct MeshCommand {
     refuse_terminal_input(input);
     refuse_terminal(path, "meshes");
     options.overwrite = output.overwrite;
+    remove_abandoned(run, {input}, {path});
     RunReport report(run, output.overwrite, "mesh", input, path);
     const MeshResult result = mesh(path, [&](const MeshResult& written) {
       const CodingParameters& parameters = written.header.parameters;

@@ -8,8 +8,10 @@
 #include <charconv>
 #include <filesystem>
 
+#include "io/abandoned_files.h"
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/temporaries.h"
 #include "pipeline/ranks.h"
 #include "pipeline/run.h"
 
@@ -202,6 +204,19 @@ void refuse_terminal_input(const std::string& input) {
 
 void warn(const RunOptions& options, const std::string& message) {
   if (!options.quiet) say(fmt::format("tagrid: warning: {}\n", message));
+}
+
+void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
+                      std::vector<std::string> outputs) {
+  const auto is_temporary = [](const std::string& path) {
+    return target_of_temporary(std::filesystem::path(path).filename().string()).has_value();
+  };
+  if (std::ranges::any_of(inputs, is_temporary)) return;
+  if (!options.json.empty()) outputs.push_back(options.json);
+  const std::size_t removed = remove_abandoned_files(outputs);
+  if (removed > 0 && options.is_watched())
+    say(fmt::format("tagrid: removed {} that a killed run left beside the output\n",
+                    removed == 1 ? "a temporary file" : fmt::format("{} temporary files", removed)));
 }
 
 std::string output_beside(const std::string& input, const std::string& ending) {

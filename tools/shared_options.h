@@ -128,6 +128,11 @@ void refuse_terminal_input(const std::string& input);
 /// A line on the standard error about what may be wrong.
 void warn(const RunOptions& options, const std::string& message);
 
+/// Removes what killed runs left beside the outputs and the report, where that may take as much room as they
+/// will. Nothing where an input has such a name itself.
+void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
+                      std::vector<std::string> outputs);
+
 /// `input` without its ending, with `ending`; "-" for "-".
 std::string output_beside(const std::string& input, const std::string& ending);
 

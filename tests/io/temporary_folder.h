@@ -42,9 +42,10 @@ class TemporaryFolder : public ::testing::Test {
   }
 
   /// The names in the folder, sorted.
-  std::vector<std::string> names() const {
+  std::vector<std::string> names() const { return names_in(""); }
+  std::vector<std::string> names_in(std::string_view folder) const {
     std::vector<std::string> result;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_))
+    for (const auto& entry : std::filesystem::directory_iterator(path(folder)))
       result.push_back(entry.path().filename().string());
     std::sort(result.begin(), result.end());
     return result;

@@ -108,7 +108,7 @@ TEST_P(ConvertFault, WhileEncodingLosesNothing) {
           if (record["status"] == "ok") good.insert(record["output"].get<std::string>());
         EXPECT_EQ(good, (std::set<std::string>{"a.tag", "b.tag"}));
         for (const std::string name : originals_) EXPECT_TRUE(exists(name)) << name;
-        EXPECT_TRUE(exists("out/a.tag") && exists("out/b.tag"));
+        EXPECT_EQ(names_in("out"), (std::vector<std::string>{"a.tag", "b.tag", "results.jsonl"}));
       });
 }
 
