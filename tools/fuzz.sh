@@ -28,24 +28,29 @@ build=$PWD/build/fuzz
 "$build/tests/make_fuzz_seeds" tests/golden "$build/seeds"
 mkdir -p "$build/findings" "$build/logs"
 
+same_addresses=()
+if setarch -R true 2>/dev/null; then same_addresses=(setarch -R); fi
 # Where the inputs are the same every time: how many.
 declare -A runs=([header]=500000 [brick]=12000 [index]=250000 [nrrd]=150000 [vdb]=30000 [record]=1200000 [part]=300000 [numbers]=2000000 [file]=12000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
 declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [vdb]=4096 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
 
 fuzz() {
-  local target=$1 effort corpus
+  local target=$1 corpus run effort
   if [ -n "$seconds" ]; then
-    effort=(-max_total_time="$seconds")
     corpus=$build/corpus/$target
+    run=()
+    effort=(-max_total_time="$seconds")
   else
-    effort=(-seed=1 -runs="${runs[$target]}")
     corpus=$build/first_corpus/$target
     rm -rf "$corpus"
+    # The fuzzer's choices follow addresses, too, and what it finds in its corpus now and then.
+    run=("${same_addresses[@]}")
+    effort=(-seed=1 -reload=0 -runs="${runs[$target]}")
   fi
   mkdir -p "$corpus" "tests/regressions/$target"
   # Findings of the corpus, of the seeds and of earlier troubles come first. Leaks are looked for as well.
-  "$build/tests/fuzz_$target" "${effort[@]}" -max_len="${longest[$target]}" -timeout=10 \
+  "${run[@]}" "$build/tests/fuzz_$target" "${effort[@]}" -max_len="${longest[$target]}" -timeout=10 \
     -rss_limit_mb=1024 -malloc_limit_mb=256 -print_final_stats=1 -artifact_prefix="$build/findings/$target-" \
     "$corpus" "$build/seeds/$target" "tests/regressions/$target" >"$build/logs/$target" 2>&1
 }
