@@ -1,10 +1,14 @@
 #include "io/abandoned_files.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <filesystem>
 #include <map>
@@ -19,38 +23,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool lock(int descriptor, int how) {
-  return uninterrupted([&] { return flock(descriptor, how | LOCK_NB); }) == 0;
+bool lock(int descriptor) {
+  return uninterrupted([&] { return flock(descriptor, LOCK_EX | LOCK_NB); }) == 0;
 }
 
-/// Some file systems lock only what is open for writing, and some files may only be read.
-int open_to_lock(const std::string& path) {
-  constexpr int flags = O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
-  const int descriptor = uninterrupted([&] { return open(path.c_str(), O_RDWR | flags); });
-  if (descriptor >= 0 || errno != EACCES) return descriptor;
-  return uninterrupted([&] { return open(path.c_str(), O_RDONLY | flags); });
+bool is_regular(int descriptor) {
+  struct stat status = {};
+  return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
 }
 
 bool remove_if_abandoned(const std::string& path) {
-  const int descriptor = open_to_lock(path);
+  const int descriptor =
+      uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
   if (descriptor < 0) return false;
-  struct stat status = {};
   // Removed while it is held: who is about to hold it sees that it is gone.
-  const bool removed = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
-                       lock(descriptor, LOCK_EX) && unlink(path.c_str()) == 0;
+  const bool removed =
+      is_local(descriptor) && is_regular(descriptor) && lock(descriptor) && unlink(path.c_str()) == 0;
   close(descriptor);
   return removed;
 }
 
 }  // namespace
 
+bool is_local(int descriptor) {
+  constexpr std::uint32_t zfs = 0x2FC12FC1;
+  constexpr std::array<std::uint32_t, 7> local = {
+      EXT4_SUPER_MAGIC, XFS_SUPER_MAGIC,       BTRFS_SUPER_MAGIC, F2FS_SUPER_MAGIC, zfs,
+      TMPFS_MAGIC,      OVERLAYFS_SUPER_MAGIC,
+  };
+  struct statfs status = {};
+  return fstatfs(descriptor, &status) == 0 &&
+         std::ranges::count(local, static_cast<std::uint32_t>(status.f_type)) > 0;
+}
+
 bool hold_temporary(int descriptor) {
-  if (!lock(descriptor, LOCK_EX) && errno == EWOULDBLOCK) return false;
+  if (!is_local(descriptor)) return true;
+  if (!lock(descriptor) && errno == EWOULDBLOCK) return false;
   struct stat status = {};
   return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
 }
-
-void hold_for_reading(int descriptor) { lock(descriptor, LOCK_SH); }
 
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs) {
   std::map<fs::path, std::set<std::string>> names;

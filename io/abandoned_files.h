@@ -1,4 +1,5 @@
-// What killed runs leave beside their outputs: files that no running process holds any more.
+// What killed runs leave beside their outputs: temporaries that no running process holds any more. Only of
+// local file systems: on those of a network a lock may be seen by one machine only, or forbid reading.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +8,15 @@
 
 namespace tagrid {
 
-/// Holds a temporary file, open for writing, until its descriptor is closed. False where somebody else
-/// removes it at this moment: another file has to be made. On a file system without locks nothing is held,
-/// and nothing is ever removed.
+/// Whether an open file, or folder, is on a local file system.
+bool is_local(int descriptor);
+
+/// Holds a new temporary until its descriptor is closed. False where it was taken for an abandoned one at
+/// this moment, and removed: another one has to be made.
 bool hold_temporary(int descriptor);
 
-/// Holds a file that is open for reading alike, as far as that is possible.
-void hold_for_reading(int descriptor);
-
-/// Removes the temporaries (see temporary_name()) beside each of `outputs` that would have become that
-/// output, or were kept of the one before, and that no process holds. Looks at each folder once. Returns how
-/// many; what cannot be removed is left.
+/// Removes the files of temporary_name() beside each of `outputs` that would have become that output, and
+/// that no process holds. Looks at each folder once. Returns how many; what cannot be removed is left.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
 
 }  // namespace tagrid

@@ -24,6 +24,8 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
+std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
 /// Writes straight to what is not a regular file, such as /dev/null or a named pipe.
 bool is_special(const std::string& path) {
   const auto status = status_of(path);
@@ -91,21 +93,20 @@ OutputFile::~OutputFile() {
   if (!temporary_.empty()) unlink(temporary_.c_str());
   forget_temporary(slot_);
   if (descriptor_ >= 0 && descriptor_ != STDOUT_FILENO) close(descriptor_);
-  if (older_descriptor_ >= 0) close(older_descriptor_);
 }
 
-std::string OutputFile::new_name() const {
-  const std::filesystem::path target(path_);
-  const std::filesystem::path folder =
-      options_.temporaries.empty() ? target.parent_path() : std::filesystem::path(options_.temporaries);
-  return (folder / temporary_name(target.filename().string())).string();
+std::string OutputFile::hidden_path(const std::string& name) const {
+  const std::filesystem::path folder = options_.temporaries.empty()
+                                           ? std::filesystem::path(path_).parent_path()
+                                           : std::filesystem::path(options_.temporaries);
+  return (folder / name).string();
 }
 
 void OutputFile::create_temporary() {
-  if (std::filesystem::path(path_).filename().empty())
-    throw UsageError(path_ + ": is not the name of a file");
+  const std::string target = file_name_of(path_);
+  if (target.empty()) throw UsageError(path_ + ": is not the name of a file");
   for (int attempt = 0; attempt < 100; ++attempt) {
-    const std::string candidate = new_name();
+    const std::string candidate = hidden_path(temporary_name(target));
     // Registered first: a signal in between must not leave it. The mode is that of any new file, or nobody
     // else's until it is that of another one.
     slot_ = register_temporary(candidate);
@@ -171,9 +172,7 @@ void OutputFile::close_descriptor() {
 /// Keeps the file that has the name under another one, until nothing can fail any more. Some file systems
 /// cannot do that; then the older file is gone once the new one has its name.
 void OutputFile::set_older_aside() {
-  const std::string candidate = new_name();
-  older_descriptor_ = uninterrupted([&] { return open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC); });
-  if (older_descriptor_ >= 0) hold_for_reading(older_descriptor_);
+  const std::string candidate = hidden_path(older_name(file_name_of(path_)));
   older_slot_ = register_temporary(candidate, path_);
   if (link(path_.c_str(), candidate.c_str()) == 0) {
     older_ = candidate;

@@ -64,7 +64,7 @@ class OutputFile {
 
  private:
   void create_temporary();
-  std::string new_name() const;
+  std::string hidden_path(const std::string& name) const;
   void close_descriptor();
   void set_older_aside();
   void give_name();
@@ -77,7 +77,6 @@ class OutputFile {
   int slot_ = -1;          ///< Where `temporary_` is registered, or the name while it may be taken back.
   int older_slot_ = -1;    ///< Where `older_` is registered.
   int descriptor_ = -1;
-  int older_descriptor_ = -1;
   bool overwrite_ = false;
   bool synced_ = false;
   bool published_ = false;  ///< Has its name, and may lose it again.

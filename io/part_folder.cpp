@@ -34,19 +34,21 @@ std::vector<std::string> names_in(const std::string& folder) {
   return names;
 }
 
+/// A file that was not completed, or the one that had its name before.
+bool is_unfinished(std::string_view name) { return target_of_temporary(name) || target_of_older(name); }
+
 /// Part, record, lock or temporary. Other files in the folder are somebody's.
 bool is_of_run(std::string_view name) {
   const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
-  return is_part || name == "run" || name == "lock" || target_of_temporary(name).has_value();
+  return is_part || name == "run" || name == "lock" || is_unfinished(name);
 }
 
 }  // namespace
 
 std::string part_folder_of(const std::string& output) {
   const std::filesystem::path target(output);
-  std::string name = ".";
-  name.append(target.filename().string(), 0, 240).append(".parts");
-  return (target.parent_path() / name).string();
+  const std::string name = name_in_temporary_names(target.filename().string());
+  return (target.parent_path() / fmt::format(".{}.parts", name)).string();
 }
 
 std::string PartFolder::part(const std::string& folder, std::int64_t number) {
@@ -128,7 +130,7 @@ void PartFolder::lock() {
 
 void PartFolder::remove_unfinished() {
   for (const std::string& name : names_in(path_))
-    if (target_of_temporary(name)) unlink_file(fmt::format("{}/{}", path_, name));
+    if (is_unfinished(name)) unlink_file(fmt::format("{}/{}", path_, name));
 }
 
 void PartFolder::remove_parts() {

@@ -51,7 +51,7 @@ void SpoolFile::create() {
   descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
   // Some network file systems have no nameless files: make one with a name and take the name away.
-  std::string name = (std::filesystem::path(folder_) / ".tagrid.partXXXXXX").string();
+  std::string name = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
   descriptor_ = mkostemp(name.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot create", errno);
   if (unlink(name.c_str()) == 0) return;

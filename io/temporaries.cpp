@@ -18,7 +18,8 @@
 namespace tagrid {
 namespace {
 
-constexpr std::string_view temporary_mark = ".part";
+constexpr std::string_view temporary_mark = ".part", older_mark = ".old";
+constexpr std::string_view suffix_letters = "abcdefghijklmnopqrstuvwxyz012345";
 constexpr std::size_t suffix_size = 6;
 
 constexpr int slot_count = 64;
@@ -44,6 +45,19 @@ int add_to_slots(const std::string& path, const std::string& original, bool fold
     return slot;
   }
   return -1;
+}
+
+std::string hidden_name(const std::string& name, std::string_view mark) {
+  return fmt::format(".{}{}{}", name_in_temporary_names(name), mark, random_suffix());
+}
+
+std::optional<std::string_view> target_of(std::string_view name, std::string_view mark) {
+  const std::size_t end_size = mark.size() + suffix_size;
+  if (!name.starts_with('.') || name.size() <= 1 + end_size) return std::nullopt;
+  const std::string_view end = name.substr(name.size() - end_size);
+  if (!end.starts_with(mark) || end.find_first_not_of(suffix_letters, mark.size()) != end.npos)
+    return std::nullopt;
+  return name.substr(1, name.size() - end_size - 1);
 }
 
 // One look at a folder; returns how many files were removed. readdir() allocates, which a signal handler must
@@ -78,27 +92,22 @@ void forget_temporary(int slot) {
 }
 
 std::string random_suffix() {
-  constexpr std::string_view letters = "abcdefghijklmnopqrstuvwxyz012345";
   std::array<unsigned char, suffix_size> random = {};
   if (getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
     for (auto& byte : random) byte = static_cast<unsigned char>(std::rand());
   std::string suffix;
-  for (unsigned char byte : random) suffix += letters[byte % letters.size()];
+  for (unsigned char byte : random) suffix += suffix_letters[byte % suffix_letters.size()];
   return suffix;
 }
 
+std::string temporary_name(const std::string& name) { return hidden_name(name, temporary_mark); }
+std::string older_name(const std::string& name) { return hidden_name(name, older_mark); }
 std::string name_in_temporary_names(const std::string& name) { return name.substr(0, 240); }
 
-std::string temporary_name(const std::string& name) {
-  return fmt::format(".{}{}{}", name_in_temporary_names(name), temporary_mark, random_suffix());
-}
-
 std::optional<std::string_view> target_of_temporary(std::string_view name) {
-  constexpr std::size_t end_size = temporary_mark.size() + suffix_size;
-  if (!name.starts_with('.') || name.size() <= 1 + end_size) return std::nullopt;
-  if (name.substr(name.size() - end_size, temporary_mark.size()) != temporary_mark) return std::nullopt;
-  return name.substr(1, name.size() - end_size - 1);
+  return target_of(name, temporary_mark);
 }
+std::optional<std::string_view> target_of_older(std::string_view name) { return target_of(name, older_mark); }
 
 void unlink_temporaries() noexcept {
   for (int slot = 0; slot < slot_count; ++slot) {
@@ -114,7 +123,7 @@ void unlink_temporaries() noexcept {
 }
 
 void remove_folder(const char* path) noexcept {
-  const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (folder >= 0) {
     while (remove_files_in(folder) > 0) {
     }

@@ -1,4 +1,4 @@
-// The names of the temporary files that exist, for a signal handler that ends the program.
+// Temporary files: their names, and which of them exist, for a signal handler that ends the program.
 #pragma once
 
 #include <optional>
@@ -17,12 +17,15 @@ int register_temporary_folder(const std::string& path);
 
 /// Six letters that make a name another one.
 std::string random_suffix();
-/// A new hidden name, `.NAME.part` and a suffix, for a file that will be called `name`.
+/// New hidden names for a file that will be called `name`, `.NAME.part` and a suffix, and for the one that
+/// was called so before, `.NAME.old` and a suffix. NAME is the beginning of `name`, which may be as long as
+/// names can be.
 std::string temporary_name(const std::string& name);
-/// NAME in such names: the beginning of `name`, which may be as long as names can be.
+std::string older_name(const std::string& name);
 std::string name_in_temporary_names(const std::string& name);
-/// NAME of such a name; nothing of any other.
+/// NAME of a name that temporary_name() may have made; nothing of any other.
 std::optional<std::string_view> target_of_temporary(std::string_view name);
+std::optional<std::string_view> target_of_older(std::string_view name);
 
 /// Removes every temporary that is registered, and gives older files their names back. Async-signal-safe: for
 /// a signal handler that ends the program.

@@ -56,7 +56,7 @@ class Header:
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
              "<QQQBBHHHIIdddddddII", data, 16)
         require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
-        require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 60, "impossible sizes")
+        require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is not known")
         require(self.effort in (0, 1, 2), "the effort is not known")

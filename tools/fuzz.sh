@@ -29,7 +29,11 @@ build=$PWD/build/fuzz
 mkdir -p "$build/findings" "$build/logs"
 
 same_addresses=()
-if setarch -R true 2>/dev/null; then same_addresses=(setarch -R); fi
+if setarch -R true 2>/dev/null; then
+  same_addresses=(setarch -R)
+elif [ -z "$seconds" ]; then
+  echo "Addresses cannot be fixed here: inputs are not the same every time."
+fi
 # Where the inputs are the same every time: how many.
 declare -A runs=([header]=500000 [brick]=12000 [index]=250000 [nrrd]=150000 [vdb]=30000 [record]=1200000 [part]=300000 [numbers]=2000000 [file]=12000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.

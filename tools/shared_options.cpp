@@ -212,7 +212,8 @@ void remove_abandoned(const RunOptions& options, const std::vector<std::string>&
     return target_of_temporary(std::filesystem::path(path).filename().string()).has_value();
   };
   if (std::ranges::any_of(inputs, is_temporary)) return;
-  if (!options.json.empty()) outputs.push_back(options.json);
+  outputs.push_back(options.json);
+  std::erase_if(outputs, [](const std::string& path) { return path.empty() || !is_regular_output(path); });
   const std::size_t removed = remove_abandoned_files(outputs);
   if (removed > 0 && options.is_watched())
     say(fmt::format("tagrid: removed {} that a killed run left beside the output\n",

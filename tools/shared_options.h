@@ -128,8 +128,8 @@ void refuse_terminal_input(const std::string& input);
 /// A line on the standard error about what may be wrong.
 void warn(const RunOptions& options, const std::string& message);
 
-/// Removes what killed runs left beside the outputs and the report, where that may take as much room as they
-/// will. Nothing where an input has such a name itself.
+/// Removes the temporaries that killed runs left beside the outputs and the report: they may take as much
+/// room as the outputs will. Nothing is removed where an input has the name of a temporary itself.
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
                       std::vector<std::string> outputs);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "conforming_activity.h"
+#include "grid/coding_parameters.h"
 
 namespace tagrid {
 namespace {
@@ -28,6 +29,21 @@ RC_GTEST_PROP(Domain, IsTheSmallestOfWholeRootCubesThatHoldsEverySample, ()) {
     // One cube less would not do.
     RC_ASSERT(domain.cubes(axis) == 1 || (domain.cubes(axis) - 1) * s < domain.dims[axis] - 1);
   }
+}
+
+TEST(VolumeSize, HasLimitsOfEachAxisAndOfAll) {
+  constexpr std::int64_t largest = std::int64_t{1} << 31;
+  EXPECT_TRUE(is_volume_size({1, 1, 1}));
+  EXPECT_TRUE(is_volume_size({largest, largest / 16, 1}));
+  EXPECT_TRUE(is_volume_size({1 << 20, 1 << 19, 1 << 19}));
+  EXPECT_FALSE(is_volume_size({1 << 20, 1 << 19, (1 << 19) + 1}));
+  EXPECT_FALSE(is_volume_size({largest, largest / 16 + 1, 1}));
+  for (int axis = 0; axis < 3; ++axis)
+    for (const std::int64_t size : {std::int64_t{-1}, std::int64_t{0}, largest + 1}) {
+      Index3 dims{1, 1, 1};
+      dims[axis] = size;
+      EXPECT_FALSE(is_volume_size(dims)) << axis << ' ' << size;
+    }
 }
 
 TEST(Domain, CountsCubesAtTheBorderOfASize) {

@@ -1,6 +1,7 @@
 // A folder for the files of one test, removed at its end.
 #pragma once
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -12,6 +13,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "io/abandoned_files.h"
 
 namespace tagrid {
 
@@ -49,6 +52,14 @@ class TemporaryFolder : public ::testing::Test {
       result.push_back(entry.path().filename().string());
     std::sort(result.begin(), result.end());
     return result;
+  }
+
+  /// Whether what killed runs leave can be told from what is in use; see io/abandoned_files.h.
+  bool is_on_local_file_system() const {
+    const int descriptor = open(folder_.c_str(), O_RDONLY);
+    const bool local = is_local(descriptor);
+    close(descriptor);
+    return local;
   }
 
   std::filesystem::path folder_;

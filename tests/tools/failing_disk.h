@@ -100,21 +100,23 @@ class FailingDisk : public CommandLine {
     if (call.path.find("pipe:") == 0) return "standard ";
     const std::string name = std::filesystem::path(call.path).filename().string();
     const bool nameless = name.starts_with("#") || name == "." || call.path == folder_.string() ||
-                          name.starts_with(".tagrid.part");
+                          name.starts_with(".tagrid.spool");
     if (nameless) return c.streams ? "standard output" : "new.";
-    const std::size_t part = name.find(".part");
-    return part == name.npos ? name : name.substr(1, part - 1);
+    const std::size_t mark = std::min(name.find(".part"), name.find(".old"));
+    return mark == name.npos ? name : name.substr(1, mark - 1);
   }
 
   /// Failures that may be passed over, because the result is right without: what was read is closed, times
-  /// and owners are kept where that is possible, and older files are set aside where that is possible.
+  /// and owners are kept where that is possible, older files are set aside where that is possible, and what
+  /// killed runs left is removed where that is possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
     // Nameless files: there is another way. Pipes: it is no file for certain.
     return (call.name == "open-to-write" &&
             std::filesystem::path(call.path).filename() == folder_.filename()) ||
            (call.name == "open-to-write" && call.path.ends_with("/.")) ||
-           (call.name == "fstat" && call.path.find("pipe:") == 0);
+           (call.name == "fstat" &&
+            (call.path.find("pipe:") == 0 || call.path.find(".part") != call.path.npos));
   }
 };
 

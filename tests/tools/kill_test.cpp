@@ -29,7 +29,10 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
   }
 
   static bool is_temporary(const std::string& name) {
-    return name.starts_with(".new.") && name.find(".part") != name.npos;
+    return (name.starts_with(".new.") && name.find(".part") != name.npos) || is_older(name);
+  }
+  static bool is_older(const std::string& name) {
+    return name.starts_with(".new.") && name.find(".old") != name.npos;
   }
 
   /// Expects that every file is as it was or as a run makes it, that no input is gone before every output is
@@ -76,11 +79,13 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
       EXPECT_EQ(ending.code, 0) << ending.err;
     }
     Files now = files();
+    // Older files that were set aside are for somebody to look at.
+    const bool tidies_up = input_is_there && is_on_local_file_system();
+    std::erase_if(now, [&](const auto& f) { return tidies_up ? is_older(f.first) : is_temporary(f.first); });
     // Of an input of two files, the second may be left where --rm was ended between them.
     if (!input_is_there)
-      std::erase_if(now, [&](const auto& f) {
-        return is_temporary(f.first) || (!after_.contains(f.first) && before_.contains(f.first));
-      });
+      std::erase_if(now,
+                    [&](const auto& f) { return !after_.contains(f.first) && before_.contains(f.first); });
     EXPECT_TRUE(now == after_) << "the next run is not whole, or leaves what it found";
     restore(before_);
   }

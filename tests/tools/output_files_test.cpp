@@ -257,6 +257,28 @@ TEST_F(OutputFiles, PermissionDeniedIsAFailureOfTheWorld) {
   EXPECT_EQ(script("ls -A open closed").out, "closed:\n\nopen:\n");
 }
 
+TEST_F(OutputFiles, WhatAKilledRunLeftIsRemovedAndSaid) {
+  if (!is_on_local_file_system()) GTEST_SKIP() << folder_ << " is on no local file system";
+  make_tag();
+  for (const char* name :
+       {".volume.raw.partabcdef", ".volume.tag.partabcdef", ".report.json.part012345", "a.json"})
+    file(name, "x");
+  const Ending ending =
+      tagrid({"decode", "volume.tag", "-o", "volume.nhdr", "--json", "report.json", "--progress=plain"});
+  EXPECT_EQ(ending.code, 0) << ending.err;
+  EXPECT_NE(ending.err.find("removed 2 temporary files that a killed run left"), std::string::npos)
+      << ending.err;
+  EXPECT_EQ(names(), (Names{".volume.tag.partabcdef", "a.json", "report.json", "volume.nhdr", "volume.nrrd",
+                            "volume.raw", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AnInputWithTheNameOfATemporaryIsKept) {
+  phantom("volume.nrrd", {"--dims", "4,4,4"});
+  std::filesystem::rename(path("volume.nrrd"), path(".a.tag.partabcdef"));
+  expect_ok(tagrid({"encode", ".a.tag.partabcdef", "-o", "a.tag"}));
+  EXPECT_EQ(names(), (Names{".a.tag.partabcdef", "a.tag"}));
+}
+
 TEST_F(OutputFiles, ASignalRemovesTheTemporaryAndEndsTheProgram) {
   phantom("volume.nrrd");
   const std::string start = content("volume.nrrd").substr(0, 20000);
