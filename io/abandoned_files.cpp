@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <linux/magic.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/vfs.h>
 #include <unistd.h>
@@ -23,10 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool lock(int descriptor) {
-  return uninterrupted([&] { return flock(descriptor, LOCK_EX | LOCK_NB); }) == 0;
-}
-
 bool is_regular(int descriptor) {
   struct stat status = {};
   return fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
@@ -38,7 +33,7 @@ bool remove_if_abandoned(const std::string& path) {
   if (descriptor < 0) return false;
   // Removed while it is held: who is about to hold it sees that it is gone.
   const bool removed =
-      is_local(descriptor) && is_regular(descriptor) && lock(descriptor) && unlink(path.c_str()) == 0;
+      is_local(descriptor) && is_regular(descriptor) && lock_now(descriptor) && unlink(path.c_str()) == 0;
   close(descriptor);
   return removed;
 }
@@ -58,18 +53,15 @@ bool is_local(int descriptor) {
 
 bool hold_temporary(int descriptor) {
   if (!is_local(descriptor)) return true;
-  if (!lock(descriptor) && errno == EWOULDBLOCK) return false;
+  if (!lock_now(descriptor) && errno == EWOULDBLOCK) return false;
   struct stat status = {};
   return fstat(descriptor, &status) != 0 || status.st_nlink > 0;
 }
 
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs) {
-  std::map<fs::path, std::set<std::string>> names;
-  for (const std::string& output : outputs) {
-    const fs::path path(output);
-    names[path.has_parent_path() ? path.parent_path() : "."].insert(
-        name_in_temporary_names(path.filename().string()));
-  }
+  std::map<std::string, std::set<std::string>> names;
+  for (const std::string& output : outputs)
+    names[folder_of(output)].insert(name_in_temporary_names(fs::path(output).filename().string()));
   std::size_t removed = 0;
   for (const auto& [folder, targets] : names) {
     std::vector<std::string> abandoned;

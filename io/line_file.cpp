@@ -1,7 +1,6 @@
 #include "io/line_file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -32,7 +31,7 @@ LineFile::LineFile(const std::string& path) : name_(path) {
 LineFile::~LineFile() { close(descriptor_); }
 
 void LineFile::lock() {
-  if (uninterrupted([&] { return flock(descriptor_, LOCK_EX | LOCK_NB); }) == 0) return;
+  if (lock_now(descriptor_)) return;
   if (errno == EWOULDBLOCK) throw UsageError(name_ + ": another run is writing to it; wait for its end");
   // File systems without locks exist: then it is up to the caller that there is one run.
 }

@@ -19,11 +19,6 @@
 namespace tagrid {
 namespace {
 
-std::string folder_of(const std::string& path) {
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  return folder.empty() ? "." : folder;
-}
-
 std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
 /// Writes straight to what is not a regular file, such as /dev/null or a named pipe.
@@ -120,9 +115,10 @@ void OutputFile::create_temporary() {
       return;
     }
     forget_temporary(std::exchange(slot_, -1));
-    const bool was_taken = descriptor_ >= 0;
-    if (was_taken) close(std::exchange(descriptor_, -1));
-    if (!was_taken && error != EEXIST) throw world_error("cannot create", name_, error);
+    if (descriptor_ >= 0)
+      close(std::exchange(descriptor_, -1));
+    else if (error != EEXIST)
+      throw world_error("cannot create", name_, error);
   }
   throw world_error("cannot create", name_, EEXIST);
 }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -95,8 +94,7 @@ void PartFolder::require_own() const {
   if (!S_ISDIR(status->st_mode))
     throw UsageError(path_ +
                      ": is to be the folder for the parts of the run, and is something else; move it away");
-  const std::filesystem::path parent = std::filesystem::path(path_).parent_path();
-  const auto beside = status_of(parent.empty() ? "." : parent.string());
+  const auto beside = status_of(folder_of(path_));
   if (!beside || beside->st_dev != status->st_dev)
     throw UsageError(path_ + ": is on another file system than the output; unmount it");
   if (status_of(record())) return;
@@ -112,7 +110,7 @@ void PartFolder::lock() {
     lock_ = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600); });
     if (lock_ < 0 && errno == ENOENT && mkdir(path_.c_str(), 0700) == 0) continue;
     if (lock_ < 0) throw world_error("cannot create", name, errno);
-    if (uninterrupted([&] { return flock(lock_, LOCK_EX | LOCK_NB); }) != 0) {
+    if (!lock_now(lock_)) {
       const int error = errno;
       // File systems without locks exist: then it is up to the caller that there is one run.
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;

@@ -31,8 +31,7 @@ std::string folder_beside(const std::string& path) {
   if (path == "-") return folder_for_temporaries();
   const auto status = status_of(path);
   if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  return folder.empty() ? "." : folder;
+  return folder_of(path);
 }
 
 }  // namespace

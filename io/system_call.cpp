@@ -1,8 +1,10 @@
 #include "io/system_call.h"
 
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "io/errors.h"
 
@@ -27,6 +29,15 @@ std::optional<struct stat> status_of_name(const std::string& path) {
   struct stat status = {};
   const int result = lstat(path.c_str(), &status);
   return found(result, status, path);
+}
+
+bool lock_now(int descriptor) {
+  return uninterrupted([&] { return flock(descriptor, LOCK_EX | LOCK_NB); }) == 0;
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
 }
 
 bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes) {

@@ -25,6 +25,13 @@ auto uninterrupted(Call call) {
 /// why.
 bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
+/// Locks a file for this process alone, until its descriptor is closed, and does not wait for others. False
+/// where that fails; errno is EWOULDBLOCK where somebody else has it.
+bool lock_now(int descriptor);
+
+/// The folder that a path's name is in: "." where the path says none.
+std::string folder_of(const std::string& path);
+
 /// What is known of a file; nothing where there is none. Throws WorldError where that cannot be found out:
 /// what cannot be looked at must not be taken for a name that is free.
 std::optional<struct stat> status_of(const std::string& path);

@@ -213,7 +213,7 @@ void remove_abandoned(const RunOptions& options, const std::vector<std::string>&
   };
   if (std::ranges::any_of(inputs, is_temporary)) return;
   outputs.push_back(options.json);
-  std::erase_if(outputs, [](const std::string& path) { return path.empty() || !is_regular_output(path); });
+  std::erase_if(outputs, [](const std::string& path) { return path.empty() || path == "-"; });
   const std::size_t removed = remove_abandoned_files(outputs);
   if (removed > 0 && options.is_watched())
     say(fmt::format("tagrid: removed {} that a killed run left beside the output\n",
