@@ -8,6 +8,7 @@
 #include <map>
 
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/nrrd_line.h"
 
 namespace tagrid {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/nrrd_header.h"
 #include "io/nrrd_line.h"
 #include "io/other_formats.h"

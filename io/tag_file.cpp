@@ -10,6 +10,7 @@
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/volume_info.h"
 #include "io/zstd_bytes.h"
 

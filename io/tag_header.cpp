@@ -8,6 +8,7 @@
 #include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
+#include "io/nrrd_geometry.h"
 #include "io/zstd_bytes.h"
 
 namespace tagrid {

@@ -10,6 +10,7 @@
 
 #include "grid/coding_parameters.h"
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/nrrd_line.h"
 #include "io/vdb_format.h"
 #include "io/vdb_header.h"

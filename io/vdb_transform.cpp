@@ -67,12 +67,6 @@ std::optional<VdbTransform> read_map(VdbBytes& bytes, int depth) {
   bytes.fail("its transform is " + quoted(map) + ", which is not known");
 }
 
-double determinant(const std::array<Vector, 3>& m) {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
 bool is_finite(const Vector& v) {
   return std::all_of(v.begin(), v.end(), [](double number) { return std::isfinite(number); });
 }

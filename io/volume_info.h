@@ -6,7 +6,6 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "grid/box.h"
 #include "grid/sample_type.h"
@@ -36,6 +35,9 @@ std::array<double, 3> to_world(const Geometry& geometry, const Index3& point);
 /// that the volume is mirrored in the world.
 bool is_mirrored(const Geometry& geometry);
 
+/// Of the directions: 0 where they do not span a volume, negative where they mirror it.
+double determinant(const std::array<std::array<double, 3>, 3>& directions);
+
 struct VolumeInfo {
   Index3 dims;
   SampleType type = SampleType::uint8;
@@ -46,13 +48,6 @@ struct VolumeInfo {
   /// directions, spacings, units, kinds, key:=value pairs, comments. A writer puts them back.
   std::string nrrd_fields;
 };
-
-/// The geometry that NRRD header lines (see VolumeInfo::nrrd_fields) state. Throws BrokenInput if a line is
-/// none of an NRRD header, does not belong there, or says something that is not supported.
-Geometry geometry_of(std::string_view nrrd_fields);
-
-/// The NRRD header line for spacings, with its '\n'. Numbers read back as they are.
-std::string spacings_line(const std::array<double, 3>& spacing);
 
 /// How the samples of a headerless file lie in it, x fastest.
 struct RawDescription {

@@ -8,6 +8,7 @@
 #include "grid/lattice.h"
 #include "io/errors.h"
 #include "io/file_attributes.h"
+#include "io/nrrd_geometry.h"
 #include "io/vtu_writer.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"

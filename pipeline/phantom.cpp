@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "stages/phantom.h"
 
 namespace tagrid {

@@ -1,4 +1,5 @@
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/nrrd_header.h"
 #include "io/tag_header.h"
 #include "tests/fuzz/targets.h"

@@ -1,3 +1,4 @@
+#include "io/nrrd_geometry.h"
 #include "io/nrrd_header.h"
 
 #include <gtest/gtest.h>

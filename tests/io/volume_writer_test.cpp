@@ -1,3 +1,4 @@
+#include "io/nrrd_geometry.h"
 #include "io/volume_writer.h"
 
 #include <fcntl.h>

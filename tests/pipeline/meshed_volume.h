@@ -11,6 +11,7 @@
 #include "io/temporary_folder.h"
 #include "mesh_laws.h"
 #include "pipeline/mesh.h"
+#include "pipeline/run.h"
 #include "stages/phantom.h"
 
 namespace tagrid {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "grid/sample_type.h"
+#include "io/nrrd_geometry.h"
 #include "io/volume_info.h"
 #include "io/volume_reader.h"
 #include "io/volume_writer.h"

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "io/errors.h"
+#include "io/nrrd_geometry.h"
 #include "io/temporary_folder.h"
 #include "io/volume_reader.h"
 #include "io/volume_writer.h"
