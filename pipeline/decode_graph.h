@@ -12,6 +12,7 @@
 #include "io/tag_file.h"
 #include "pipeline/brick_rows.h"
 #include "pipeline/decoded_rows.h"
+#include "pipeline/resources.h"
 
 namespace tagrid {
 
@@ -35,15 +36,6 @@ struct DecodeStreams {
   std::function<void(const DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
-};
-
-/// How much may be in memory at once.
-struct DecodeBudget {
-  int threads = 1;
-  /// Bricks between the reader and the rows that they are gathered to.
-  std::int64_t bricks_in_flight = 1;
-  /// Rows of bricks that are gathered and then written; all of a layer make whole slices.
-  std::int64_t rows = 1;
 };
 
 /// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than

@@ -11,6 +11,7 @@
 #include "pipeline/encode_schedule.h"
 #include "stages/curvature.h"
 #include "stages/heights.h"
+#include "stages/mark_halo.h"
 #include "stages/marking.h"
 #include "stages/mesh_criterion.h"
 #include "stages/subdivide.h"
@@ -184,12 +185,6 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 }
 
 }  // namespace
-
-int mark_halo(const CodingParameters& parameters) {
-  return parameters.mesh_error < 0
-             ? CurvatureField::halo
-             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
-}
 
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams) {

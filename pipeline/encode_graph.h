@@ -6,13 +6,11 @@
 
 #include "grid/coding_parameters.h"
 #include "pipeline/brick_rows.h"
+#include "pipeline/resources.h"
 #include "pipeline/slices.h"
 #include "stages/brick_codec.h"
 
 namespace tagrid {
-
-/// Samples that marks depend on, beyond the root cubes around them: the halo of the stages that make marks.
-int mark_halo(const CodingParameters& parameters);
 
 struct EncodeStreams {
   /// Reads samples: whole rows of one slice, of one z after the other; never called at the same time.
@@ -22,15 +20,6 @@ struct EncodeStreams {
   /// Told by a worker that it has encoded a brick, before that is put in order; called at the same time by
   /// several. For tests, which wait here, so that bricks finish in any order. May be empty.
   std::function<void(std::int64_t brick)> brick_done = {};
-};
-
-/// How much may be in memory at once.
-struct EncodeBudget {
-  int threads = 1;
-  /// Slices that are read ahead of those that a layer of bricks needs.
-  std::int64_t slices_ahead = 0;
-  /// Bricks between their subdivision and the writer.
-  std::int64_t bricks_in_flight = 1;
 };
 
 /// Encodes the bricks of `rows` and returns when the last one was written. The bricks do not depend on the

@@ -15,6 +15,7 @@
 #include "pipeline/part_work.h"
 #include "pipeline/run_settings.h"
 #include "pipeline/work_orders.h"
+#include "stages/mark_halo.h"
 
 namespace tagrid {
 namespace {

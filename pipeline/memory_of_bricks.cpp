@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pipeline/encode_graph.h"
+#include "stages/mark_halo.h"
 
 namespace tagrid {
 namespace {

@@ -9,8 +9,6 @@
 
 #include "grid/coding_parameters.h"
 #include "pipeline/brick_rows.h"
-#include "pipeline/decode_graph.h"
-#include "pipeline/encode_graph.h"
 #include "pipeline/resources.h"
 
 namespace tagrid {

@@ -10,6 +10,7 @@
 #include "io/file_attributes.h"
 #include "io/nrrd_geometry.h"
 #include "io/vtu_writer.h"
+#include "pipeline/decode_graph.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"
 #include "stages/tetrahedra.h"

@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "pipeline/run.h"
+#include "io/tag_file.h"
+#include "pipeline/progress.h"
+#include "pipeline/resources.h"
 
 namespace tagrid {
 

@@ -15,7 +15,6 @@
 #include "pipeline/input_slices.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/parts.h"
-#include "pipeline/run.h"
 #include "pipeline/until_it_fails.h"
 
 namespace tagrid {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "io/volume_writer.h"
-#include "pipeline/run.h"
+#include "pipeline/progress.h"
 
 namespace tagrid {
 

@@ -22,4 +22,25 @@ struct Resources {
   Resources(int thread_count) : threads(thread_count) {}
 };
 
+/// Threads that this process may run on (its affinity).
+int available_threads();
+
+/// How much may be in memory at once while bricks are encoded.
+struct EncodeBudget {
+  int threads = 1;
+  /// Slices that are read ahead of those that a layer of bricks needs.
+  std::int64_t slices_ahead = 0;
+  /// Bricks between their subdivision and the writer.
+  std::int64_t bricks_in_flight = 1;
+};
+
+/// How much may be in memory at once while bricks are decoded.
+struct DecodeBudget {
+  int threads = 1;
+  /// Bricks between the reader and the rows that they are gathered to.
+  std::int64_t bricks_in_flight = 1;
+  /// Rows of bricks that are gathered and then written; all of a layer make whole slices.
+  std::int64_t rows = 1;
+};
+
 }  // namespace tagrid

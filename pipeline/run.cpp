@@ -1,8 +1,5 @@
 #include "pipeline/run.h"
 
-#include <sched.h>
-
-#include <algorithm>
 #include <stdexcept>
 
 #include "io/errors.h"
@@ -15,12 +12,6 @@
 #include "pipeline/verify.h"
 
 namespace tagrid {
-
-int available_threads() {
-  cpu_set_t set;
-  if (sched_getaffinity(0, sizeof set, &set) != 0) return 1;
-  return std::max(1, CPU_COUNT(&set));
-}
 
 EncodeResult encode_volume(const std::string& input, const SourceDescription& source,
                            const std::string& output, bool overwrite, const EncodeOptions& options,

@@ -2,27 +2,16 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 
 #include "io/tag_file.h"
 #include "io/volume_writer.h"
 #include "pipeline/encode_options.h"
+#include "pipeline/progress.h"
 #include "pipeline/resources.h"
 
 namespace tagrid {
-
-/// Told how many bytes of samples of how many are done; called by one thread at a time.
-using Progress = std::function<void(std::uint64_t done, std::uint64_t total)>;
-
-/// Told of a result when everything is written, just before the output gets its name: what has to succeed
-/// together with it goes here. What it throws leaves nothing of the output.
-template <class Result>
-using BeforeNaming = std::function<void(const Result&)>;
-
-/// Threads that this process may run on (its affinity).
-int available_threads();
 
 struct EncodeResult {
   TagHeader header;

@@ -7,7 +7,8 @@
 
 #include "io/tag_file.h"
 #include "io/volume_info.h"
-#include "pipeline/run.h"
+#include "pipeline/progress.h"
+#include "pipeline/resources.h"
 
 namespace tagrid {
 

@@ -13,7 +13,6 @@
 #include "io/file_attributes.h"
 #include "io/temporaries.h"
 #include "pipeline/ranks.h"
-#include "pipeline/run.h"
 
 namespace tagrid {
 
