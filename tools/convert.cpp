@@ -39,7 +39,8 @@ struct ConvertCommand {
     // Also where no volume is left for them.
     encoding_of(given);
     const std::vector<ManifestLine> lines = read_manifest(manifest, given);
-    RunReport report(options.run, options.overwrite, "convert", manifest, options.output_dir);
+    RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
+                     options.output_dir);
     if (!remove_verified)
       make_output_dir();
     else if (!status_of(options.output_dir))

@@ -44,7 +44,7 @@ struct EncodeCommand {
     remove_abandoned(run, {input}, {path});
     // The report of a run that goes on may be there already.
     const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
-    RunReport report(run, output.overwrite || goes_on, "encode", input, path);
+    RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
 

@@ -25,7 +25,7 @@ struct MeshCommand {
     refuse_terminal(path, "meshes");
     options.overwrite = output.overwrite;
     remove_abandoned(run, {input}, {path});
-    RunReport report(run, output.overwrite, "mesh", input, path);
+    RunReport report(run.json, run.thread_count(), output.overwrite, "mesh", input, path);
     const MeshResult result = mesh(path, [&](const MeshResult& written) {
       const CodingParameters& parameters = written.header.parameters;
       nlohmann::ordered_json settings = settings_json(parameters);

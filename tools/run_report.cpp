@@ -25,13 +25,13 @@ bool same_name(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-RunReport::RunReport(const RunOptions& run, bool overwrite, std::string command, std::string input,
+RunReport::RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
                      std::string output)
-    : path_(run.json),
+    : path_(std::move(path)),
       command_(std::move(command)),
       input_(std::move(input)),
       output_(std::move(output)),
-      threads_(run.thread_count()) {
+      threads_(threads) {
   if (path_.empty()) return;
   if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
     throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));

@@ -10,7 +10,6 @@
 #include "grid/box.h"
 #include "grid/sample_type.h"
 #include "io/output_file.h"
-#include "tools/shared_options.h"
 
 namespace tagrid {
 
@@ -26,9 +25,9 @@ struct RunFigures {
 /// Begun before the run, so that a bad file name is found first and the time is taken; written after it.
 class RunReport {
  public:
-  /// `input` is null ("") where there is none. Throws UsageError if the file exists and `overwrite` is false,
-  /// or is the input or the output.
-  RunReport(const RunOptions& run, bool overwrite, std::string command, std::string input,
+  /// `path` is the report's file, "" where none was asked for. `input` is null ("") where there is none.
+  /// Throws UsageError if the file exists and `overwrite` is false, or is the input or the output.
+  RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
             std::string output);
 
   /// Ends the run: takes its time, and writes the report where one was asked for. Without keep() its file
