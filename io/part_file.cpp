@@ -4,10 +4,10 @@
 #include <array>
 #include <cassert>
 
-#include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

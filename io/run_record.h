@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "grid/status.h"
+#include "stages/volume/status.h"
 
 namespace tagrid {
 

@@ -4,10 +4,10 @@
 #include <span>
 #include <stdexcept>
 
-#include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/zstd_bytes.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "grid/coding_parameters.h"
 #include "io/output_file.h"
 #include "io/tag_index.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

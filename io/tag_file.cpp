@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/errors.h"
 #include "io/nrrd_geometry.h"
 #include "io/volume_info.h"
 #include "io/zstd_bytes.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

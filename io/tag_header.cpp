@@ -5,11 +5,11 @@
 #include <bit>
 #include <cmath>
 
-#include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/nrrd_geometry.h"
 #include "io/zstd_bytes.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "grid/status.h"
 #include "io/volume_info.h"
+#include "stages/volume/coding_parameters.h"
+#include "stages/volume/status.h"
 
 namespace tagrid {
 

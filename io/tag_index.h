@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "grid/brick_statistics.h"
-#include "grid/status.h"
+#include "stages/volume/statistics.h"
+#include "stages/volume/status.h"
 
 namespace tagrid {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "grid/box.h"
 #include "io/vdb_bytes.h"
 #include "io/vdb_transform.h"
 #include "io/vdb_values.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

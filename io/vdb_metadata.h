@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "grid/box.h"
 #include "io/byte_fields.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

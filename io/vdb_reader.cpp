@@ -8,13 +8,13 @@
 #include <limits>
 #include <variant>
 
-#include "grid/coding_parameters.h"
 #include "io/errors.h"
 #include "io/nrrd_geometry.h"
 #include "io/nrrd_line.h"
 #include "io/vdb_format.h"
 #include "io/vdb_header.h"
 #include "io/vdb_slices.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include "grid/box.h"
 #include "io/byte_fields.h"
 #include "io/vdb_bytes.h"
 #include "io/volume_info.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

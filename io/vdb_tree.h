@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "grid/box.h"
 #include "io/vdb_bytes.h"
 #include "io/vdb_values.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "grid/box.h"
 #include "io/spool_file.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "grid/box.h"
-#include "grid/sample_type.h"
+#include "stages/grid/box.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "grid/box.h"
 #include "io/file_bytes.h"
 #include "io/gzip_bytes.h"
 #include "io/vdb_reader.h"
 #include "io/volume_info.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

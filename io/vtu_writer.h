@@ -6,9 +6,9 @@
 #include <span>
 #include <string>
 
-#include "grid/sample_type.h"
 #include "io/output_file.h"
 #include "io/spool_file.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 

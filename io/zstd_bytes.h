@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "grid/status.h"
+#include "stages/volume/status.h"
 
 namespace tagrid {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "io/errors.h"
-#include "stages/sample_statistics.h"
+#include "stages/brick/sample_statistics.h"
 
 namespace tagrid {
 namespace {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "grid/brick_statistics.h"
-#include "grid/lattice_bits.h"
 #include "io/volume_reader.h"
 #include "pipeline/decoded_rows.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/statistics.h"
 
 namespace tagrid {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/errors.h"
-#include "stages/brick_codec.h"
+#include "stages/brick/codec.h"
 
 namespace tagrid {
 namespace {

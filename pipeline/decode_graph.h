@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "grid/lattice_bits.h"
 #include "io/tag_file.h"
-#include "pipeline/brick_rows.h"
 #include "pipeline/decoded_rows.h"
 #include "pipeline/resources.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "pipeline/brick_rows.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

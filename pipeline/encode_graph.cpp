@@ -9,12 +9,12 @@
 #include <variant>
 
 #include "pipeline/encode_schedule.h"
-#include "stages/curvature.h"
-#include "stages/heights.h"
-#include "stages/mark_halo.h"
-#include "stages/marking.h"
-#include "stages/mesh_criterion.h"
-#include "stages/subdivide.h"
+#include "stages/marks/curvature.h"
+#include "stages/marks/halo.h"
+#include "stages/marks/heights.h"
+#include "stages/marks/marking.h"
+#include "stages/marks/mesh_criterion.h"
+#include "stages/marks/subdivide.h"
 
 namespace tagrid {
 namespace {

@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <functional>
 
-#include "grid/coding_parameters.h"
-#include "pipeline/brick_rows.h"
 #include "pipeline/resources.h"
 #include "pipeline/slices.h"
-#include "stages/brick_codec.h"
+#include "stages/brick/codec.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -7,9 +7,9 @@
 #include <limits>
 #include <vector>
 
-#include "grid/lattice.h"
 #include "io/errors.h"
 #include "io/tag_header.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

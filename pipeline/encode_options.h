@@ -4,8 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "grid/coding_parameters.h"
 #include "io/volume_reader.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

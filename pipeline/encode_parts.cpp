@@ -15,7 +15,7 @@
 #include "pipeline/part_work.h"
 #include "pipeline/run_settings.h"
 #include "pipeline/work_orders.h"
-#include "stages/mark_halo.h"
+#include "stages/marks/halo.h"
 
 namespace tagrid {
 namespace {

@@ -17,10 +17,10 @@
 #include <memory>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "grid/lattice_bits.h"
-#include "pipeline/brick_rows.h"
 #include "pipeline/slices.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "stages/mark_halo.h"
+#include "stages/marks/halo.h"
 
 namespace tagrid {
 namespace {

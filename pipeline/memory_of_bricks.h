@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "grid/coding_parameters.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "pipeline/brick_rows.h"
 #include "pipeline/resources.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

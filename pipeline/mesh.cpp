@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "grid/lattice.h"
 #include "io/errors.h"
 #include "io/file_attributes.h"
 #include "io/nrrd_geometry.h"
@@ -13,7 +12,8 @@
 #include "pipeline/decode_graph.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"
-#include "stages/tetrahedra.h"
+#include "stages/grid/lattice.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

@@ -11,9 +11,9 @@
 #include "io/tag_header.h"
 #include "io/volume_info.h"
 #include "io/volume_reader.h"
-#include "pipeline/brick_rows.h"
 #include "pipeline/ranks.h"
 #include "pipeline/resources.h"
+#include "stages/grid/brick_rows.h"
 
 namespace tagrid {
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "pipeline/brick_rows.h"
+#include "stages/grid/brick_rows.h"
 
 namespace tagrid {
 

@@ -10,7 +10,7 @@
 
 #include "io/errors.h"
 #include "io/nrrd_geometry.h"
-#include "stages/phantom.h"
+#include "stages/phantom/phantom.h"
 
 namespace tagrid {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grid/domain.h"
+#include "stages/grid/domain.h"
 
 namespace tagrid {
 

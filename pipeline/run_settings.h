@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "grid/coding_parameters.h"
 #include "io/volume_info.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "grid/coding_parameters.h"
 #include "pipeline/decode_graph.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "grid/conformity.h"
 #include "io/errors.h"
 #include "pipeline/decode_graph.h"
-#include "stages/brick_codec.h"
-#include "stages/sample_statistics.h"
+#include "stages/brick/codec.h"
+#include "stages/brick/sample_statistics.h"
+#include "stages/grid/conformity.h"
 
 namespace tagrid {
 

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "grid/brick_statistics.h"
 #include "io/tag_file.h"
 #include "pipeline/against_original.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/shared_faces.h"
 #include "pipeline/verify.h"
+#include "stages/volume/statistics.h"
 
 namespace tagrid {
 

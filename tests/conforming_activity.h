@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "grid/lattice.h"
-#include "grid/lattice_bits.h"
+#include "stages/grid/lattice.h"
+#include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
 

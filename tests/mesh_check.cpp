@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "mesh_laws.h"
-#include "stages/tetrahedra.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

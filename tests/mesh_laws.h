@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "grid/tetrahedron.h"
 #include "io/vtu_reader.h"
+#include "stages/grid/tetrahedron.h"
 
 namespace tagrid {
 

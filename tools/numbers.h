@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 #include "tools/human_bytes.h"
 #include "tools/process.h"
 

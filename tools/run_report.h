@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "grid/box.h"
-#include "grid/sample_type.h"
 #include "io/output_file.h"
+#include "stages/grid/box.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 

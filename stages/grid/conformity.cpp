@@ -1,6 +1,6 @@
-#include "grid/conformity.h"
+#include "stages/grid/conformity.h"
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "grid/lattice_bits.h"
+#include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
 

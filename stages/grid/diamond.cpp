@@ -1,4 +1,4 @@
-#include "grid/diamond.h"
+#include "stages/grid/diamond.h"
 
 #include <algorithm>
 #include <cassert>

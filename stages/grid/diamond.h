@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "grid/lattice.h"
-#include "grid/tetrahedron.h"
+#include "stages/grid/lattice.h"
+#include "stages/grid/tetrahedron.h"
 
 namespace tagrid {
 

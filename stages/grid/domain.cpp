@@ -1,6 +1,6 @@
-#include "grid/domain.h"
+#include "stages/grid/domain.h"
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

@@ -1,4 +1,4 @@
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 #include <bit>
 #include <cassert>

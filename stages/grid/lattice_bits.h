@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

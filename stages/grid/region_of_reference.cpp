@@ -1,9 +1,9 @@
-#include "grid/region_of_reference.h"
+#include "stages/grid/region_of_reference.h"
 
 #include <cassert>
 #include <vector>
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 

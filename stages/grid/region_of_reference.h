@@ -1,7 +1,7 @@
 // The region of reference RR of the paper (Eq. 5): what the activity of a box can depend on.
 #pragma once
 
-#include "grid/lattice_bits.h"
+#include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
 

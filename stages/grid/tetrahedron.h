@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

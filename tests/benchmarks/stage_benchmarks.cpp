@@ -12,14 +12,14 @@
 #include <memory>
 #include <stdexcept>
 
-#include "stages/activity_coding.h"
-#include "stages/brick_codec.h"
+#include "stages/activity/coding.h"
+#include "stages/brick/codec.h"
 #include "stages/encode_volume.h"
-#include "stages/interpolation.h"
-#include "stages/phantom.h"
-#include "stages/point_coding.h"
-#include "stages/prediction.h"
-#include "stages/voxel_codec.h"
+#include "stages/phantom/phantom.h"
+#include "stages/points/coding.h"
+#include "stages/points/interpolation.h"
+#include "stages/voxels/codec.h"
+#include "stages/voxels/prediction.h"
 
 namespace tagrid {
 namespace {

@@ -10,10 +10,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "grid/conformity.h"
-#include "grid/lattice.h"
-#include "stages/activity_coding.h"
-#include "stages/brick_codec.h"
+#include "stages/activity/coding.h"
+#include "stages/brick/codec.h"
+#include "stages/grid/conformity.h"
+#include "stages/grid/lattice.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {

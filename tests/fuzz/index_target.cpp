@@ -3,9 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include "grid/lattice.h"
 #include "io/tag_index.h"
 #include "io/zstd_bytes.h"
+#include "stages/grid/lattice.h"
 #include "tests/fuzz/targets.h"
 #include "tools/report.h"
 

@@ -9,15 +9,15 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "grid/lattice.h"
 #include "io/little_endian.h"
 #include "io/part_file.h"
 #include "io/run_record.h"
 #include "io/vdb_writer.h"
 #include "io/zstd_bytes.h"
 #include "pipeline/run.h"
-#include "stages/brick_codec.h"
-#include "stages/phantom.h"
+#include "stages/brick/codec.h"
+#include "stages/grid/lattice.h"
+#include "stages/phantom/phantom.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 

@@ -7,8 +7,8 @@
 #include <span>
 #include <string_view>
 
-#include "grid/coding_parameters.h"
 #include "io/part_file.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid::fuzz {
 

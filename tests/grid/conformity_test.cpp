@@ -1,8 +1,8 @@
-#include "grid/conformity.h"
+#include "stages/grid/conformity.h"
 
 #include <gtest/gtest.h>
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

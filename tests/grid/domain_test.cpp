@@ -1,5 +1,5 @@
 // Root cubes cover the volume, bricks cover the root cubes, every sample has one owner.
-#include "grid/domain.h"
+#include "stages/grid/domain.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "conforming_activity.h"
-#include "grid/coding_parameters.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 namespace {

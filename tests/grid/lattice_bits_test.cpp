@@ -1,4 +1,4 @@
-#include "grid/lattice_bits.h"
+#include "stages/grid/lattice_bits.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,5 +1,5 @@
 // Laws of the bisection hierarchy, for all points of small lattices of several root cubes.
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The bounded region of reference: exact sizes. The paper's 8 1/3 S^3 leaves out edge and corner neighbours.
-#include "grid/region_of_reference.h"
+#include "stages/grid/region_of_reference.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <bit>
 #include <string>
 
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "pipeline/encode_graph.h"
 #include "pipeline/generous_budgets.h"
-#include "stages/activity_coding.h"
-#include "stages/mesh_criterion.h"
+#include "stages/activity/coding.h"
+#include "stages/marks/mesh_criterion.h"
 #include "tests/stages/encode_volume.h"
 
 namespace tagrid {

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid {
 

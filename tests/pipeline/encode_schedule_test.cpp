@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-#include "stages/subdivide.h"
+#include "stages/marks/subdivide.h"
 
 namespace tagrid {
 namespace {

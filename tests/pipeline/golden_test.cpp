@@ -8,7 +8,7 @@
 
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
-#include "stages/phantom.h"
+#include "stages/phantom/phantom.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
 

@@ -7,10 +7,10 @@
 #include <fstream>
 #include <regex>
 
-#include "grid/lattice.h"
 #include "io/errors.h"
 #include "io/temporary_folder.h"
 #include "pipeline/available_memory.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

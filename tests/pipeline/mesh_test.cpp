@@ -4,10 +4,10 @@
 
 #include <set>
 
-#include "grid/lattice.h"
 #include "pipeline/meshed_volume.h"
-#include "stages/point_coding.h"
-#include "stages/tetrahedra.h"
+#include "stages/grid/lattice.h"
+#include "stages/mesh/tetrahedra.h"
+#include "stages/points/coding.h"
 
 namespace tagrid {
 namespace {

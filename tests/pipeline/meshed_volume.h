@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "grid/sample_type.h"
 #include "io/temporary_folder.h"
 #include "mesh_laws.h"
 #include "pipeline/mesh.h"
 #include "pipeline/run.h"
-#include "stages/phantom.h"
+#include "stages/phantom/phantom.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "grid/sample_type.h"
 #include "io/nrrd_geometry.h"
 #include "io/volume_info.h"
 #include "io/volume_reader.h"
 #include "io/volume_writer.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 

@@ -1,5 +1,5 @@
 // Activity as bytes and back; whatever the bytes, what comes back is a conforming set.
-#include "stages/activity_coding.h"
+#include "stages/activity/coding.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,8 +7,8 @@
 #include <random>
 
 #include "conforming_activity.h"
-#include "grid/conformity.h"
 #include "oracle.h"
+#include "stages/grid/conformity.h"
 
 namespace tagrid {
 namespace {

@@ -1,5 +1,5 @@
 // The forecast of the activity, from decoded samples: compared with its definition, written down plainly.
-#include "stages/activity_forecast.h"
+#include "stages/activity/forecast.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "brick_samples.h"
 #include "conforming_activity.h"
 #include "encode_volume.h"
-#include "grid/lattice.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 namespace {

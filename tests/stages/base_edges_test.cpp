@@ -1,5 +1,5 @@
 // What bounds a row of base edges, compared with the edges themselves.
-#include "stages/base_edges.h"
+#include "stages/marks/base_edges.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // A volume as bricks and back: every voxel within the bound, every shared face the same from both sides.
-#include "stages/brick_codec.h"
+#include "stages/brick/codec.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,7 +8,7 @@
 
 #include "brick_samples.h"
 #include "conforming_activity.h"
-#include "stages/point_coding.h"
+#include "stages/points/coding.h"
 
 namespace tagrid {
 namespace {

@@ -5,10 +5,10 @@
 #include <random>
 #include <vector>
 
-#include "grid/coding_parameters.h"
-#include "grid/lattice_bits.h"
 #include "oracle.h"
-#include "stages/brick_codec.h"
+#include "stages/brick/codec.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 

@@ -1,6 +1,6 @@
 // The criterion of the paper's section 3 on single edges: against a literal oracle, and where it must be
 // silent whatever the precision.
-#include "stages/criterion.h"
+#include "stages/marks/criterion.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

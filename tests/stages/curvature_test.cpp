@@ -1,5 +1,5 @@
 // The 3x3x3 stencils of the field, against polynomials that they must reproduce and against a literal sum.
-#include "stages/curvature.h"
+#include "stages/marks/curvature.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "encode_volume.h"
-#include "grid/conformity.h"
-#include "stages/phantom.h"
-#include "stages/tetrahedra.h"
+#include "stages/grid/conformity.h"
+#include "stages/mesh/tetrahedra.h"
+#include "stages/phantom/phantom.h"
 
 namespace tagrid {
 namespace {

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "grid/domain.h"
 #include "oracle.h"
-#include "stages/curvature.h"
-#include "stages/marking.h"
-#include "stages/subdivide.h"
+#include "stages/grid/domain.h"
+#include "stages/marks/curvature.h"
+#include "stages/marks/marking.h"
+#include "stages/marks/subdivide.h"
 
 namespace tagrid {
 

@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "stages/mesh_criterion.h"
-#include "stages/subdivide.h"
-#include "stages/tetrahedra.h"
+#include "stages/marks/mesh_criterion.h"
+#include "stages/marks/subdivide.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

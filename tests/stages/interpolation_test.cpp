@@ -1,4 +1,4 @@
-#include "stages/interpolation.h"
+#include "stages/points/interpolation.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "conforming_activity.h"
-#include "stages/tetrahedra.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

@@ -1,6 +1,6 @@
 // Vector code against plain loops. Built three times: as this machine has it, without SSE2, and without
 // vectors.
-#include "stages/lanes.h"
+#include "stages/entropy/lanes.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include "conforming_activity.h"
 #include "encode_volume.h"
-#include "grid/tetrahedron.h"
+#include "stages/grid/tetrahedron.h"
 
 namespace tagrid {
 namespace {

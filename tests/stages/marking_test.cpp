@@ -1,5 +1,5 @@
 // Marks of whole volumes: the oracle's, whatever the size of the volume, its tiles, and the level limit.
-#include "stages/marking.h"
+#include "stages/marks/marking.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

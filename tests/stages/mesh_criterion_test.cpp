@@ -1,4 +1,4 @@
-#include "stages/mesh_criterion.h"
+#include "stages/marks/mesh_criterion.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <random>
 #include <vector>
 
-#include "grid/diamond.h"
-#include "stages/subdivide.h"
-#include "stages/tetrahedra.h"
+#include "stages/grid/diamond.h"
+#include "stages/marks/subdivide.h"
+#include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
 namespace {

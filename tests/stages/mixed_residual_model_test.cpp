@@ -1,11 +1,11 @@
-#include "stages/mixed_residual_model.h"
+#include "stages/voxels/mixed_residual_model.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
 
-#include "stages/rans_coder.h"
+#include "stages/entropy/rans_coder.h"
 
 namespace tagrid {
 namespace {

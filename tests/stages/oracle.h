@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "grid/domain.h"
-#include "grid/lattice.h"
-#include "grid/lattice_bits.h"
-#include "stages/samples.h"
+#include "stages/grid/domain.h"
+#include "stages/grid/lattice.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/samples.h"
 
 namespace tagrid::oracle {
 

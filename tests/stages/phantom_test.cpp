@@ -1,4 +1,4 @@
-#include "stages/phantom.h"
+#include "stages/phantom/phantom.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "grid/sample_type.h"
+#include "stages/volume/sample_type.h"
 
 namespace tagrid {
 namespace {

@@ -1,5 +1,5 @@
 // Values of active points as bytes and back.
-#include "stages/point_coding.h"
+#include "stages/points/coding.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,4 +1,4 @@
-#include "stages/prediction.h"
+#include "stages/voxels/prediction.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "stages/rans_coder.h"
+#include "stages/entropy/rans_coder.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
-#include "stages/reciprocals.h"
+#include "stages/entropy/reciprocals.h"
 
 namespace tagrid {
 namespace {

@@ -1,4 +1,4 @@
-#include "stages/residual_coding.h"
+#include "stages/voxels/residual_model.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "stages/rans_coder.h"
+#include "stages/entropy/rans_coder.h"
 
 namespace tagrid {
 namespace {

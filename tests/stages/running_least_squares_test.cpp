@@ -1,4 +1,4 @@
-#include "stages/running_least_squares.h"
+#include "stages/voxels/running_least_squares.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The closure against the paper's own recursion, and brick by brick against the whole volume.
-#include "stages/subdivide.h"
+#include "stages/marks/subdivide.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "conforming_activity.h"
-#include "grid/conformity.h"
-#include "grid/tetrahedron.h"
 #include "oracle.h"
+#include "stages/grid/conformity.h"
+#include "stages/grid/tetrahedron.h"
 
 namespace tagrid {
 namespace {

@@ -1,4 +1,4 @@
-#include "stages/symbol_model.h"
+#include "stages/entropy/symbol_model.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -1,4 +1,4 @@
-#include "stages/tetrahedra.h"
+#include "stages/mesh/tetrahedra.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "conforming_activity.h"
-#include "grid/conformity.h"
+#include "stages/grid/conformity.h"
 
 namespace tagrid {
 namespace {

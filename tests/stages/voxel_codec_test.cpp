@@ -1,4 +1,4 @@
-#include "stages/voxel_codec.h"
+#include "stages/voxels/codec.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -1,4 +1,4 @@
-#include "stages/wide_voxel_codec.h"
+#include "stages/wide/codec.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "stages/wide_numbers.h"
+#include "stages/volume/numbers.h"
 
 namespace tagrid {
 namespace {

@@ -1,11 +1,11 @@
 // Files whose checksums are right and whose sizes are absurd: an error, soon, and with little memory.
 
-#include "grid/lattice.h"
 #include "io/byte_fields.h"
 #include "io/checksum.h"
 #include "io/tag_file.h"
 #include "io/zstd_bytes.h"
-#include "stages/activity_coding.h"
+#include "stages/activity/coding.h"
+#include "stages/grid/lattice.h"
 #include "tests/sanitized.h"
 #include "tests/tools/command_line.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "grid/box.h"
+#include "stages/grid/box.h"
 
 namespace tagrid::oracle {
 

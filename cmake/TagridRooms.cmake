@@ -1,0 +1,42 @@
+# A room is a folder of sources with one subject, and a static library of its own. It may include its own headers, as
+# "<layer>/<room>/...", and those of the rooms that it links: other rooms are not on its include path, so the include
+# rule does not need a reviewer. Links are PUBLIC where its headers include the other room's, and PRIVATE where only its
+# sources do. main() belongs to a program, and is left out.
+function(tagrid_room folder)
+  cmake_parse_arguments(PARSE_ARGV 1 sees "" "" "PUBLIC;PRIVATE")
+  file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/main\\.cpp$")
+  tagrid_target_names(room ${folder})
+  tagrid_target_names(public ${sees_PUBLIC})
+  tagrid_target_names(private ${sees_PRIVATE})
+  set(view ${PROJECT_BINARY_DIR}/rooms/${room})
+  cmake_path(GET folder PARENT_PATH layer)
+  file(MAKE_DIRECTORY ${view}/${layer})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${folder} ${view}/${folder} SYMBOLIC)
+  if(sources)
+    add_library(${room} STATIC ${sources})
+    target_include_directories(${room} PUBLIC ${view})
+    target_link_libraries(${room} PUBLIC ${public} PRIVATE ${private})
+  else()
+    add_library(${room} INTERFACE)
+    target_include_directories(${room} INTERFACE ${view})
+    target_link_libraries(${room} INTERFACE ${public} ${private})
+  endif()
+  get_property(layer_rooms DIRECTORY PROPERTY TAGRID_ROOMS)
+  set_property(DIRECTORY PROPERTY TAGRID_ROOMS ${layer_rooms} ${room})
+endfunction()
+
+# "stages/voxels" is the target tagrid_stages_voxels; names of other libraries stay.
+function(tagrid_target_names result)
+  set(names ${ARGN})
+  list(TRANSFORM names REPLACE "^((stages|io|pipeline|tools)/.*)$" "tagrid_\\1")
+  list(TRANSFORM names REPLACE "/" "_" REGEX "^tagrid_")
+  set(${result} ${names} PARENT_SCOPE)
+endfunction()
+
+# All rooms of this folder, for those that test them.
+function(tagrid_layer name)
+  get_property(layer_rooms DIRECTORY PROPERTY TAGRID_ROOMS)
+  add_library(tagrid_${name} INTERFACE)
+  target_link_libraries(tagrid_${name} INTERFACE ${layer_rooms})
+endfunction()

@@ -1,0 +1,45 @@
+// Which points of a brick are likely to be active, from its decoded samples.
+//
+// The criterion (criterion.h) in a form that is cheap and has no square root. With the step of an end at a
+// third of the chord, its longest, the spline is the graph of a function whose slope is a quadratic spline
+// of the slopes of the five legs; where slopes are small, R / C - 1 is half the variance of that slope, a
+// quadratic form of four numbers. It is compared with three multiples of the criterion's excess, and what
+// exceeds them is closed under parents, as marks are: a forecast of 0 to 3 for every point.
+//
+// The forecast is part of the format: encoder and decoder compute it alike, in float32, in a fixed order.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// A number of 0 to 3 for every point of a box; of a point it is at least as large as those of its children.
+class Forecast {
+ public:
+  static constexpr int levels = 3;
+
+  Forecast() = default;
+  /// What exceeds the thresholds, the lowest first: each is a subset of the one before.
+  explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
+
+  /// False: nothing is forecast.
+  bool exists() const { return !values_.empty(); }
+  /// Of the point that has the bit `bit` in the words of a LatticeBits of the same box.
+  std::size_t at(std::size_t bit) const { return values_[bit]; }
+
+ private:
+  std::vector<std::uint8_t> values_;
+};
+
+/// The forecast for the closed box of a brick from the decoded samples that the brick owns, x fastest.
+/// Beyond them a sample is that of the nearest. Safe for any values.
+template <class T>
+Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick);
+
+}  // namespace tagrid

@@ -1,0 +1,247 @@
+#include "stages/brick/codec.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "stages/activity/coding.h"
+#include "stages/activity/forecast.h"
+#include "stages/brick/sample_statistics.h"
+#include "stages/grid/lattice.h"
+#include "stages/points/coding.h"
+#include "stages/points/interpolation.h"
+#include "stages/points/wide_coding.h"
+#include "stages/volume/vector_code.h"
+#include "stages/voxels/codec.h"
+#include "stages/wide/codec.h"
+
+namespace tagrid {
+namespace {
+
+// A bound in whole sample units. No bound is larger than the range of the type, whatever was asked for.
+template <class T>
+std::int64_t integer_bound(double bound) {
+  constexpr double widest =
+      static_cast<double>(std::numeric_limits<T>::max()) - std::numeric_limits<T>::min();
+  return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
+}
+
+// Bounds as the coder of the voxels of T takes them.
+template <class T>
+auto voxel_bounds(const CodingParameters& parameters) {
+  if constexpr (is_wide<T>)
+    return WideBounds{parameters.max_error, parameters.surface_error};
+  else
+    return VoxelBounds{integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
+}
+
+// The coders of narrow and of wide types, under one name.
+template <class T>
+void encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
+                         const CodingParameters& parameters, std::vector<std::uint8_t>& out,
+                         std::span<T> decoded) {
+  if constexpr (is_wide<T>)
+    encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
+  else
+    encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded, parameters.effort);
+}
+
+template <class T>
+Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
+                           const CodingParameters& parameters, std::span<T> samples) {
+  if constexpr (is_wide<T>)
+    return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+  else
+    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort);
+}
+
+template <class T>
+T stored(T value, double point_error) {
+  if constexpr (is_wide<T>)
+    return stored_wide_point(value, point_error);
+  else
+    return stored_point(value, integer_bound<T>(point_error));
+}
+
+template <class T>
+void encode_brick_points(std::span<const T> points, const LatticeBits& active,
+                         const CodingParameters& parameters, std::vector<std::uint8_t>& out) {
+  if constexpr (is_wide<T>)
+    encode_wide_points<T>(points, active, parameters.cube_size, parameters.point_error, out);
+  else
+    encode_points<T>(points, active, parameters.cube_size, integer_bound<T>(parameters.point_error), out);
+}
+
+template <class T>
+Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, std::span<T> points) {
+  if constexpr (is_wide<T>)
+    return decode_wide_points<T>(bytes, active, parameters.cube_size, parameters.point_error, points);
+  else
+    return decode_points<T>(bytes, active, parameters.cube_size, integer_bound<T>(parameters.point_error),
+                            points);
+}
+
+// The part `owned` of the values of `box`.
+template <class T>
+std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) {
+  std::vector<T> out(static_cast<std::size_t>(owned.count()));
+  auto to = out.begin();
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
+      to = std::copy_n(values.begin() + box.offset({owned.low.x, y, z}), owned.size().x, to);
+  return out;
+}
+
+// The values of all points of the box, rounded to samples, from those of the active ones. In integers,
+// exactly.
+template <class T>
+std::vector<T> interpolate_integers(std::span<const T> points, const LatticeBits& active, int cube_size) {
+  using Fixed = std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>;
+  std::vector<Fixed> fixed(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) fixed[i] = to_fixed<Fixed>(points[i], cube_size);
+  interpolate<Fixed>(active, active.box(), cube_size, fixed);
+  std::vector<T> rounded(points.size());
+  round_to_samples<T, Fixed>(fixed, cube_size, rounded);
+  return rounded;
+}
+
+// The same of floats, in doubles. Active points keep every bit; a NaN in between has no payload, so that it
+// is the same on every machine.
+template <class T>
+std::vector<T> interpolate_floats(std::span<const T> points, const LatticeBits& active, int cube_size) {
+  std::vector<double> values(points.begin(), points.end());
+  interpolate<double>(active, active.box(), cube_size, values);
+  std::vector<T> samples(points.size());
+  const Box& box = active.box();
+  std::size_t i = 0;
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+      for (std::int64_t x = box.low.x; x <= box.high.x; ++x, ++i)
+        samples[i] = active.test({x, y, z})  ? points[i]
+                     : std::isnan(values[i]) ? std::numeric_limits<T>::quiet_NaN()
+                                             : static_cast<T>(values[i]);
+  return samples;
+}
+
+// Every sample that the brick owns, from the values of its active points.
+template <class T>
+std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
+                                 const CodingParameters& parameters, Index3 brick) {
+  std::vector<T> samples;
+  if constexpr (std::is_integral_v<T>)
+    samples = interpolate_integers(points, active, parameters.cube_size);
+  else
+    samples = interpolate_floats(points, active, parameters.cube_size);
+  return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
+}
+
+// What is forecast from decoded samples, where they do not depend on the activity.
+template <class T>
+Forecast forecast_of(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
+  if (!activity_follows_values(parameters)) return {};
+  return forecast_activity<T>(samples, parameters, brick);
+}
+
+}  // namespace
+
+bool activity_follows_values(const CodingParameters& parameters) {
+  return parameters.mode == FileMode::voxels && parameters.surface_error < 0;
+}
+
+Box samples_to_encode(const CodingParameters& parameters, Index3 brick) {
+  const BrickGrid bricks = parameters.bricks();
+  return parameters.mode == FileMode::grid ? bricks.closed_box(brick) : bricks.owned_box(brick);
+}
+
+template <class T>
+void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code) {
+  assert(samples.box == samples_to_encode(parameters, brick));
+  const auto n = static_cast<std::size_t>(samples.box.count());
+  const std::span<const T> original(samples.data, n);
+  count_active(active, parameters, brick, code.statistics);
+  if (parameters.mode == FileMode::voxels) {
+    std::vector<T> decoded(n);
+    encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded);
+    encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
+                    parameters.max_level, code.activity);
+    measure_samples<T>(original, decoded, code.statistics);
+    return;
+  }
+  encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
+  std::vector<T> points(n);
+  for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
+  encode_brick_points<T>(points, active, parameters, code.values);
+  const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
+  measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
+}
+
+template <class T>
+Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
+                             const CodingParameters& parameters, Index3 brick, LatticeBits& active) {
+  active = LatticeBits(parameters.bricks().closed_box(brick));
+  return decode_activity(bytes, forecast_of<T>(samples, parameters, brick), parameters.cube_size,
+                         parameters.max_level, active);
+}
+
+template <class T>
+Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
+                           const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
+                           std::vector<T>& points) {
+  if (parameters.mode == FileMode::voxels) {
+    const Box owned = parameters.bricks().owned_box(brick);
+    points.clear();
+    samples.resize(static_cast<std::size_t>(owned.count()));
+    return decode_brick_voxels<T>(bytes, owned, active, parameters, samples);
+  }
+  assert(active.box() == parameters.bricks().closed_box(brick));
+  points.assign(static_cast<std::size_t>(active.box().count()), 0);
+  Status status = decode_brick_points<T>(bytes, active, parameters, points);
+  if (status.ok()) samples = interpolate_owned<T>(points, active, parameters, brick);
+  return status;
+}
+
+TAGRID_VECTOR_CODE
+void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
+                  Statistics& statistics) {
+  Box owned = active.box();
+  for (int axis = 0; axis < 3; ++axis)
+    if (brick[axis] > 0) ++owned.low[axis];
+  const std::int64_t s = parameters.cube_size;
+  // Levels of the points of a row depend on x only through its odd multiples: one mask for each unit.
+  const std::size_t words = active.words_per_row();
+  std::vector<std::vector<std::uint64_t>> masks;  // x with exactly 2^i as their unit; last: multiples of S
+  for (std::int64_t unit = 1; unit <= s; unit *= 2) {
+    masks.emplace_back(words);
+    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x)
+      if (x % unit == 0 && (unit == s || x % (2 * unit) != 0))
+        masks.back()[static_cast<std::size_t>((x - active.box().low.x) / 64)] |=
+            std::uint64_t{1} << ((x - active.box().low.x) % 64);
+  }
+  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
+      for (std::size_t i = 0; i < masks.size(); ++i) {
+        const std::uint64_t* row = active.row(y, z);
+        std::uint64_t count = 0;
+        for (std::size_t w = 0; w < words; ++w)
+          count += static_cast<std::uint64_t>(std::popcount(row[w] & masks[i][w]));
+        if (count == 0) continue;
+        const std::int64_t x = std::int64_t{1} << i;
+        statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += count;
+      }
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                        \
+  template void encode_brick(const Samples<T>&, const LatticeBits&, const CodingParameters&, Index3, \
+                             BrickCode&);                                                            \
+  template Status decode_brick_activity(std::span<const std::uint8_t>, std::span<const T>,           \
+                                        const CodingParameters&, Index3, LatticeBits&);              \
+  template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
+                                      const CodingParameters&, Index3, std::vector<T>&, std::vector<T>&);
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
+
+}  // namespace tagrid

@@ -1,0 +1,19 @@
+// How far marks look.
+#pragma once
+
+#include <algorithm>
+
+#include "stages/marks/curvature.h"
+#include "stages/marks/mesh_criterion.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// Samples that marks depend on, beyond the root cubes around them: the halo of the stages that make marks.
+inline int mark_halo(const CodingParameters& parameters) {
+  return parameters.mesh_error < 0
+             ? CurvatureField::halo
+             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
+}
+
+}  // namespace tagrid

@@ -1,0 +1,44 @@
+// The second criterion: a bound on the piecewise linear field of the mesh.
+//
+// A point is marked when a sample inside a tetrahedron of its diamond is further than E_m from the linear
+// interpolation of the original values at the vertices of that tetrahedron. A leaf is a tetrahedron of the
+// diamond of an inactive point, so after the closure no leaf violates the bound.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+
+#include "stages/grid/domain.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/samples.h"
+
+namespace tagrid {
+
+/// Samples around the marked points that are read, on every side: half the edge of the largest diamond.
+constexpr int mesh_criterion_halo(int cube_size) { return cube_size / 2; }
+
+/// Bounds and errors: whole numbers for integer samples, real ones for floats.
+template <class T>
+using MeshBound = std::conditional_t<std::is_floating_point_v<T>, double, std::int64_t>;
+
+/// Marks the points of `marks.box()` that violate the bound `mesh_error` (E_m), also outside the volume.
+/// Points that are marked already stay marked. A point may stay unmarked although it violates the bound if a
+/// descendant is marked, and may be marked although it does not if one is: the closure of the marks is the
+/// same. REQUIRES: samples.box contains marks.box() grown by the halo; a point outside the volume has the
+/// value of the nearest sample there.
+///
+/// Floats: a tetrahedron with a vertex or a sample that is not finite violates the bound, unless it holds no
+/// sample but its vertices. The bound is made smaller by what an interpolation, rounded at every step and at
+/// the end to T, may differ from the exact one; where all samples and vertices are the same nothing is
+/// rounded.
+template <class T>
+void mark_mesh_error(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error,
+                     LatticeBits& marks);
+
+/// The largest difference between a sample of the volume inside the diamond of `p` and the interpolation,
+/// times 2u, u being the unit of p; stops early, with any larger value, once it is above `enough`. For
+/// integer samples.
+template <class T>
+std::int64_t diamond_error(const Samples<T>& samples, const Domain& domain, Index3 p, std::int64_t enough);
+
+}  // namespace tagrid

@@ -1,0 +1,29 @@
+// Subdivision without cracks: which points are active, from the marks around a brick.
+#pragma once
+
+#include <span>
+
+#include "stages/grid/domain.h"
+#include "stages/grid/lattice_bits.h"
+
+namespace tagrid {
+
+/// Closes `bits` under "the parents of an active point are active", in place, and activates the root corners.
+///
+/// The box of the bits must consist of whole root cubes of the lattice; parents outside of it are left out.
+/// One sweep over the levels, finest first, whole words of points at a time. The result is what the paper's
+/// recursion Neighbor_Require_for_Subdivision decides (its section 2.3), without its repetition.
+void close_under_parents(LatticeBits& bits, int cube_size);
+
+/// The same of several sets of one box, each a subset of the one before: where that has no points, the others
+/// are not looked at.
+void close_under_parents(std::span<LatticeBits> nested, int cube_size);
+
+/// The box whose marks decide the activity of the closed box of a brick (the paper's region of reference,
+/// rounded up to whole root cubes).
+Box region_of_marks(const Box& closed_box, const Domain& domain);
+
+/// The active points of `closed_box`. REQUIRES: marks.box() == region_of_marks(closed_box, domain).
+LatticeBits subdivide(LatticeBits marks, const Box& closed_box, const Domain& domain);
+
+}  // namespace tagrid

@@ -1,0 +1,33 @@
+// The values of the active points of a brick, as bytes: what a file without voxels says of them.
+//
+// A value is stored on a fixed lattice, a multiple of 2 E_n + 1 clamped to the type, and not relative to a
+// prediction: so both bricks at a shared face store the same value there. Points come coarse to fine; each is
+// predicted from the vertices of its diamond, all of which are active and known.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/status.h"
+
+namespace tagrid {
+
+/// The stored value for `value` when points may be wrong by `point_error`.
+template <class T>
+T stored_point(T value, std::int64_t point_error);
+
+/// Appends the values of the active points of active.box(). `values` holds the stored values (see
+/// stored_point) of all its points, x fastest; those of inactive points are not looked at.
+/// REQUIRES: the box consists of whole root cubes, the set of active points is conforming inside it.
+template <class T>
+void encode_points(std::span<const T> values, const LatticeBits& active, int cube_size,
+                   std::int64_t point_error, std::vector<std::uint8_t>& out);
+
+/// The inverse: sets the values of the active points. Safe on any bytes.
+template <class T>
+Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
+                     std::int64_t point_error, std::span<T> values);
+
+}  // namespace tagrid

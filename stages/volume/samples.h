@@ -1,0 +1,30 @@
+// Samples of a box of the lattice.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "stages/grid/box.h"
+
+namespace tagrid {
+
+/// A view of the samples of `box`, x fastest.
+template <class T>
+struct Samples {
+  Box box;
+  const T* data = nullptr;
+
+  const T& at(Index3 p) const { return data[box.offset(p)]; }
+  const T* row(std::int64_t y, std::int64_t z) const {
+    return data + ((z - box.low.z) * box.size().y + (y - box.low.y)) * box.size().x;
+  }
+};
+
+/// Whether all samples are the same. REQUIRES: integers, of which there is one or more.
+template <class T>
+bool all_equal(std::span<const T> samples) {
+  return std::equal(samples.begin() + 1, samples.end(), samples.begin());
+}
+
+}  // namespace tagrid

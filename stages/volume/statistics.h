@@ -1,0 +1,47 @@
+// What is known of a brick, or of a volume, besides its bytes.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "stages/grid/lattice.h"
+
+namespace tagrid {
+
+using Uint128 = unsigned __int128;
+
+struct Statistics {
+  /// Active points of each level, 0 .. 3K, among the lattice points that the brick owns: (low, high] of its
+  /// closed box, padding included, the first brick of an axis also the low face.
+  std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
+  double max_error = 0;                                  ///< largest |decoded - original|
+  Uint128 sum_squared_error = 0;                         ///< of integer samples, exactly
+  double sum_squared_real = 0;                           ///< of floats; at most the largest double
+  double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
+  double high = -std::numeric_limits<double>::infinity();
+  double sum = 0;             ///< of the original samples that are finite
+  std::uint64_t finite = 0;   ///< number of them
+  std::uint64_t samples = 0;  ///< of all
+
+  /// No sum is infinite: it ends at the largest double.
+  static double limited(double v) {
+    constexpr double most = std::numeric_limits<double>::max();
+    return std::clamp(v, -most, most);
+  }
+
+  void add(const Statistics& other) {
+    for (std::size_t i = 0; i < active.size(); ++i) active[i] += other.active[i];
+    max_error = std::max(max_error, other.max_error);
+    sum_squared_error += other.sum_squared_error;
+    sum_squared_real = limited(sum_squared_real + other.sum_squared_real);
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+    sum = limited(sum + other.sum);
+    finite += other.finite;
+    samples += other.samples;
+  }
+};
+
+}  // namespace tagrid

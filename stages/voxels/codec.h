@@ -1,0 +1,40 @@
+// The values of every voxel of one brick, each within a bound of the original, as bytes and back.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
+#include "stages/volume/status.h"
+
+namespace tagrid {
+
+/// Largest absolute error of a voxel, in sample units. surface_error >= 0 binds the active points, and
+/// max_error the others; surface_error < 0: max_error binds all.
+struct VoxelBounds {
+  std::int64_t max_error = 0;
+  std::int64_t surface_error = -1;
+};
+
+/// Appends the coded values of a brick to `out`.
+///   samples         of the box `owned`, x fastest; nothing outside it is read
+///   activity        where there is a surface_error: bits of a box that contains `owned`; else not looked at
+///   reconstruction  as many values as `samples`: what decode_voxels will return
+/// The same arguments give the same bytes on every machine.
+/// REQUIRES: owned is not empty, samples.size() == owned.count().
+template <class T>
+void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                   const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                   Effort effort = Effort::normal);
+
+/// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes: it
+/// returns an error where they end too soon, are not used up, or could not have been written by
+/// encode_voxels, and values of the type otherwise. After an error the content of `samples` is unspecified.
+template <class T>
+Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
+                     const VoxelBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
+
+}  // namespace tagrid

@@ -1,0 +1,58 @@
+// What the values of a brick of voxels begin with, of any type: is it constant, or coded?
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "stages/entropy/rans_coder.h"
+#include "stages/volume/numbers.h"
+#include "stages/volume/status.h"
+
+namespace tagrid {
+
+inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
+
+/// Appends the values of a brick whose samples all come back as `value`.
+template <class T>
+void append_constant_brick(T value, std::vector<std::uint8_t>& out) {
+  std::uint64_t bits;
+  if constexpr (std::is_floating_point_v<T>)
+    bits = bits_of(value);
+  else
+    bits = static_cast<std::make_unsigned_t<T>>(value);
+  out.push_back(constant_brick);
+  for (std::size_t byte = 0; byte < sizeof(T); ++byte)
+    out.push_back(static_cast<std::uint8_t>(bits >> (8 * byte)));
+}
+
+/// Sets the samples of a constant brick; those of others `decode` sets, a function of a RansDecoder that
+/// returns what was wrong. Safe on any bytes.
+template <class T, class Decode>
+Status decode_brick_values(std::span<const std::uint8_t> bytes, std::span<T> samples, Decode decode) {
+  if (bytes.empty()) return Status::broken("values are missing");
+  if (bytes[0] == constant_brick) {
+    if (bytes.size() != 1 + sizeof(T))
+      return Status::broken("values of a constant brick have the wrong size");
+    std::uint64_t bits = 0;
+    for (std::size_t byte = 0; byte < sizeof(T); ++byte) bits |= std::uint64_t{bytes[1 + byte]} << (8 * byte);
+    T value;
+    if constexpr (std::is_floating_point_v<T>)
+      value = std::bit_cast<T>(static_cast<BitsOf<T>>(bits));
+    else
+      value = static_cast<T>(bits);
+    std::fill(samples.begin(), samples.end(), value);
+    return {};
+  }
+  if (bytes[0] != coded_brick) return Status::broken("values of an unknown kind");
+  RansDecoder coder(bytes.subspan(1));
+  if (Status status = decode(coder); !status.ok()) return status;
+  if (coder.exhausted()) return Status::broken("values end too soon");
+  if (!coder.finished()) return Status::broken("values are followed by other bytes");
+  return {};
+}
+
+}  // namespace tagrid

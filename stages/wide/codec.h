@@ -1,0 +1,39 @@
+// The values of every voxel of one brick of uint32, int32, float32 or float64, each within a bound of the
+// original, as bytes and back. What voxel_codec is for the narrow types.
+//
+// Every sample becomes a number (wide_numbers.h): an integer itself, a float its key where nothing may be
+// lost or else a fixed-point number. The numbers are coded closed loop, like narrow samples; a float whose
+// number would not lead back to it within its bound escapes, as do all that are not finite: its bits are
+// stored.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/status.h"
+
+namespace tagrid {
+
+/// Largest absolute error of a voxel, in sample units; 0 keeps every bit. surface_error >= 0 binds the active
+/// points, and max_error the others; surface_error < 0: max_error binds all.
+struct WideBounds {
+  double max_error = 0;
+  double surface_error = -1;
+};
+
+/// Appends the coded values of a brick to `out`; as encode_voxels(), see there. A sample that is not finite
+/// comes back bit by bit whatever the bound.
+template <class T>
+void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                        const WideBounds& bounds, std::vector<std::uint8_t>& out,
+                        std::span<T> reconstruction);
+
+/// The inverse. Safe on any bytes: see decode_voxels().
+template <class T>
+Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
+                          const WideBounds& bounds, std::span<T> samples);
+
+}  // namespace tagrid
