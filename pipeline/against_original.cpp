@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "stages/brick/sample_statistics.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
 #include "pipeline/decoded_rows.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/statistics.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "stages/brick/codec.h"
 
 namespace tagrid {

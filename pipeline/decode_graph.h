@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/tag_file.h"
+#include "io/tag/file.h"
 #include "pipeline/decoded_rows.h"
 #include "pipeline/resources.h"
 #include "stages/grid/brick_rows.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "io/errors.h"
-#include "io/little_endian.h"
-#include "io/placed_file.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/files/placed_file.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/parts.h"
 #include "pipeline/until_it_fails.h"

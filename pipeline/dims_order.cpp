@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "io/file_bytes.h"
-#include "io/little_endian.h"
-#include "io/nrrd_header.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/file_bytes.h"
+#include "io/nrrd/header.h"
 
 namespace tagrid {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "io/volume_info.h"
+#include "io/volume/volume_info.h"
 
 namespace tagrid {
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "io/errors.h"
-#include "io/tag_header.h"
+#include "io/files/errors.h"
+#include "io/tag/header.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

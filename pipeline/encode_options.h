@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-#include "io/checksum.h"
-#include "io/errors.h"
-#include "io/file_bytes.h"
-#include "io/part_folder.h"
-#include "io/system_call.h"
-#include "io/temporaries.h"
+#include "io/bytes/checksum.h"
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+#include "io/parts/part_folder.h"
 #include "pipeline/encode_schedule.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/part_work.h"

@@ -1,7 +1,7 @@
 // Slices of the input, as the flow graph takes them.
 #pragma once
 
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
 #include "pipeline/slices.h"
 
 namespace tagrid {

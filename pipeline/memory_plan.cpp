@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/available_memory.h"
 #include "pipeline/memory_of_bricks.h"
 

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/nrrd_geometry.h"
-#include "io/vtu_writer.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/mesh/vtu_writer.h"
+#include "io/nrrd/geometry.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/point_ids.h"

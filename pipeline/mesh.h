@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "io/tag_file.h"
+#include "io/tag/file.h"
 #include "pipeline/progress.h"
 #include "pipeline/resources.h"
 

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "io/byte_fields.h"
+#include "io/bytes/byte_fields.h"
 
 namespace tagrid {
 

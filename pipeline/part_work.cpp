@@ -5,12 +5,12 @@
 #include <cerrno>
 #include <memory>
 
-#include "io/checksum.h"
-#include "io/errors.h"
-#include "io/little_endian.h"
-#include "io/part_folder.h"
-#include "io/placed_file.h"
-#include "io/system_call.h"
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/files/placed_file.h"
+#include "io/files/system_call.h"
+#include "io/parts/part_folder.h"
 #include "pipeline/encode_graph.h"
 #include "pipeline/input_slices.h"
 #include "pipeline/memory_plan.h"

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "io/part_file.h"
-#include "io/run_record.h"
-#include "io/tag_header.h"
-#include "io/volume_info.h"
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
+#include "io/parts/part_file.h"
+#include "io/parts/run_record.h"
+#include "io/tag/header.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/ranks.h"
 #include "pipeline/resources.h"
 #include "stages/grid/brick_rows.h"

@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "io/errors.h"
-#include "io/nrrd_geometry.h"
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
 #include "stages/phantom/phantom.h"
 
 namespace tagrid {

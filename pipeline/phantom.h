@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "io/volume_writer.h"
+#include "io/formats/volume_writer.h"
 #include "pipeline/progress.h"
 
 namespace tagrid {

@@ -12,7 +12,7 @@
 #include <system_error>
 #include <thread>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 
 namespace tagrid {
 namespace {

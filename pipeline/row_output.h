@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "io/spool_file.h"
-#include "io/volume_writer.h"
+#include "io/files/spool_file.h"
+#include "io/formats/volume_writer.h"
 #include "pipeline/decoded_rows.h"
 
 namespace tagrid {

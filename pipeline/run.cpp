@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/encode_graph.h"
 #include "pipeline/input_slices.h"

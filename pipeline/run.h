@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "io/tag_file.h"
-#include "io/volume_writer.h"
+#include "io/formats/volume_writer.h"
+#include "io/tag/file.h"
 #include "pipeline/encode_options.h"
 #include "pipeline/progress.h"
 #include "pipeline/resources.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/volume_info.h"
+#include "io/volume/volume_info.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "io/checksum.h"
+#include "io/bytes/checksum.h"
 
 namespace tagrid {
 

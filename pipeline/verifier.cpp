@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/decode_graph.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/tag_file.h"
+#include "io/tag/file.h"
 #include "pipeline/against_original.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/shared_faces.h"

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "io/tag_file.h"
-#include "io/volume_info.h"
+#include "io/tag/file.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/progress.h"
 #include "pipeline/resources.h"
 

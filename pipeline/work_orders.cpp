@@ -3,7 +3,7 @@
 #include <exception>
 #include <stdexcept>
 
-#include "io/temporaries.h"
+#include "io/files/temporaries.h"
 #include "pipeline/order_fields.h"
 
 namespace tagrid {

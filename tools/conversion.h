@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/line_file.h"
+#include "io/files/line_file.h"
 #include "pipeline/ranks.h"
 #include "tools/manifest.h"
 #include "tools/shared_options.h"

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <system_error>
 
-#include "io/errors.h"
-#include "io/file_bytes.h"
-#include "io/system_call.h"
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
 #include "tools/manifest.h"
 
 namespace tagrid {

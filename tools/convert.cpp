@@ -5,9 +5,9 @@
 
 #include <cerrno>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/system_call.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 #include "tools/commands.h"
 #include "tools/conversion.h"
 #include "tools/human_bytes.h"

@@ -4,11 +4,11 @@
 
 #include <functional>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/part_folder.h"
-#include "io/system_call.h"
-#include "io/temporaries.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+#include "io/parts/part_folder.h"
 #include "pipeline/encode_parts.h"
 #include "pipeline/run.h"
 #include "tools/commands.h"

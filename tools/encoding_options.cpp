@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/dims_order.h"
 #include "tools/command_line_error.h"
 #include "tools/report.h"

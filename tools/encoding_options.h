@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
 #include "pipeline/encode_options.h"
 #include "tools/shared_options.h"
 

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-#include "io/errors.h"
-#include "io/file_checksum.h"
-#include "io/system_call.h"
-#include "io/tag_file.h"
-#include "io/volume_reader.h"
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/formats/file_checksum.h"
+#include "io/formats/volume_reader.h"
+#include "io/tag/file.h"
 #include "pipeline/verify.h"
 #include "tools/report.h"
 

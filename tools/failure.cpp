@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "tools/exit_codes.h"
 
 namespace tagrid {

@@ -6,10 +6,10 @@
 #include <cerrno>
 #include <filesystem>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/system_call.h"
-#include "io/volume_reader.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/formats/volume_reader.h"
 
 namespace tagrid {
 namespace {

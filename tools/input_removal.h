@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/volume_info.h"
+#include "io/volume/volume_info.h"
 
 namespace tagrid {
 

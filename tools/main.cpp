@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "tools/command_line_error.h"
 #include "tools/commands.h"
 #include "tools/exit_codes.h"

@@ -8,10 +8,10 @@
 #include <set>
 #include <string_view>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/file_bytes.h"
-#include "io/system_call.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
 
 namespace tagrid {
 namespace {

@@ -12,8 +12,8 @@
 #include <fstream>
 #include <string>
 
-#include "io/errors.h"
-#include "io/temporaries.h"
+#include "io/files/errors.h"
+#include "io/files/temporaries.h"
 
 namespace tagrid {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <filesystem>
 
-#include "io/errors.h"
-#include "io/file_checksum.h"
-#include "io/system_call.h"
-#include "io/volume_reader.h"
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/formats/file_checksum.h"
+#include "io/formats/volume_reader.h"
 #include "pipeline/verify.h"
 #include "tools/input_removal.h"
 

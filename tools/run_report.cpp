@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/file_bytes.h"
-#include "io/system_call.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
 #include "tools/process.h"
 
 namespace tagrid {

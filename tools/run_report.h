@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/output_file.h"
+#include "io/files/output_file.h"
 #include "stages/grid/box.h"
 #include "stages/volume/sample_type.h"
 

@@ -8,10 +8,10 @@
 #include <charconv>
 #include <filesystem>
 
-#include "io/abandoned_files.h"
-#include "io/errors.h"
-#include "io/file_attributes.h"
-#include "io/temporaries.h"
+#include "io/files/abandoned_files.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/temporaries.h"
 #include "pipeline/ranks.h"
 
 namespace tagrid {

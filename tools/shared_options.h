@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "io/errors.h"
-#include "io/volume_info.h"
-#include "io/volume_writer.h"
+#include "io/files/errors.h"
+#include "io/formats/volume_writer.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/resources.h"
 #include "tools/numbers.h"
 #include "tools/progress.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "tools/process.h"
 
 namespace tagrid {

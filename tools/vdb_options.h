@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/vdb_writer.h"
-#include "io/volume_writer.h"
+#include "io/formats/volume_writer.h"
+#include "io/vdb/writer.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {

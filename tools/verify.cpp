@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/verify_parts.h"
 #include "tools/commands.h"
 #include "tools/report.h"

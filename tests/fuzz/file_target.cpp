@@ -2,7 +2,7 @@
 #include <optional>
 #include <vector>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/mesh.h"
 #include "pipeline/verify.h"

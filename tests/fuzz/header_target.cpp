@@ -1,7 +1,7 @@
-#include "io/errors.h"
-#include "io/nrrd_geometry.h"
-#include "io/nrrd_header.h"
-#include "io/tag_header.h"
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/header.h"
+#include "io/tag/header.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "io/tag_index.h"
-#include "io/zstd_bytes.h"
+#include "io/bytes/zstd_bytes.h"
+#include "io/tag/index.h"
 #include "stages/grid/lattice.h"
 #include "tests/fuzz/targets.h"
 #include "tools/report.h"

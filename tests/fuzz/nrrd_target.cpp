@@ -1,7 +1,7 @@
 // A volume as it lies in a file: header, blank line, samples. A detached header is one that names the data
 // file "d": what follows its blank line is then given as that file.
-#include "io/errors.h"
-#include "io/nrrd_header.h"
+#include "io/files/errors.h"
+#include "io/nrrd/header.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/read_volume.h"
 #include "tests/fuzz/targets.h"

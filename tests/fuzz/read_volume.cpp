@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "io/errors.h"
-#include "io/volume_reader.h"
+#include "io/files/errors.h"
+#include "io/formats/volume_reader.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {

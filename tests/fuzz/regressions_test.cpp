@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "io/checksum.h"
+#include "io/bytes/checksum.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/fuzz/targets.h"
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "io/errors.h"
-#include "io/part_file.h"
-#include "io/run_record.h"
+#include "io/files/errors.h"
+#include "io/parts/part_file.h"
+#include "io/parts/run_record.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 

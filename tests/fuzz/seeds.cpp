@@ -9,11 +9,11 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "io/little_endian.h"
-#include "io/part_file.h"
-#include "io/run_record.h"
-#include "io/vdb_writer.h"
-#include "io/zstd_bytes.h"
+#include "io/bytes/little_endian.h"
+#include "io/bytes/zstd_bytes.h"
+#include "io/parts/part_file.h"
+#include "io/parts/run_record.h"
+#include "io/vdb/writer.h"
 #include "pipeline/run.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"

@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "io/part_file.h"
+#include "io/parts/part_file.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid::fuzz {

@@ -1,13 +1,13 @@
 // What killed runs left is removed, and nothing else.
-#include "io/abandoned_files.h"
+#include "io/files/abandoned_files.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-#include "io/output_file.h"
-#include "io/temporaries.h"
+#include "io/files/output_file.h"
+#include "io/files/temporaries.h"
 #include "io/temporary_folder.h"
 
 namespace tagrid {

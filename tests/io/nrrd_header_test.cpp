@@ -1,5 +1,5 @@
-#include "io/nrrd_geometry.h"
-#include "io/nrrd_header.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/header.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "io/temporary_folder.h"
 
 namespace tagrid {

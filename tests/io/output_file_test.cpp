@@ -1,11 +1,11 @@
-#include "io/output_file.h"
+#include "io/files/output_file.h"
 
 #include <sys/stat.h>
 
 #include <cstring>
 
-#include "io/errors.h"
-#include "io/temporaries.h"
+#include "io/files/errors.h"
+#include "io/files/temporaries.h"
 #include "io/temporary_folder.h"
 
 namespace tagrid {

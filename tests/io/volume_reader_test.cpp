@@ -1,4 +1,4 @@
-#include "io/volume_reader.h"
+#include "io/formats/volume_reader.h"
 
 #include <fcntl.h>
 #include <rapidcheck.h>
@@ -7,7 +7,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "io/temporary_folder.h"
 
 namespace tagrid {

@@ -1,14 +1,14 @@
-#include "io/nrrd_geometry.h"
-#include "io/volume_writer.h"
+#include "io/formats/volume_writer.h"
+#include "io/nrrd/geometry.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "io/errors.h"
-#include "io/little_endian.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/formats/volume_reader.h"
 #include "io/temporary_folder.h"
-#include "io/volume_reader.h"
 
 namespace tagrid {
 namespace {

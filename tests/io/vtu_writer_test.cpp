@@ -1,4 +1,4 @@
-#include "io/vtu_writer.h"
+#include "io/mesh/vtu_writer.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "io/temporary_folder.h"
 #include "io/vtu_reader.h"
 

@@ -1,10 +1,10 @@
-#include "io/zstd_bytes.h"
+#include "io/bytes/zstd_bytes.h"
 
 #include <gtest/gtest.h>
 
 #include <string_view>
 
-#include "io/checksum.h"
+#include "io/bytes/checksum.h"
 
 namespace tagrid {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "io/tag_file.h"
+#include "io/tag/file.h"
 #include "pipeline/encode_graph.h"
 #include "pipeline/generous_budgets.h"
 #include "tests/pipeline/volumes.h"

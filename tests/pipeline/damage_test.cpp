@@ -3,7 +3,7 @@
 
 #include <iostream>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <random>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/run.h"
 #include "tests/io/temporary_folder.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <iostream>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <random>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/decode_graph.h"
 #include "pipeline/generous_budgets.h"
 #include "pipeline/phantom.h"

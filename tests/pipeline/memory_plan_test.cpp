@@ -7,7 +7,7 @@
 #include <fstream>
 #include <regex>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "io/temporary_folder.h"
 #include "pipeline/available_memory.h"
 #include "stages/grid/lattice.h"

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/meshed_volume.h"
 
 namespace tagrid {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"

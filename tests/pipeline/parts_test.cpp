@@ -5,10 +5,10 @@
 #include <array>
 #include <filesystem>
 
-#include "io/errors.h"
-#include "io/part_file.h"
-#include "io/part_folder.h"
-#include "io/run_record.h"
+#include "io/files/errors.h"
+#include "io/parts/part_file.h"
+#include "io/parts/part_folder.h"
+#include "io/parts/run_record.h"
 #include "pipeline/encode_parts.h"
 #include "pipeline/parts.h"
 #include "tests/io/temporary_folder.h"

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/encode_graph.h"
 #include "pipeline/generous_budgets.h"
 #include "pipeline/verify.h"

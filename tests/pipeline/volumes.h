@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "io/nrrd_geometry.h"
-#include "io/volume_info.h"
-#include "io/volume_reader.h"
-#include "io/volume_writer.h"
+#include "io/formats/volume_reader.h"
+#include "io/formats/volume_writer.h"
+#include "io/nrrd/geometry.h"
+#include "io/volume/volume_info.h"
 #include "stages/volume/sample_type.h"
 
 namespace tagrid {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
 #include "pipeline/mesh.h"
 #include "pipeline/run.h"
 #include "pipeline/verify.h"

@@ -1,9 +1,9 @@
 // Files whose checksums are right and whose sizes are absurd: an error, soon, and with little memory.
 
-#include "io/byte_fields.h"
-#include "io/checksum.h"
-#include "io/tag_file.h"
-#include "io/zstd_bytes.h"
+#include "io/bytes/byte_fields.h"
+#include "io/bytes/checksum.h"
+#include "io/bytes/zstd_bytes.h"
+#include "io/tag/file.h"
 #include "stages/activity/coding.h"
 #include "stages/grid/lattice.h"
 #include "tests/sanitized.h"

@@ -2,10 +2,10 @@
 // two parts together show that something is wrong.
 #include <cmath>
 
-#include "io/checksum.h"
-#include "io/little_endian.h"
-#include "io/output_file.h"
-#include "io/tag_file.h"
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/output_file.h"
+#include "io/tag/file.h"
 #include "pipeline/parts.h"
 #include "tools/mpi_runs.h"
 

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <random>
 
-#include "io/errors.h"
+#include "io/files/errors.h"
+#include "io/formats/volume_reader.h"
 #include "io/temporary_folder.h"
-#include "io/volume_reader.h"
 #include "vdb/openvdb_oracle.h"
 
 namespace tagrid {

@@ -6,11 +6,11 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "io/errors.h"
-#include "io/nrrd_geometry.h"
+#include "io/files/errors.h"
+#include "io/formats/volume_reader.h"
+#include "io/formats/volume_writer.h"
+#include "io/nrrd/geometry.h"
 #include "io/temporary_folder.h"
-#include "io/volume_reader.h"
-#include "io/volume_writer.h"
 #include "vdb/openvdb_oracle.h"
 
 namespace tagrid {

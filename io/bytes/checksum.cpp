@@ -1,0 +1,49 @@
+#include "io/bytes/checksum.h"
+
+#include <xxhash.h>
+
+#include <array>
+#include <new>
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid {
+
+struct RunningChecksum::State {
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> xxh3{XXH3_createState(), XXH3_freeState};
+};
+
+RunningChecksum::RunningChecksum() : state_(std::make_unique<State>()) {
+  if (!state_->xxh3) throw std::bad_alloc();
+  XXH3_64bits_reset(state_->xxh3.get());
+}
+
+RunningChecksum::~RunningChecksum() = default;
+
+void RunningChecksum::add(std::span<const std::byte> bytes) {
+  XXH3_64bits_update(state_->xxh3.get(), bytes.data(), bytes.size());
+}
+
+std::uint64_t RunningChecksum::value() const { return XXH3_64bits_digest(state_->xxh3.get()); }
+
+std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts) {
+  RunningChecksum checksum;
+  for (const auto& part : parts) checksum.add(part);
+  return checksum.value();
+}
+
+std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before) {
+  std::array<std::byte, 8> bytes;
+  store_little_endian(bytes.data(), own);
+  return XXH3_64bits_withSeed(bytes.data(), bytes.size(), before);
+}
+
+bool checksums_agree([[maybe_unused]] std::uint64_t in_file, [[maybe_unused]] std::uint64_t computed) {
+#ifdef TAGRID_NO_CHECKSUMS
+  return true;
+#else
+  return in_file == computed;
+#endif
+}
+
+}  // namespace tagrid

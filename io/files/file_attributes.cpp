@@ -1,0 +1,52 @@
+#include "io/files/file_attributes.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+namespace {
+
+std::optional<struct stat> status_of_stream_or(const std::string& path, int stream) {
+  if (path != "-") return status_of(path);
+  struct stat status = {};
+  if (fstat(stream, &status) == 0) return status;
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<FileAttributes> attributes_of(const std::string& path) {
+  if (path == "-") return std::nullopt;
+  const auto status = status_of(path);
+  if (!status || !S_ISREG(status->st_mode)) return std::nullopt;
+  return FileAttributes{status->st_mode & 0777, status->st_uid, status->st_gid, status->st_atim,
+                        status->st_mtim};
+}
+
+void set_permissions(int descriptor, const FileAttributes& attributes) {
+  // Failures are no errors: file systems without owners or permissions exist, and only root may give away.
+  mode_t mode = attributes.mode;
+  if (fchown(descriptor, attributes.owner, static_cast<gid_t>(-1)) != 0) mode &= 0777;
+  if (fchown(descriptor, static_cast<uid_t>(-1), attributes.group) != 0)
+    mode = (mode & 0707) | (((mode >> 3) & mode & 07) << 3);
+  if (fchmod(descriptor, mode) != 0) return;
+}
+
+bool is_regular_output(const std::string& path) {
+  if (path == "-") return false;
+  const auto status = status_of(path);
+  return !status || S_ISREG(status->st_mode);
+}
+
+void refuse_same_file(const std::string& input, const std::string& output) {
+  const auto in = status_of_stream_or(input, STDIN_FILENO), out = status_of_stream_or(output, STDOUT_FILENO);
+  if (!in || !out) return;
+  if (!S_ISREG(in->st_mode) || in->st_dev != out->st_dev || in->st_ino != out->st_ino) return;
+  throw UsageError((output == "-" ? "standard output" : output) +
+                   ": is the input itself, which is never written to; choose another output");
+}
+
+}  // namespace tagrid

@@ -1,0 +1,138 @@
+#include "io/files/file_bytes.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+
+FileBytes::FileBytes(const std::string& path)
+    : name_(path == "-" ? "standard input" : path), buffer_(peek_limit) {
+  descriptor_ =
+      path == "-" ? STDIN_FILENO : uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  look_at_file();
+}
+
+FileBytes::FileBytes(int descriptor, const std::string& name)
+    : name_(name), descriptor_(descriptor), buffer_(peek_limit) {
+  lseek(descriptor_, 0, SEEK_SET);
+  look_at_file();
+}
+
+void FileBytes::look_at_file() {
+  struct stat status;
+  off_t base = 0;
+  int error = fstat(descriptor_, &status) != 0 ? errno : 0;
+  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
+  if (error == 0 && S_ISREG(status.st_mode) && (base = lseek(descriptor_, 0, SEEK_CUR)) < 0) error = errno;
+  if (error != 0) {
+    if (descriptor_ != STDIN_FILENO) close(descriptor_);
+    throw world_error("cannot read", name_, error);
+  }
+  if (!S_ISREG(status.st_mode)) return;
+  base_ = static_cast<std::uint64_t>(base);
+  size_ = static_cast<std::uint64_t>(std::max<off_t>(status.st_size - base, 0));
+  posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
+}
+
+FileBytes::~FileBytes() {
+  if (descriptor_ != STDIN_FILENO) close(descriptor_);
+}
+
+/// Until a pipe has something to say, be it that it has ended.
+void FileBytes::wait_for_bytes() const {
+  constexpr int look_again = 100;  // ms
+  pollfd ready = {descriptor_, POLLIN, 0};
+  while (poll(&ready, 1, stop_ ? look_again : -1) == 0)
+    if (*stop_) throw WorldError(name_ + ": nobody needs it any more");
+}
+
+std::size_t FileBytes::read_once(std::byte* out, std::size_t size) {
+  for (;;) {
+    if (!size_) wait_for_bytes();
+    const ssize_t count = ::read(descriptor_, out, std::min(size, std::size_t{1} << 30));
+    if (count >= 0) return static_cast<std::size_t>(count);
+    if (errno != EINTR && errno != EAGAIN) throw world_error("cannot read", name_, errno);
+  }
+}
+
+void FileBytes::fill(std::size_t size) {
+  assert(size <= peek_limit);
+  if (buffered() >= size) return;
+  std::memmove(buffer_.data(), buffer_.data() + begin_, buffered());
+  end_ = buffered();
+  begin_ = 0;
+  while (end_ < size) {
+    const std::size_t count = read_once(buffer_.data() + end_, buffer_.size() - end_);
+    if (count == 0) return;
+    end_ += count;
+  }
+}
+
+std::size_t FileBytes::read(std::byte* out, std::size_t size) {
+  std::size_t done = std::min(size, buffered());
+  if (done > 0) std::memcpy(out, buffer_.data() + begin_, done);
+  begin_ += done;
+  while (done < size) {
+    const std::size_t count = read_once(out + done, size - done);
+    if (count == 0) break;
+    done += count;
+  }
+  position_ += done;
+  return done;
+}
+
+std::string_view FileBytes::peek(std::size_t size) {
+  fill(size);
+  return {reinterpret_cast<const char*>(buffer_.data() + begin_), std::min(size, buffered())};
+}
+
+std::uint64_t FileBytes::skip(std::uint64_t size) {
+  std::uint64_t done = 0;
+  while (done < size) {
+    fill(1);
+    if (buffered() == 0) break;
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(size - done, buffered()));
+    begin_ += count;
+    done += count;
+  }
+  position_ += done;
+  return done;
+}
+
+bool FileBytes::read_line(std::string& line, std::size_t limit) {
+  for (;;) {
+    fill(1);
+    if (buffered() == 0) return true;
+    const char* bytes = reinterpret_cast<const char*>(buffer_.data() + begin_);
+    const void* line_end = std::memchr(bytes, '\n', buffered());
+    const std::size_t count =
+        line_end ? static_cast<std::size_t>(static_cast<const char*>(line_end) - bytes) + 1 : buffered();
+    if (count > limit) return false;
+    line.append(bytes, count);
+    limit -= count;
+    begin_ += count;
+    position_ += count;
+    if (line_end) return true;
+  }
+}
+
+void FileBytes::seek(std::uint64_t position) {
+  assert(size_);
+  if (lseek(descriptor_, static_cast<off_t>(base_ + position), SEEK_SET) < 0)
+    throw world_error("cannot seek in", name_, errno);
+  begin_ = end_ = 0;
+  position_ = position;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,232 @@
+#include "io/files/output_file.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <filesystem>
+#include <utility>
+
+#include "io/files/abandoned_files.h"
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+
+namespace tagrid {
+namespace {
+
+std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+/// Writes straight to what is not a regular file, such as /dev/null or a named pipe.
+bool is_special(const std::string& path) {
+  const auto status = status_of(path);
+  return status && !S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode);
+}
+
+UsageError exists_already(const std::string& path) {
+  return UsageError(path + ": exists already; give -f to overwrite it");
+}
+
+/// Renames without overwriting; returns 0 or an errno.
+int rename_to_new(const std::string& from, const std::string& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return errno;
+  if (link(from.c_str(), to.c_str()) != 0) return errno;
+  if (unlink(from.c_str()) == 0) return 0;
+  const int error = errno;
+  unlink(to.c_str());
+  return error;
+}
+
+/// Waits until a stream that does not block takes more.
+void wait_for_room(int descriptor) {
+  pollfd ready = {descriptor, POLLOUT, 0};
+  poll(&ready, 1, -1);
+}
+
+}  // namespace
+
+int sync_folder(const std::string& folder) {
+  const int descriptor =
+      uninterrupted([&] { return open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+  if (descriptor < 0) return errno == EACCES || errno == EPERM ? 0 : errno;
+  const int error = uninterrupted([&] { return fsync(descriptor); }) != 0 ? errno : 0;
+  close(descriptor);
+  return error == EINVAL || error == ENOTSUP ? 0 : error;
+}
+
+void check_output(const std::string& path, bool overwrite) {
+  if (path == "-") return;
+  const auto status = status_of_name(path);
+  if (!status || is_special(path)) return;
+  if (S_ISDIR(status->st_mode)) throw UsageError(path + ": is a folder; give the name of a file");
+  if (!overwrite) throw exists_already(path);
+}
+
+OutputFile::OutputFile(const std::string& path, bool overwrite, OutputFileOptions options)
+    : path_(path),
+      name_(path == "-" ? "standard output" : path),
+      overwrite_(overwrite),
+      options_(std::move(options)) {
+  check_output(path, overwrite);
+  if (path == "-") {
+    descriptor_ = STDOUT_FILENO;
+  } else if (is_special(path)) {
+    descriptor_ = uninterrupted([&] { return open(path.c_str(), O_WRONLY | O_CLOEXEC); });
+    if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  } else {
+    create_temporary();
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (published_) take_back();
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+  forget_temporary(slot_);
+  if (descriptor_ >= 0 && descriptor_ != STDOUT_FILENO) close(descriptor_);
+}
+
+std::string OutputFile::hidden_path(const std::string& name) const {
+  const std::filesystem::path folder = options_.temporaries.empty()
+                                           ? std::filesystem::path(path_).parent_path()
+                                           : std::filesystem::path(options_.temporaries);
+  return (folder / name).string();
+}
+
+void OutputFile::create_temporary() {
+  const std::string target = file_name_of(path_);
+  if (target.empty()) throw UsageError(path_ + ": is not the name of a file");
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    const std::string candidate = hidden_path(temporary_name(target));
+    // Registered first: a signal in between must not leave it. The mode is that of any new file, or nobody
+    // else's until it is that of another one.
+    slot_ = register_temporary(candidate);
+    const mode_t mode = options_.like ? 0600 : 0666;
+    descriptor_ =
+        uninterrupted([&] { return open(candidate.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode); });
+    const int error = errno;
+    if (descriptor_ >= 0 && hold_temporary(descriptor_)) {
+      temporary_ = candidate;
+      if (options_.like && !options_.others_write) set_permissions(descriptor_, *options_.like);
+      return;
+    }
+    forget_temporary(std::exchange(slot_, -1));
+    if (descriptor_ >= 0)
+      close(std::exchange(descriptor_, -1));
+    else if (error != EEXIST)
+      throw world_error("cannot create", name_, error);
+  }
+  throw world_error("cannot create", name_, EEXIST);
+}
+
+void OutputFile::write(std::span<const std::byte> bytes) {
+  assert(descriptor_ >= 0);
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor_, bytes.data(), std::min(bytes.size(), std::size_t{1} << 30));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && errno == EAGAIN) {
+      wait_for_room(descriptor_);
+      continue;
+    }
+    if (count < 0 && errno == EPIPE) throw ClosedPipe(name_ + ": nobody reads it any more");
+    if (count < 0) throw world_error("cannot write", name_, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+    position_ += static_cast<std::uint64_t>(count);
+  }
+}
+
+void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+  assert(can_seek());
+  if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
+}
+
+void OutputFile::sync() {
+  if (options_.like && !temporary_.empty() && !synced_) {
+    if (options_.others_write) set_permissions(descriptor_, *options_.like);
+    const timespec times[2] = {options_.like->accessed, options_.like->modified};
+    // A time that cannot be kept is no reason to throw the file away.
+    if (futimens(descriptor_, times) != 0) errno = 0;
+  }
+  if (!temporary_.empty() && !synced_ && uninterrupted([&] { return fsync(descriptor_); }) != 0)
+    throw world_error("cannot write", name_, errno);
+  synced_ = true;
+}
+
+void OutputFile::close_descriptor() {
+  int descriptor = std::exchange(descriptor_, -1);
+  // Network file systems report some failed writes only here. The standard output stays open, and reports
+  // them for any of its descriptors.
+  if (descriptor == STDOUT_FILENO) descriptor = dup(STDOUT_FILENO);
+  if (descriptor >= 0 && close(descriptor) != 0 && errno != EINTR)
+    throw world_error("cannot write", name_, errno);
+}
+
+/// Keeps the file that has the name under another one, until nothing can fail any more. Some file systems
+/// cannot do that; then the older file is gone once the new one has its name.
+void OutputFile::set_older_aside() {
+  const std::string candidate = hidden_path(older_name(file_name_of(path_)));
+  older_slot_ = register_temporary(candidate, path_);
+  if (link(path_.c_str(), candidate.c_str()) == 0) {
+    older_ = candidate;
+  } else {
+    forget_temporary(std::exchange(older_slot_, -1));
+  }
+}
+
+void OutputFile::give_name() {
+  int error = 0;
+  if (!overwrite_)
+    error = rename_to_new(temporary_, path_);
+  else if (rename(temporary_.c_str(), path_.c_str()) != 0)
+    error = errno;
+  published_ = true;  // also where it was not: the older file has two names
+  if (error == EEXIST) throw exists_already(path_);
+  if (error != 0) throw world_error("cannot rename the finished file to", name_, error);
+  temporary_.clear();
+  forget_temporary(slot_);
+  slot_ = older_.empty() ? register_temporary(path_) : -1;
+}
+
+void OutputFile::take_back() noexcept {
+  published_ = false;
+  if (!older_.empty()) {
+    // Nothing happens where both names are of one file: then the second one has to go.
+    if (rename(older_.c_str(), path_.c_str()) == 0) unlink(older_.c_str());
+    forget_temporary(std::exchange(older_slot_, -1));
+  } else if (temporary_.empty()) {
+    unlink(path_.c_str());
+  }
+  older_.clear();
+}
+
+void OutputFile::publish() {
+  assert(descriptor_ >= 0);
+  sync();
+  close_descriptor();
+  if (temporary_.empty()) return;
+  if (overwrite_) set_older_aside();
+  try {
+    give_name();
+    if (const int error = sync_folder(folder_of(path_)); error != 0)
+      throw world_error("cannot write its folder", name_, error);
+  } catch (...) {
+    take_back();
+    throw;
+  }
+}
+
+void OutputFile::keep() {
+  published_ = false;
+  forget_temporary(std::exchange(slot_, -1));
+  if (older_.empty()) return;
+  const std::string older = std::exchange(older_, "");
+  const int error = unlink(older.c_str()) != 0 ? errno : 0;
+  forget_temporary(std::exchange(older_slot_, -1));
+  if (error != 0) throw world_error("cannot remove the older file of the name", older, error);
+}
+
+}  // namespace tagrid

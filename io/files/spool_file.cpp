@@ -1,0 +1,138 @@
+#include "io/files/spool_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::size_t buffer_size = std::size_t{1} << 20;
+
+std::string folder_for_temporaries() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/tmp";
+}
+
+// Beside the output, where the space for the result has to be anyway.
+std::string folder_beside(const std::string& path) {
+  if (path == "-") return folder_for_temporaries();
+  const auto status = status_of(path);
+  if (status && !S_ISREG(status->st_mode)) return folder_for_temporaries();
+  return folder_of(path);
+}
+
+}  // namespace
+
+SpoolFile::SpoolFile(const std::string& path)
+    : name_(path == "-" ? "standard output" : path), folder_(folder_beside(path)) {
+  create();
+}
+
+SpoolFile::SpoolFile(const std::string& folder, const std::string& whose) : name_(whose), folder_(folder) {
+  create();
+}
+
+void SpoolFile::create() {
+  buffer_.reserve(buffer_size);
+  descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
+  if (descriptor_ >= 0) return;
+  // Some network file systems have no nameless files: make one with a name and take the name away.
+  std::string name = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
+  descriptor_ = mkostemp(name.data(), O_CLOEXEC);
+  if (descriptor_ < 0) fail("cannot create", errno);
+  if (unlink(name.c_str()) == 0) return;
+  const int error = errno;
+  close(descriptor_);
+  fail("cannot remove", error);
+}
+
+void SpoolFile::fail(const char* what, int error) const {
+  throw world_error(fmt::format("{} a temporary file in {}", what, folder_), name_, error);
+}
+
+SpoolFile::~SpoolFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
+void SpoolFile::write(std::span<const std::byte> bytes) {
+  assert(!reading_);
+  size_ += bytes.size();
+  while (!bytes.empty()) {
+    const std::size_t count = std::min(bytes.size(), buffer_size - buffer_.size());
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+    bytes = bytes.subspan(count);
+    if (buffer_.size() == buffer_size) flush();
+  }
+}
+
+void SpoolFile::write_all(std::uint64_t position, std::span<const std::byte> bytes) {
+  if (!write_all_at(descriptor_, position, bytes)) fail("cannot write", errno);
+}
+
+void SpoolFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+  assert(!reading_ && buffer_.empty());
+  write_all(position, bytes);
+  size_ = std::max(size_, position + bytes.size());
+  flushed_ = size_;
+}
+
+void SpoolFile::clear() {
+  buffer_.clear();
+  reading_ = false;
+  size_ = flushed_ = 0;
+}
+
+int SpoolFile::release() {
+  flush();
+  return std::exchange(descriptor_, -1);
+}
+
+void SpoolFile::flush() {
+  write_all(flushed_, buffer_);
+  flushed_ += buffer_.size();
+  buffer_.clear();
+}
+
+void SpoolFile::begin_reading() {
+  if (!reading_) flush();
+  reading_ = true;
+}
+
+std::size_t SpoolFile::read_some(std::uint64_t position, std::span<std::byte> to) const {
+  const ssize_t count =
+      uninterrupted([&] { return pread(descriptor_, to.data(), to.size(), static_cast<off_t>(position)); });
+  if (count <= 0) fail("cannot read", count < 0 ? errno : EIO);
+  return static_cast<std::size_t>(count);
+}
+
+void SpoolFile::read_at(std::uint64_t position, std::span<std::byte> to) {
+  begin_reading();
+  while (!to.empty()) {
+    const std::size_t count = read_some(position, to);
+    to = to.subspan(count);
+    position += count;
+  }
+}
+
+std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
+  begin_reading();
+  buffer_.resize(buffer_size);
+  // Behind what was written may be bytes of before clear().
+  const std::size_t wanted = std::min<std::uint64_t>(buffer_size, size_ - position);
+  return std::span(buffer_).first(read_some(position, std::span(buffer_).first(wanted)));
+}
+
+}  // namespace tagrid

@@ -1,0 +1,148 @@
+#include "io/files/temporaries.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <climits>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace tagrid {
+namespace {
+
+constexpr std::string_view temporary_mark = ".part", older_mark = ".old";
+constexpr std::string_view suffix_letters = "abcdefghijklmnopqrstuvwxyz012345";
+constexpr std::size_t suffix_size = 6;
+
+constexpr int slot_count = 64;
+enum SlotState : int { slot_free, slot_filling, slot_used };
+std::array<std::atomic<int>, slot_count> slot_states = {};
+char slot_paths[slot_count][PATH_MAX], slot_originals[slot_count][PATH_MAX];
+bool slot_is_folder[slot_count];
+
+std::atomic<int> signal_code{-1};
+std::array<char, 200> signal_message;
+std::atomic<std::size_t> signal_message_size{0};
+
+int add_to_slots(const std::string& path, const std::string& original, bool folder) {
+  if (path.size() >= PATH_MAX || original.size() >= PATH_MAX) return -1;
+  for (int slot = 0; slot < slot_count; ++slot) {
+    int expected = slot_free;
+    auto& state = slot_states[static_cast<std::size_t>(slot)];
+    if (!state.compare_exchange_strong(expected, slot_filling)) continue;
+    std::memcpy(slot_paths[slot], path.c_str(), path.size() + 1);
+    std::memcpy(slot_originals[slot], original.c_str(), original.size() + 1);
+    slot_is_folder[slot] = folder;
+    state.store(slot_used);
+    return slot;
+  }
+  return -1;
+}
+
+std::string hidden_name(const std::string& name, std::string_view mark) {
+  return fmt::format(".{}{}{}", name_in_temporary_names(name), mark, random_suffix());
+}
+
+std::optional<std::string_view> target_of(std::string_view name, std::string_view mark) {
+  const std::size_t end_size = mark.size() + suffix_size;
+  if (!name.starts_with('.') || name.size() <= 1 + end_size) return std::nullopt;
+  const std::string_view end = name.substr(name.size() - end_size);
+  if (!end.starts_with(mark) || end.find_first_not_of(suffix_letters, mark.size()) != end.npos)
+    return std::nullopt;
+  return name.substr(1, name.size() - end_size - 1);
+}
+
+// One look at a folder; returns how many files were removed. readdir() allocates, which a signal handler must
+// not.
+int remove_files_in(int folder) noexcept {
+  alignas(8) char entries[4096];
+  int removed = 0;
+  lseek(folder, 0, SEEK_SET);
+  for (;;) {
+    const long size = syscall(SYS_getdents64, folder, entries, sizeof entries);
+    if (size <= 0) return removed;
+    for (long at = 0; at < size;) {
+      // As the kernel lays it out: number, offset, length of the entry, type, name.
+      unsigned short length;
+      std::memcpy(&length, entries + at + 16, sizeof length);
+      removed += unlinkat(folder, entries + at + 19, 0) == 0;
+      at += length;
+    }
+  }
+}
+
+}  // namespace
+
+int register_temporary(const std::string& path, const std::string& original) {
+  return add_to_slots(path, original, false);
+}
+
+int register_temporary_folder(const std::string& path) { return add_to_slots(path, "", true); }
+
+void forget_temporary(int slot) {
+  if (slot >= 0) slot_states[static_cast<std::size_t>(slot)].store(slot_free);
+}
+
+std::string random_suffix() {
+  std::array<unsigned char, suffix_size> random = {};
+  if (getrandom(random.data(), random.size(), 0) != static_cast<ssize_t>(random.size()))
+    for (auto& byte : random) byte = static_cast<unsigned char>(std::rand());
+  std::string suffix;
+  for (unsigned char byte : random) suffix += suffix_letters[byte % suffix_letters.size()];
+  return suffix;
+}
+
+std::string temporary_name(const std::string& name) { return hidden_name(name, temporary_mark); }
+std::string older_name(const std::string& name) { return hidden_name(name, older_mark); }
+std::string name_in_temporary_names(const std::string& name) { return name.substr(0, 240); }
+
+std::optional<std::string_view> target_of_temporary(std::string_view name) {
+  return target_of(name, temporary_mark);
+}
+std::optional<std::string_view> target_of_older(std::string_view name) { return target_of(name, older_mark); }
+
+void unlink_temporaries() noexcept {
+  for (int slot = 0; slot < slot_count; ++slot) {
+    if (slot_states[static_cast<std::size_t>(slot)].load() != slot_used) continue;
+    if (slot_is_folder[slot]) {
+      remove_folder(slot_paths[slot]);
+      continue;
+    }
+    if (slot_originals[slot][0] != '\0') std::rename(slot_paths[slot], slot_originals[slot]);
+    // Also after that: a name is not taken away where both are of one file.
+    unlink(slot_paths[slot]);
+  }
+}
+
+void remove_folder(const char* path) noexcept {
+  const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (folder >= 0) {
+    while (remove_files_in(folder) > 0) {
+    }
+    close(folder);
+  }
+  rmdir(path);
+}
+
+void end_signals_with(int code, const std::string& message) {
+  const std::size_t size = std::min(message.size(), signal_message.size());
+  std::memcpy(signal_message.data(), message.data(), size);
+  signal_message_size = size;
+  signal_code = code;
+}
+
+int code_after_signal() noexcept { return signal_code; }
+
+void write_message_after_signal() noexcept {
+  if (signal_message_size > 0 && write(STDERR_FILENO, signal_message.data(), signal_message_size) < 0) return;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,147 @@
+#include "io/nrrd/geometry.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "io/files/errors.h"
+#include "io/nrrd/line.h"
+
+namespace tagrid {
+namespace {
+
+using Vector = std::array<double, 3>;
+using Fields = std::map<std::string_view, std::string_view>;
+
+Fields fields_of(std::string_view nrrd_fields) {
+  Fields fields;
+  // Otherwise they would not come back from a header that they are put into.
+  if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
+    throw BrokenInput("NRRD header: lines must end with a line feed alone here");
+  while (!nrrd_fields.empty()) {
+    const NrrdLine line = parse_nrrd_line(take_line(nrrd_fields));
+    if (line.kind != NrrdLine::Kind::field) continue;
+    if (is_storage_field(line.field))
+      throw BrokenInput(fmt::format("NRRD header: \"{}\" is not expected here", line.field));
+    if (!fields.emplace(line.field, line.value).second)
+      throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", line.field));
+  }
+  return fields;
+}
+
+std::optional<std::string_view> find(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  return found == fields.end() ? std::nullopt : std::optional(found->second);
+}
+
+/// Three numbers, each of which may be NaN for unknown.
+Vector three_numbers(std::string_view field, std::string_view value) {
+  const auto words = words_of(value);
+  Vector numbers = {};
+  bool good = words.size() == 3;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    const auto number = number_of(words[i]);
+    good = number && !std::isinf(*number);
+    if (good) numbers[i] = *number;
+  }
+  if (!good) throw BrokenInput(fmt::format("NRRD header: {} {} must be 3 numbers", field, quoted(value)));
+  return numbers;
+}
+
+/// Removes and returns the vector "(a,b,c)" in front of `rest`.
+Vector take_vector(std::string_view field, std::string_view& rest) {
+  const std::size_t open = rest.find_first_not_of(" \t");
+  if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none")
+    throw BrokenInput(fmt::format(
+        "NRRD header: {} with \"none\" is not supported: each of the three axes must be one of space",
+        field));
+  const std::size_t close = rest.find(')');
+  Vector vector = {};
+  bool good = open != rest.npos && rest[open] == '(' && close != rest.npos;
+  std::string_view numbers = good ? rest.substr(open + 1, close - open - 1) : std::string_view();
+  for (int i = 0; good && i < 3; ++i) {
+    const std::size_t comma = numbers.find(',');
+    const auto words = words_of(numbers.substr(0, comma));
+    const auto number = words.size() == 1 ? number_of(words[0]) : std::nullopt;
+    good = number && std::isfinite(*number) && (comma == numbers.npos) == (i == 2);
+    if (good) vector[static_cast<std::size_t>(i)] = *number;
+    if (good && i < 2) numbers.remove_prefix(comma + 1);
+  }
+  if (!good)
+    throw BrokenInput(fmt::format("NRRD header: {}: {} must begin with a vector (a,b,c) of 3 numbers", field,
+                                  quoted(rest)));
+  rest.remove_prefix(close + 1);
+  return vector;
+}
+
+void expect_end(std::string_view field, std::string_view rest) {
+  if (!words_of(rest).empty())
+    throw BrokenInput(fmt::format("NRRD header: {}: {} is too much", field, quoted(rest)));
+}
+
+void read_spacings(std::string_view value, Geometry& geometry) {
+  geometry.spacing = three_numbers("spacings", value);
+  geometry.has_spacing = true;
+  for (double spacing : geometry.spacing)
+    if (spacing == 0) throw BrokenInput("NRRD header: a spacing is 0");
+}
+
+void read_directions(std::string_view rest, Geometry& geometry) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Vector d = take_vector("space directions", rest);
+    geometry.directions[axis] = d;
+    geometry.spacing[axis] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  expect_end("space directions", rest);
+  geometry.has_spacing = geometry.has_directions = true;
+  if (determinant(geometry.directions) == 0)
+    throw BrokenInput("NRRD header: the space directions do not span a volume");
+}
+
+void check_space(const Fields& fields) {
+  if (const auto value = find(fields, "space dimension"); value && *value != "3")
+    throw BrokenInput("NRRD header: only a space dimension of 3 is supported");
+  const std::string space = lower_case(find(fields, "space").value_or(""));
+  if (space.ends_with("time") || space == "rast" || space == "last" || space == "lpst")
+    throw BrokenInput("NRRD header: the space " + quoted(space) + " has four dimensions; 3 are supported");
+}
+
+/// Axis mins are where the first sample begins, unless samples are said to be points.
+void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geometry) {
+  const Vector mins = three_numbers("axis mins", value);
+  const auto centers = words_of(find(fields, "centers").value_or(""));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (std::isnan(mins[axis])) continue;
+    const bool at_points = axis < centers.size() && lower_case(centers[axis]) == "node";
+    const double spacing = std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
+    geometry.origin[axis] = at_points ? mins[axis] : mins[axis] + spacing / 2;
+  }
+  geometry.has_origin = true;
+}
+
+}  // namespace
+
+Geometry geometry_of(std::string_view nrrd_fields) {
+  const Fields fields = fields_of(nrrd_fields);
+  check_space(fields);
+  Geometry geometry;
+  if (const auto value = find(fields, "spacings")) read_spacings(*value, geometry);
+  if (const auto value = find(fields, "space directions")) read_directions(*value, geometry);
+  if (const auto value = find(fields, "space origin")) {
+    std::string_view rest = *value;
+    geometry.origin = take_vector("space origin", rest);
+    expect_end("space origin", rest);
+    geometry.has_origin = true;
+  } else if (const auto mins = find(fields, "axis mins"); mins && !geometry.has_directions) {
+    read_axis_mins(*mins, fields, geometry);
+  }
+  return geometry;
+}
+
+std::string spacings_line(const std::array<double, 3>& spacing) {
+  return fmt::format("spacings: {} {} {}\n", spacing[0], spacing[1], spacing[2]);
+}
+
+}  // namespace tagrid

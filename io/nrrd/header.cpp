@@ -1,0 +1,198 @@
+#include "io/nrrd/header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <map>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/line.h"
+
+namespace tagrid {
+namespace {
+
+using Fields = std::map<std::string_view, std::string_view>;
+
+struct TypeName {
+  std::string_view spelling;
+  SampleType type;
+};
+
+constexpr std::array type_names = {TypeName{"signed char", SampleType::int8},
+                                   TypeName{"int8", SampleType::int8},
+                                   TypeName{"int8_t", SampleType::int8},
+                                   TypeName{"uchar", SampleType::uint8},
+                                   TypeName{"unsigned char", SampleType::uint8},
+                                   TypeName{"uint8", SampleType::uint8},
+                                   TypeName{"uint8_t", SampleType::uint8},
+                                   TypeName{"short", SampleType::int16},
+                                   TypeName{"short int", SampleType::int16},
+                                   TypeName{"signed short", SampleType::int16},
+                                   TypeName{"signed short int", SampleType::int16},
+                                   TypeName{"int16", SampleType::int16},
+                                   TypeName{"int16_t", SampleType::int16},
+                                   TypeName{"ushort", SampleType::uint16},
+                                   TypeName{"unsigned short", SampleType::uint16},
+                                   TypeName{"unsigned short int", SampleType::uint16},
+                                   TypeName{"uint16", SampleType::uint16},
+                                   TypeName{"uint16_t", SampleType::uint16},
+                                   TypeName{"int", SampleType::int32},
+                                   TypeName{"signed int", SampleType::int32},
+                                   TypeName{"int32", SampleType::int32},
+                                   TypeName{"int32_t", SampleType::int32},
+                                   TypeName{"uint", SampleType::uint32},
+                                   TypeName{"unsigned int", SampleType::uint32},
+                                   TypeName{"uint32", SampleType::uint32},
+                                   TypeName{"uint32_t", SampleType::uint32},
+                                   TypeName{"float", SampleType::float32},
+                                   TypeName{"double", SampleType::float64}};
+
+/// The name of a type in NRRD. It has no "float32".
+std::string_view nrrd_name_of(SampleType type) {
+  if (type == SampleType::float32) return "float";
+  if (type == SampleType::float64) return "double";
+  return name_of(type);
+}
+
+[[noreturn]] void refuse(std::string_view field, std::string_view value, std::string_view why) {
+  throw BrokenInput(fmt::format("NRRD header: {}: {}: {}", field, quoted(value), why));
+}
+
+std::string_view required(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  if (found == fields.end()) throw BrokenInput(fmt::format("NRRD header: the field \"{}\" is missing", name));
+  return found->second;
+}
+
+std::string_view optional(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  return found == fields.end() ? std::string_view() : found->second;
+}
+
+std::int64_t integer_of(std::string_view field, std::string_view text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) refuse(field, text, "not a whole number");
+  return number;
+}
+
+SampleType type_of(std::string_view value) {
+  const std::string name = lower_case(fmt::format("{}", fmt::join(words_of(value), " ")));
+  for (const TypeName& t : type_names)
+    if (t.spelling == name) return t.type;
+  refuse("type", value, "not supported; integers of 8, 16 and 32 bits, float and double are");
+}
+
+Index3 dims_of(const Fields& fields) {
+  const std::string_view dimension = required(fields, "dimension");
+  if (dimension != "3") refuse("dimension", dimension, "only volumes of dimension 3 are supported");
+  const std::string_view sizes = required(fields, "sizes");
+  const auto words = words_of(sizes);
+  if (words.size() != 3) refuse("sizes", sizes, "must be 3 numbers");
+  return {integer_of("sizes", words[0]), integer_of("sizes", words[1]), integer_of("sizes", words[2])};
+}
+
+NrrdHeader::Encoding encoding_of(std::string_view value) {
+  const std::string name = lower_case(value);
+  if (name == "raw") return NrrdHeader::Encoding::raw;
+  if (name == "gzip" || name == "gz") return NrrdHeader::Encoding::gzip;
+  refuse("encoding", value, "not supported; raw and gzip are");
+}
+
+bool big_endian_of(const Fields& fields, SampleType type) {
+  const std::string name =
+      lower_case(size_of(type) > 1 ? required(fields, "endian") : optional(fields, "endian"));
+  if (!name.empty() && name != "little" && name != "big") refuse("endian", name, "must be little or big");
+  return name == "big";
+}
+
+/// A list of files follows its line, or a pattern of names comes with its first, last and step.
+bool names_several_files(std::string_view value) {
+  const auto words = words_of(value);
+  if (words.empty()) return false;
+  const std::size_t percent = value.find('%');
+  if (words[0] == "LIST" || percent == value.npos) return words[0] == "LIST";
+  const std::size_t end = std::min(value.find_first_not_of("0123456789", percent + 1), value.size());
+  return value.substr(end).starts_with('d') && words.size() >= 4;
+}
+
+std::string data_file_of(const Fields& fields) {
+  if (!fields.contains("data file")) return {};
+  const std::string_view value = required(fields, "data file");
+  if (value.empty()) refuse("data file", value, "must name a file");
+  return std::string(value);
+}
+
+void read_skips(const Fields& fields, NrrdHeader& header) {
+  if (fields.contains("line skip")) header.line_skip = integer_of("line skip", optional(fields, "line skip"));
+  if (fields.contains("byte skip")) header.byte_skip = integer_of("byte skip", optional(fields, "byte skip"));
+  if (header.line_skip < 0) refuse("line skip", optional(fields, "line skip"), "must not be negative");
+  if (header.byte_skip < -1 || (header.byte_skip == -1 && header.encoding != NrrdHeader::Encoding::raw))
+    refuse("byte skip", optional(fields, "byte skip"), "must not be negative, or -1 with encoding raw");
+}
+
+/// Sorts the lines after the magic: storage fields to the result, all others to `others`, verbatim.
+Fields storage_fields_of(std::string_view text, std::string& others) {
+  Fields fields;
+  while (!text.empty()) {
+    const std::string_view line = take_line(text);
+    if (line.empty()) break;
+    const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.field == "data file" && names_several_files(parsed.value))
+      refuse("data file", parsed.value,
+             "a volume in several files is not supported; make one file of it first");
+    if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
+      others.append(line).append("\n");
+    } else if (!fields.emplace(parsed.field, parsed.value).second) {
+      throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", parsed.field));
+    }
+  }
+  return fields;
+}
+
+}  // namespace
+
+bool begins_nrrd(std::string_view bytes) {
+  return bytes.starts_with("NRRD") && bytes.size() >= 9 &&
+         std::all_of(bytes.begin() + 4, bytes.begin() + 8, [](char c) { return c >= '0' && c <= '9'; }) &&
+         (bytes[8] == '\n' || bytes[8] == '\r');
+}
+
+NrrdHeader parse_nrrd_header(std::string_view text) {
+  const std::string_view magic = take_line(text);
+  if (!magic.starts_with("NRRD000") || magic.size() != 8 || magic[7] < '1' || magic[7] > '5')
+    throw BrokenInput("NRRD header: " + quoted(magic) + " is no supported version; NRRD0001 to NRRD0005 are");
+  NrrdHeader header;
+  const Fields fields = storage_fields_of(text, header.info.nrrd_fields);
+  header.info.type = type_of(required(fields, "type"));
+  header.info.dims = dims_of(fields);
+  if (!sample_bytes(header.info.dims, header.info.type))
+    refuse("sizes", required(fields, "sizes"), "must be positive, and the volume below 2^62 bytes");
+  header.encoding = encoding_of(required(fields, "encoding"));
+  header.big_endian = big_endian_of(fields, header.info.type);
+  header.data_file = data_file_of(fields);
+  read_skips(fields, header);
+  header.info.geometry = geometry_of(header.info.nrrd_fields);
+  return header;
+}
+
+std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {
+  bool needs_version_5 = false;
+  for (std::string_view rest = info.nrrd_fields; !rest.empty();)
+    needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
+  // Fields that give a value per axis must come after the dimension; that is why the source's lines come
+  // last.
+  std::string text =
+      fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
+                  needs_version_5 ? 5 : 4, nrrd_name_of(info.type), info.dims.x, info.dims.y, info.dims.z);
+  if (size_of(info.type) > 1) text += "endian: little\n";
+  text += info.nrrd_fields;
+  if (!text.ends_with('\n')) text += '\n';
+  if (data_file.empty()) return text + "\n";
+  return text + fmt::format("data file: {}\n", data_file);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,42 @@
+// NRRD headers. The format: https://teem.sourceforge.net/nrrd/format.html
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "io/volume/volume_info.h"
+
+namespace tagrid {
+
+struct NrrdHeader {
+  enum class Encoding { raw, gzip };
+
+  VolumeInfo info;
+  Encoding encoding = Encoding::raw;
+  bool big_endian = false;
+  /// As the header names it; empty where the samples follow the header.
+  std::string data_file;
+  /// Lines to skip in the file, before anything is decompressed.
+  std::int64_t line_skip = 0;
+  /// Bytes to skip after that, of the decompressed bytes; -1: the samples are the last bytes of the file.
+  std::int64_t byte_skip = 0;
+};
+
+/// Headers longer than this are refused.
+inline constexpr std::size_t max_nrrd_header_bytes = std::size_t{1} << 20;
+
+/// Whether `bytes`, the first 9 or more of a file, begin an NRRD header of any version.
+bool begins_nrrd(std::string_view bytes);
+
+/// Reads a header: the lines from "NRRD000n" up to the blank line or the end of the file. Throws BrokenInput
+/// if it is broken or describes something other than a 3-dimensional scalar volume, raw or in gzip. Safe for
+/// any bytes.
+NrrdHeader parse_nrrd_header(std::string_view text);
+
+/// The header of little-endian raw samples of `info`: with the blank line at its end if they follow it
+/// (`data_file` is empty), else naming the file that they are in.
+std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file);
+
+}  // namespace tagrid

@@ -1,0 +1,169 @@
+#include "io/parts/part_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+#include "io/bytes/byte_fields.h"
+#include "io/bytes/checksum.h"
+#include "io/files/errors.h"
+#include "stages/grid/lattice.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> head_magic = {'T', 'A', 'G', 'P', 'A', 'R', 'T', '\n'};
+constexpr std::array<std::uint8_t, 8> tail_magic = {'T', 'A', 'G', 'D', 'O', 'N', 'E', '\n'};
+constexpr std::size_t head_size = 6 * 8, tail_size = 3 * 8;
+
+std::span<const std::byte> bytes_of(const std::array<std::uint8_t, 8>& magic) {
+  return std::as_bytes(std::span(magic));
+}
+
+std::vector<std::byte> head_of(const PartId& id) {
+  FieldWriter head;
+  head.put_bytes(bytes_of(head_magic));
+  head.put(id.run);
+  head.put(static_cast<std::uint64_t>(id.number));
+  head.put(static_cast<std::uint64_t>(id.first_brick));
+  head.put(static_cast<std::uint64_t>(id.bricks));
+  head.put(checksum_of({head.bytes()}));
+  return std::move(head.bytes());
+}
+
+std::uint64_t table_checksum(std::span<const std::byte> head, std::span<const std::byte> table,
+                             std::uint64_t start) {
+  FieldWriter field;
+  field.put(start);
+  return checksum_of({head, table, field.bytes()});
+}
+
+std::size_t entry_size(int levels) { return 2 * 4 + 8 + static_cast<std::size_t>(levels + 1) * 8 + 9 * 8; }
+
+void put_statistics(FieldWriter& fields, const Statistics& s, int levels) {
+  for (int level = 0; level <= levels; ++level) fields.put(s.active[static_cast<std::size_t>(level)]);
+  fields.put(s.max_error);
+  fields.put(static_cast<std::uint64_t>(s.sum_squared_error));
+  fields.put(static_cast<std::uint64_t>(s.sum_squared_error >> 64));
+  fields.put(s.sum_squared_real);
+  fields.put(s.low);
+  fields.put(s.high);
+  fields.put(s.sum);
+  fields.put(s.finite);
+  fields.put(s.samples);
+}
+
+Statistics get_statistics(FieldReader& fields, int levels) {
+  Statistics s;
+  for (int level = 0; level <= levels; ++level)
+    s.active[static_cast<std::size_t>(level)] = fields.get<std::uint64_t>();
+  s.max_error = fields.get<double>();
+  const auto low_half = fields.get<std::uint64_t>(), high_half = fields.get<std::uint64_t>();
+  s.sum_squared_error = Uint128{high_half} << 64 | low_half;
+  s.sum_squared_real = fields.get<double>();
+  s.low = fields.get<double>();
+  s.high = fields.get<double>();
+  s.sum = fields.get<double>();
+  s.finite = fields.get<std::uint64_t>();
+  s.samples = fields.get<std::uint64_t>();
+  return s;
+}
+
+}  // namespace
+
+PartWriter::PartWriter(const std::string& path, const PartId& id, const CodingParameters& parameters)
+    : out_(path, false), parameters_(parameters), head_(head_of(id)) {
+  out_.write(head_);
+}
+
+void PartWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
+  const std::vector<std::byte> head = block_head(parameters_, brick);
+  const std::uint64_t own = own_checksum(head, brick);
+  write_block(out_, head, brick, own);
+  FieldWriter entry;
+  entry.put(static_cast<std::uint32_t>(brick.activity.size()));
+  entry.put(static_cast<std::uint32_t>(brick.values.size()));
+  entry.put(own);
+  put_statistics(entry, statistics, max_level(parameters_.cube_size));
+  table_.insert(table_.end(), entry.bytes().begin(), entry.bytes().end());
+}
+
+void PartWriter::finish() {
+  const std::uint64_t start = out_.position();
+  FieldWriter tail;
+  tail.put(start);
+  tail.put(table_checksum(head_, table_, start));
+  tail.put_bytes(bytes_of(tail_magic));
+  out_.write(table_);
+  out_.write(tail.bytes());
+  out_.commit();
+}
+
+PartReader::PartReader(const std::string& path, const PartId& id, const CodingParameters& parameters)
+    : bytes_(path), first_brick_(id.first_brick) {
+  read_table(id, parameters);
+}
+
+void PartReader::fail(const std::string& what) const { throw BrokenInput(bytes_.name() + ": " + what); }
+
+void PartReader::read_exactly(std::byte* out, std::size_t size) {
+  if (bytes_.read(out, size) != size) fail("the part ends too soon");
+}
+
+void PartReader::read_table(const PartId& id, const CodingParameters& parameters) {
+  const int levels = max_level(parameters.cube_size);
+  const std::vector<std::byte> expected = head_of(id);
+  const std::uint64_t size = bytes_.size().value_or(0);
+  // No more bricks than fit: what is allocated is there.
+  const auto count = static_cast<std::uint64_t>(id.bricks);
+  if (size < head_size + tail_size || count > size / (block_frame_size + entry_size(levels)))
+    fail("the part is not complete");
+  const std::uint64_t table_size = count * entry_size(levels);
+  if (table_size > size - head_size - tail_size) fail("the part is not complete");
+  const std::uint64_t start = size - tail_size - table_size;
+  std::vector<std::byte> head(head_size), table(table_size), tail(tail_size);
+  read_exactly(head.data(), head.size());
+  if (!std::equal(head.begin(), head.end(), expected.begin())) fail("the part is damaged, or of another run");
+  bytes_.seek(start);
+  read_exactly(table.data(), table.size());
+  read_exactly(tail.data(), tail.size());
+  FieldReader fields(tail);
+  const auto recorded_start = fields.get<std::uint64_t>(), checksum = fields.get<std::uint64_t>();
+  if (!std::equal(tail.begin() + 16, tail.end(), bytes_of(tail_magic).begin()) || recorded_start != start)
+    fail("the part is not complete");
+  if (!checksums_agree(checksum, table_checksum(head, table, start))) fail("the part is damaged");
+  FieldReader entries(table);
+  table_.resize(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    PartEntry& entry = table_[i];
+    entry.activity_bytes = entries.get<std::uint32_t>();
+    entry.value_bytes = entries.get<std::uint32_t>();
+    entry.own_checksum = entries.get<std::uint64_t>();
+    entry.statistics = get_statistics(entries, levels);
+    blocks_size_ += entry.block_bytes();
+    if (blocks_size_ > start - head_size) fail("the part is damaged");
+  }
+  if (blocks_size_ != start - head_size) fail("the part is damaged");
+  bytes_.seek(head_size);
+}
+
+void PartReader::read_block(std::vector<std::byte>& block) {
+  assert(next_block_ < table_.size());
+  const PartEntry& entry = table_[next_block_];
+  block.resize(entry.block_bytes());
+  read_exactly(block.data(), block.size());
+  FieldReader fields(block);
+  const std::uint64_t length = fields.get<std::uint32_t>(), brick = fields.get<std::uint64_t>(),
+                      activity = fields.get<std::uint32_t>();
+  const bool fits = length == block.size() - 12 &&
+                    brick == static_cast<std::uint64_t>(first_brick_) + next_block_ &&
+                    activity == entry.activity_bytes;
+  const std::span<const std::byte> content(block.data(), block.size() - 8);
+  const auto own = load_little_endian<std::uint64_t>(block.data() + content.size());
+  if (!fits || own != entry.own_checksum || !checksums_agree(own, checksum_of({content})))
+    fail("brick " + std::to_string(first_brick_ + static_cast<std::int64_t>(next_block_)) +
+         " of the part is damaged");
+  ++next_block_;
+}
+
+}  // namespace tagrid

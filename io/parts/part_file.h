@@ -1,0 +1,77 @@
+// A part of a .tag file in a file of its own: its blocks as they will be in the whole, and what has to be
+// known of them there. docs/design.md says what for; byte by byte (all little endian):
+//
+//   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum
+//   (8) blocks  as in the .tag file, but each ends in its own checksum table   of every brick: bytes of
+//   activity (4) and values (4), own checksum (8), statistics tail    bytes before the table (8), checksum of
+//   head, table and that number (8), "TAGDONE\n"
+//
+// These files live as long as a run does, and are read by the program that wrote them only: the format may
+// change with every version.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/files/file_bytes.h"
+#include "io/files/output_file.h"
+#include "io/tag/blocks.h"
+
+namespace tagrid {
+
+/// What a part file is of.
+struct PartId {
+  std::uint64_t run = 0;  ///< see RunRecord::id
+  std::int64_t number = 0;
+  std::int64_t first_brick = 0, bricks = 0;
+};
+
+class PartWriter {
+ public:
+  /// A file at `path`, under that name when it is complete.
+  PartWriter(const std::string& path, const PartId& id, const CodingParameters& parameters);
+  /// REQUIRES: the bricks of the part come in the order of their numbers.
+  void write_brick(const BrickBytes& brick, const Statistics& statistics);
+  /// Completes the file, makes it durable and gives it its name.
+  void finish();
+
+ private:
+  OutputFile out_;
+  CodingParameters parameters_;
+  std::vector<std::byte> head_, table_;
+};
+
+struct PartEntry {
+  std::uint32_t activity_bytes = 0, value_bytes = 0;
+  std::uint64_t own_checksum = 0;
+  Statistics statistics;
+
+  std::uint64_t block_bytes() const { return block_frame_size + std::uint64_t{activity_bytes} + value_bytes; }
+};
+
+/// Reads a part file. Whatever is wrong with its bytes, or if it is of another part or run, is a BrokenInput.
+class PartReader {
+ public:
+  /// Reads all but the blocks.
+  PartReader(const std::string& path, const PartId& id, const CodingParameters& parameters);
+
+  const std::vector<PartEntry>& table() const { return table_; }
+  /// Bytes of all blocks.
+  std::uint64_t blocks_size() const { return blocks_size_; }
+  /// Reads and checks the next block. REQUIRES: there is one.
+  void read_block(std::vector<std::byte>& block);
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const;
+  void read_exactly(std::byte* out, std::size_t size);
+  void read_table(const PartId& id, const CodingParameters& parameters);
+
+  FileBytes bytes_;
+  std::int64_t first_brick_ = 0;
+  std::size_t next_block_ = 0;
+  std::vector<PartEntry> table_;
+  std::uint64_t blocks_size_ = 0;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,155 @@
+#include "io/parts/run_record.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <filesystem>
+
+#include "io/bytes/byte_fields.h"
+#include "io/bytes/checksum.h"
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::array<std::uint8_t, 8> magic = {'T', 'A', 'G', 'R', 'U', 'N', '2', '\n'};
+
+void put_text(FieldWriter& fields, const std::string& text) {
+  fields.put(static_cast<std::uint32_t>(text.size()));
+  fields.put_bytes(std::as_bytes(std::span(text.data(), text.size())));
+}
+
+std::string get_text(FieldReader& fields) {
+  const auto size = fields.get<std::uint32_t>();
+  const auto bytes = fields.get_bytes(size);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string local_time(std::int64_t seconds) {
+  const auto time = static_cast<std::time_t>(seconds);
+  std::tm parts = {};
+  if (localtime_r(&time, &parts) == nullptr) return fmt::format("second {}", seconds);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S}", parts);
+}
+
+std::uint64_t checksum_of_ends(const std::string& path, std::uint64_t size) {
+  constexpr std::uint64_t part = 1 << 20;
+  FileBytes file(path);
+  std::vector<std::byte> first(std::min(size, part)), last(std::min(size, part));
+  first.resize(file.read(first.data(), first.size()));
+  file.seek(size - last.size());
+  last.resize(file.read(last.data(), last.size()));
+  return checksum_of({first, last});
+}
+
+}  // namespace
+
+FileIdentity identity_of(const std::string& path) {
+  const auto status = status_of(path);
+  if (!status) throw world_error("cannot open", path, ENOENT);
+  if (!S_ISREG(status->st_mode)) throw UsageError(path + ": is not a file that can be read again");
+  FileIdentity id;
+  // However it is called, and from wherever.
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::canonical(path, error);
+  id.path = error ? path : whole.string();
+  id.size = static_cast<std::uint64_t>(status->st_size);
+  id.inode = status->st_ino;
+  id.modified = status->st_mtim.tv_sec;
+  id.modified_ns = status->st_mtim.tv_nsec;
+  id.changed = status->st_ctim.tv_sec;
+  id.changed_ns = status->st_ctim.tv_nsec;
+  id.ends_checksum = checksum_of_ends(path, id.size);
+  return id;
+}
+
+std::string change_of(const FileIdentity& was, const FileIdentity& now) {
+  if (was.path != now.path) return fmt::format("the input was {}, now {}", was.path, now.path);
+  const std::string changed = fmt::format("the input {} has changed since: ", now.path);
+  if (was.size != now.size) return changed + fmt::format("it had {} bytes, now {}", was.size, now.size);
+  if (was.modified != now.modified || was.modified_ns != now.modified_ns)
+    return changed + "modified " + local_time(now.modified);
+  if (was.ends_checksum != now.ends_checksum) return changed + "other bytes are in it";
+  if (was.inode != now.inode) return changed + "it is another file";
+  if (was.changed != now.changed || was.changed_ns != now.changed_ns)
+    return changed + "written to, renamed, or given other permissions " + local_time(now.changed);
+  return "";
+}
+
+std::vector<std::byte> serialize_record(const RunRecord& record) {
+  FieldWriter fields;
+  fields.put_bytes(std::as_bytes(std::span(magic)));
+  put_text(fields, record.program);
+  fields.put(static_cast<std::uint32_t>(record.settings.size()));
+  for (const auto& [name, value] : record.settings) {
+    put_text(fields, name);
+    put_text(fields, value);
+  }
+  fields.put(static_cast<std::uint32_t>(record.inputs.size()));
+  for (const FileIdentity& id : record.inputs) {
+    put_text(fields, id.path);
+    fields.put(id.size);
+    fields.put(id.inode);
+    for (const std::int64_t time : {id.modified, id.modified_ns, id.changed, id.changed_ns})
+      fields.put(static_cast<std::uint64_t>(time));
+    fields.put(id.ends_checksum);
+  }
+  fields.put(static_cast<std::uint32_t>(record.header.size()));
+  fields.put_bytes(record.header);
+  fields.put(record.result_inode);
+  fields.put(record.result_size);
+  fields.put(checksum_of({fields.bytes()}));
+  return std::move(fields.bytes());
+}
+
+Status parse_record(std::span<const std::byte> bytes, RunRecord& record) {
+  if (bytes.size() < magic.size() + 8 ||
+      !std::equal(magic.begin(), magic.end(), reinterpret_cast<const std::uint8_t*>(bytes.data())))
+    return Status::broken("is no record of a run of this version");
+  if (!checksums_agree(run_id(bytes), checksum_of({bytes.first(bytes.size() - 8)})))
+    return Status::broken("is damaged");
+  FieldReader fields(bytes.subspan(magic.size(), bytes.size() - magic.size() - 8));
+  record = {};
+  record.program = get_text(fields);
+  for (auto left = fields.get<std::uint32_t>(); left > 0 && !fields.overrun(); --left) {
+    std::string name = get_text(fields);
+    record.settings.emplace_back(std::move(name), get_text(fields));
+  }
+  for (auto left = fields.get<std::uint32_t>(); left > 0 && !fields.overrun(); --left) {
+    FileIdentity id;
+    id.path = get_text(fields);
+    id.size = fields.get<std::uint64_t>();
+    id.inode = fields.get<std::uint64_t>();
+    for (std::int64_t* time : {&id.modified, &id.modified_ns, &id.changed, &id.changed_ns})
+      *time = static_cast<std::int64_t>(fields.get<std::uint64_t>());
+    id.ends_checksum = fields.get<std::uint64_t>();
+    record.inputs.push_back(std::move(id));
+  }
+  const auto header = fields.get_bytes(fields.get<std::uint32_t>());
+  record.header.assign(header.begin(), header.end());
+  record.result_inode = fields.get<std::uint64_t>();
+  record.result_size = fields.get<std::uint64_t>();
+  return fields.complete() ? Status() : Status::broken("is damaged");
+}
+
+std::uint64_t run_id(std::span<const std::byte> record_bytes) {
+  return load_little_endian<std::uint64_t>(record_bytes.data() + record_bytes.size() - 8);
+}
+
+std::string difference_of(const RunRecord& was, const RunRecord& now) {
+  if (was.program != now.program) return fmt::format("{} began it, this is {}", was.program, now.program);
+  for (const auto& [name, value] : now.settings)
+    for (const auto& [other_name, other] : was.settings)
+      if (name == other_name && value != other) return fmt::format("{} was {}, now {}", name, other, value);
+  if (was.inputs.size() != now.inputs.size()) return "the input was another one";
+  for (std::size_t i = 0; i < was.inputs.size(); ++i)
+    if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty()) return change;
+  return was.settings != now.settings || was.header != now.header ? "other settings, or another input" : "";
+}
+
+}  // namespace tagrid

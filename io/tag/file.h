@@ -1,0 +1,91 @@
+// .tag files: written front to back, read front to back from anything, and by their index from files.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/files/file_bytes.h"
+#include "io/files/output_file.h"
+#include "io/tag/blocks.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
+
+namespace tagrid {
+
+/// Where the bytes of a file are; the parts sum to the file.
+struct TagSizes {
+  std::uint64_t file = 0, header = 0, activity = 0, values = 0;
+  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
+};
+
+class TagWriter {
+ public:
+  /// Writes the header. `out` must outlive the writer.
+  TagWriter(OutputFile& out, const TagHeader& header);
+
+  /// REQUIRES: bricks come in the order of their numbers, from 0.
+  void write_brick(const BrickBytes& brick, const Statistics& statistics);
+  /// Writes index and footer. The caller commits the file.
+  void finish();
+
+  const TagIndex& index() const { return index_; }
+
+ private:
+  OutputFile& out_;
+  CodingParameters parameters_;
+  std::uint64_t header_checksum_ = 0;
+  std::uint64_t last_checksum_ = 0;  ///< of what was written last: the header, then each brick
+  TagIndex index_;
+};
+
+/// Reads a .tag file. Whatever is wrong with the bytes is thrown as BrokenInput that says where.
+class TagReader {
+ public:
+  /// Reads the header. "-" is the standard input.
+  explicit TagReader(const std::string& path);
+
+  const TagHeader& header() const { return header_; }
+  const CodingParameters& parameters() const { return header_.parameters; }
+  const std::string& name() const { return bytes_.name(); }
+  /// See FileBytes.
+  void stop_when(const std::atomic<bool>& stop) { bytes_.stop_when(stop); }
+
+  /// Hands out the next brick, once its checksum and that of what follows it have been checked: the next
+  /// brick, or index and footer, which nothing may follow. Returns false after the last one.
+  bool read_brick(BrickBytes& brick);
+
+  /// Makes `brick` the next one that is read. REQUIRES: read_index(), can_seek().
+  void seek_brick(std::int64_t brick);
+  bool can_seek() const { return bytes_.size().has_value(); }
+
+  /// Gets index() without reading the bricks where the file can seek; else by reading them all.
+  void read_index();
+  /// REQUIRES: read_brick() gave the last brick, or read_index() was called.
+  const TagIndex& index() const { return index_; }
+  TagSizes sizes() const;
+
+ private:
+  void read_exactly(std::byte* out, std::size_t size, const char* what);
+  void read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what);
+  void read_frame(BrickBytes& brick);
+  void read_index_section();
+  [[noreturn]] void fail(const std::string& what) const;
+  std::string place() const;
+
+  FileBytes bytes_;
+  TagHeader header_;
+  std::uint64_t header_size_ = 0, header_checksum_ = 0;
+  std::int64_t next_brick_ = 0;      ///< whose frame is read next
+  bool starting_ = true;             ///< nothing is in ahead_ yet
+  std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
+  BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
+  std::vector<std::byte> body_;
+  TagIndex index_;
+  std::uint64_t file_size_ = 0;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,145 @@
+#include "io/tag/header.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "io/bytes/byte_fields.h"
+#include "io/bytes/checksum.h"
+#include "io/bytes/zstd_bytes.h"
+#include "io/nrrd/geometry.h"
+#include "stages/grid/lattice.h"
+
+namespace tagrid {
+namespace {
+
+// As in PNG: a byte above 127, line ends of both kinds and a Ctrl-Z show transfers that damage binary files.
+constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
+constexpr std::uint32_t version = 3;
+constexpr std::size_t checksum_size = 8;
+constexpr std::uint32_t max_fields_size = 1 << 24;
+
+bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
+
+}  // namespace
+
+Status check_parameters(const CodingParameters& p) {
+  if (!is_volume_size(p.dims))
+    return Status::broken("a size of the volume is not in 1 .. 2^31, or it has more than 2^58 samples");
+  if (!is_sample_type(p.type)) return Status::broken("the sample type is not known to this version");
+  if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is not known");
+  if (p.effort > Effort::best) return Status::broken("the effort is not known");
+  if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
+      !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
+    return Status::broken("the size of the root cubes is not a power of two, 4 .. 256");
+  if (p.brick_edge < 1 || p.brick_edge * p.cube_size > 512)
+    return Status::broken("bricks are not of 1 to 512 samples an edge");
+  if (p.max_level < 0 || p.max_level > max_level(p.cube_size))
+    return Status::broken("the level limit is out of range");
+  if (p.accuracy < 3 || p.accuracy > max_accuracy)
+    return Status::broken("the accuracy is not in 3 .. 1000000");
+  if (!(p.field_scale > 0) || !std::isfinite(p.field_scale))
+    return Status::broken("the field scale is not positive");
+  if (!std::isfinite(p.range_low) || !std::isfinite(p.range_high))
+    return Status::broken("the value range is not finite");
+  for (const double e : {p.max_error, p.surface_error, p.mesh_error})
+    if (!is_bound(e) && e != -1) return Status::broken("a bound is neither a number from 0 nor absent");
+  if (!is_bound(p.point_error)) return Status::broken("the error of points is not a number from 0");
+  if (p.mode == FileMode::voxels && p.max_error < 0) return Status::broken("a file with voxels has no bound");
+  if (p.surface_error >= 0 && (p.mode == FileMode::grid || p.surface_error >= p.max_error))
+    return Status::broken("the bound of active voxels is not below that of the others");
+  if (p.range_low > p.range_high) return Status::broken("the value range is upside down");
+  return {};
+}
+
+std::vector<std::byte> serialize_header(const TagHeader& header) {
+  const CodingParameters& p = header.parameters;
+  FieldWriter fields;
+  for (int axis = 0; axis < 3; ++axis) fields.put(static_cast<std::uint64_t>(p.dims[axis]));
+  fields.put(static_cast<std::uint8_t>(p.type));
+  fields.put(static_cast<std::uint8_t>(p.mode));
+  fields.put(static_cast<std::uint16_t>(p.cube_size));
+  fields.put(static_cast<std::uint16_t>(p.brick_edge));
+  fields.put(static_cast<std::uint16_t>(p.max_level));
+  fields.put(static_cast<std::uint32_t>(p.accuracy));
+  fields.put(static_cast<std::uint32_t>(p.effort));
+  for (const double v :
+       {p.field_scale, p.range_low, p.range_high, p.max_error, p.surface_error, p.mesh_error, p.point_error})
+    fields.put(v);
+  const auto text = std::as_bytes(std::span(header.nrrd_fields.data(), header.nrrd_fields.size()));
+  const std::vector<std::byte> packed = zstd_compress(text);
+  fields.put(static_cast<std::uint32_t>(text.size()));
+  fields.put(static_cast<std::uint32_t>(packed.size()));
+  fields.put_bytes(packed);
+
+  FieldWriter whole;
+  whole.put_bytes(std::as_bytes(std::span(magic)));
+  whole.put(version);
+  whole.put(static_cast<std::uint32_t>(tag_preamble_size + fields.bytes().size() + checksum_size));
+  whole.put_bytes(fields.bytes());
+  whole.put(checksum_of({whole.bytes()}));
+  return std::move(whole.bytes());
+}
+
+Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size) {
+  FieldReader reader(preamble);
+  const auto found = reader.get_bytes(magic.size());
+  if (found.size() != magic.size() || !std::ranges::equal(found, std::as_bytes(std::span(magic))))
+    return Status::broken("this is not a .tag file");
+  const auto file_version = reader.get<std::uint32_t>();
+  if (file_version != version)
+    return Status::broken("the file has format version " + std::to_string(file_version) +
+                          ", this tagrid reads version " + std::to_string(version));
+  const auto size = reader.get<std::uint32_t>();
+  if (!reader.complete() || size > max_header_size || size < tag_preamble_size + checksum_size)
+    return Status::broken("the header says an impossible size of itself");
+  header_size = size;
+  return {};
+}
+
+Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::uint64_t& checksum) {
+  std::size_t header_size = 0;
+  if (bytes.size() < tag_preamble_size + checksum_size) return Status::broken("the header ends too soon");
+  if (Status status = parse_preamble(bytes.first(tag_preamble_size), header_size); !status.ok())
+    return status;
+  if (bytes.size() != header_size) return Status::broken("the header ends too soon");
+  checksum = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - checksum_size);
+  if (!checksums_agree(checksum, checksum_of({bytes.first(bytes.size() - checksum_size)})))
+    return Status::broken("the header is damaged: its checksum does not fit");
+
+  FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
+  CodingParameters& p = header.parameters;
+  for (int axis = 0; axis < 3; ++axis) p.dims[axis] = static_cast<std::int64_t>(reader.get<std::uint64_t>());
+  p.type = static_cast<SampleType>(reader.get<std::uint8_t>());
+  p.mode = static_cast<FileMode>(reader.get<std::uint8_t>());
+  p.cube_size = reader.get<std::uint16_t>();
+  p.brick_edge = reader.get<std::uint16_t>();
+  p.max_level = reader.get<std::uint16_t>();
+  p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), max_accuracy + 1));
+  p.effort = static_cast<Effort>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), 255));
+  for (double* v : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
+                    &p.mesh_error, &p.point_error})
+    *v = reader.get<double>();
+  const auto text_size = reader.get<std::uint32_t>();
+  const auto packed_size = reader.get<std::uint32_t>();
+  const auto packed = reader.get_bytes(packed_size);
+  if (!reader.complete() || text_size > max_fields_size)
+    return Status::broken("the header's fields do not fit its size");
+  std::vector<std::byte> text;
+  if (Status status = zstd_decompress(packed, text_size, text); !status.ok())
+    return Status::broken("the source's fields in the header: " + status.what());
+  header.nrrd_fields.assign(reinterpret_cast<const char*>(text.data()), text.size());
+  return check_parameters(p);
+}
+
+VolumeInfo volume_info_of(const TagHeader& header) {
+  VolumeInfo info;
+  info.dims = header.parameters.dims;
+  info.type = header.parameters.type;
+  info.nrrd_fields = header.nrrd_fields;
+  info.geometry = geometry_of(info.nrrd_fields);
+  return info;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,187 @@
+#include "io/vdb/reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <variant>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/line.h"
+#include "io/vdb/format.h"
+#include "io/vdb/header.h"
+#include "io/vdb/slices.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+namespace {
+
+/// Whether `value` is a number of type To, and then what it is there.
+template <class To, class From>
+bool convert(From value, To& to) {
+  if constexpr (std::is_integral_v<To>) {
+    const auto number = static_cast<double>(value);
+    if (!(number >= static_cast<double>(std::numeric_limits<To>::min()) &&
+          number <= static_cast<double>(std::numeric_limits<To>::max())) ||
+        number != std::floor(number))
+      return false;
+    to = static_cast<To>(number);
+    return true;
+  } else {
+    to = static_cast<To>(value);
+    return static_cast<double>(to) == static_cast<double>(value) || std::isnan(static_cast<double>(value));
+  }
+}
+
+/// The box of the samples: as tagrid wrote it, if no active voxel is outside, else that of the active voxels.
+Box box_of(const VdbBytes& bytes, const VdbGridHead& head, const Index3& low,
+           const std::optional<Box>& active) {
+  std::optional<Box> box = active;
+  if (head.dims) {
+    const Box written = {low, low + *head.dims - Index3{1, 1, 1}};
+    if (!written.empty() && (!active || written.contains(*active))) box = written;
+  }
+  if (!box) throw BrokenInput(bytes.name() + ": OpenVDB file: the grid has no active voxel");
+  const Index3 dims = box->size();
+  if (!is_volume_size(dims))
+    throw BrokenInput(
+        fmt::format("{}: OpenVDB file: its active voxels lie in a box of {} x {} x {}; sizes of up to 2^31, "
+                    "and 2^58 voxels in all, can be read",
+                    bytes.name(), dims.x, dims.y, dims.z));
+  return *box;
+}
+
+SampleType type_of(const VdbBytes& bytes, const VdbGridHead& head, SampleType stored) {
+  const auto text = head.texts.find(vdb::type_key);
+  if (text == head.texts.end()) return stored;
+  const auto type = sample_type_named(text->second);
+  if (!type) bytes.fail(fmt::format("{} is {}, which is no type", vdb::type_key, quoted(text->second)));
+  return *type;
+}
+
+/// The header lines that a volume had before tagrid wrote it as this grid, if the grid is still where they
+/// say.
+std::optional<std::string> fields_before(const VdbGridHead& head, const Box& box) {
+  const auto text = head.texts.find(vdb::fields_key);
+  if (text == head.texts.end() || head.dims != box.size() || !head.transform) return std::nullopt;
+  try {
+    const Geometry geometry = geometry_of(text->second);
+    if (vdb_place_of(text->second).low == box.low && vdb_transform_of(geometry, box.low) == *head.transform)
+      return text->second;
+  } catch (const BrokenInput&) {
+    // Then somebody else wrote it.
+  }
+  return std::nullopt;
+}
+
+Index3 low_before(const VdbGridHead& head) {
+  const auto text = head.texts.find(vdb::fields_key);
+  return text == head.texts.end() ? Index3{} : vdb_place_of(text->second).low;
+}
+
+}  // namespace
+
+struct VdbReader::Open {
+  explicit Open(std::unique_ptr<FileBytes> the_file) : file(std::move(the_file)), bytes(*file) {}
+
+  template <class T>
+  void open_tree(const VdbGrid& grid, const VdbGridHead& head, const VdbPacking& packing) {
+    VdbTree<T> tree = read_vdb_tree<T>(bytes, packing);
+    box = box_of(bytes, head, low_before(head), tree.active);
+    info.dims = box.size();
+    info.type = type_of(bytes, head, sample_type_of<T>());
+    const auto fields = fields_before(head, box);
+    std::optional<double> background = static_cast<double>(tree.background);
+    if (!std::isfinite(*background)) background.reset();
+    info.nrrd_fields = fields ? *fields : nrrd_fields_of(head.transform, {box.low, grid.name, background});
+    info.geometry = geometry_of(info.nrrd_fields);
+    slices.emplace<VdbSlices<T>>(bytes, packing, std::move(tree), box);
+  }
+
+  template <class T>
+  void copy_slice(const std::vector<T>& slice, std::int64_t z, std::byte* out) const {
+    if (info.type == sample_type_of<T>()) {
+      std::memcpy(out, slice.data(), slice.size() * sizeof(T));
+      return;
+    }
+    with_sample_type(info.type, [&](auto type) {
+      using To = decltype(type);
+      for (std::size_t i = 0; i < slice.size(); ++i) {
+        To value;
+        if (!convert(slice[i], value))
+          throw BrokenInput(
+              fmt::format("{}: OpenVDB file: {} says {}, but {} in slice {} is none; remove this metadata, "
+                          "it is no longer true",
+                          file->name(), vdb::type_key, name_of(info.type), slice[i], z));
+        std::memcpy(out + i * sizeof(To), &value, sizeof(To));
+      }
+    });
+  }
+
+  std::unique_ptr<FileBytes> file;
+  VdbBytes bytes;
+  VolumeInfo info;
+  Box box;
+  std::variant<std::monostate, VdbSlices<float>, VdbSlices<double>, VdbSlices<std::int32_t>> slices;
+};
+
+bool begins_vdb(std::string_view bytes) { return bytes.starts_with(vdb::magic); }
+
+VdbReader::VdbReader(std::unique_ptr<FileBytes> file, const std::string& grid_name)
+    : open_(std::make_unique<Open>(std::move(file))) {
+  VdbBytes& bytes = open_->bytes;
+  const std::vector<VdbGrid> grids = read_vdb_grids(bytes);
+  const VdbGrid& grid = choose_vdb_grid(grids, grid_name, bytes.name());
+  const VdbGridHead head = read_vdb_grid_head(bytes, grid);
+  VdbPacking packing = head.packing;
+  if (!grid.parent.empty()) {
+    const auto parent = std::find_if(grids.begin(), grids.end(),
+                                     [&](const VdbGrid& other) { return other.name == grid.parent; });
+    if (parent == grids.end() || !parent->parent.empty() || parent->type != grid.type)
+      bytes.fail("a grid shares the tree of one that is not there");
+    packing = read_vdb_grid_head(bytes, *parent).packing;
+  }
+  if (grid.type == vdb::grid_type<float>())
+    open_->open_tree<float>(grid, head, packing);
+  else if (grid.type == vdb::grid_type<double>())
+    open_->open_tree<double>(grid, head, packing);
+  else if (grid.type == vdb::grid_type<std::int32_t>())
+    open_->open_tree<std::int32_t>(grid, head, packing);
+  else
+    throw BrokenInput(fmt::format(
+        "{}: grids of floats, doubles and 32-bit integers can be read, and {} is none; the file has {}",
+        bytes.name(), quoted(grid.name), list_of(grids)));
+}
+
+VdbReader::VdbReader(VdbReader&&) noexcept = default;
+VdbReader& VdbReader::operator=(VdbReader&&) noexcept = default;
+VdbReader::~VdbReader() = default;
+
+const VolumeInfo& VdbReader::info() const { return open_->info; }
+
+void VdbReader::read_slice(std::int64_t z, std::byte* out) {
+  std::visit(
+      [&](auto& slices) {
+        if constexpr (!std::is_same_v<decltype(slices), std::monostate&>)
+          open_->copy_slice(slices.slice(open_->box.low.z + z), z, out);
+      },
+      open_->slices);
+}
+
+std::uint64_t VdbReader::memory() const {
+  return std::visit(
+      [](const auto& slices) -> std::uint64_t {
+        if constexpr (std::is_same_v<decltype(slices), const std::monostate&>)
+          return 0;
+        else
+          return slices.memory();
+      },
+      open_->slices);
+}
+
+std::uint64_t VdbReader::file_size() const { return open_->file->size().value(); }
+
+}  // namespace tagrid

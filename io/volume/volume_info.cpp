@@ -1,0 +1,44 @@
+#include "io/volume/volume_info.h"
+
+#include <cmath>
+
+namespace tagrid {
+
+double determinant(const std::array<std::array<double, 3>, 3>& m) {
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+std::array<double, 3> to_world(const Geometry& geometry, const Index3& point) {
+  std::array<double, 3> world = geometry.origin;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const auto steps = static_cast<double>(point[axis]);
+    if (geometry.has_directions)
+      for (std::size_t i = 0; i < 3; ++i) world[i] += steps * geometry.directions[a][i];
+    else
+      world[a] += steps * (std::isnan(geometry.spacing[a]) ? 1 : geometry.spacing[a]);
+  }
+  return world;
+}
+
+bool is_mirrored(const Geometry& geometry) {
+  if (geometry.has_directions) return determinant(geometry.directions) < 0;
+  bool mirrored = false;
+  for (double spacing : geometry.spacing) mirrored ^= spacing < 0;
+  return mirrored;
+}
+
+std::optional<std::uint64_t> sample_bytes(const Index3& dims, SampleType type) {
+  constexpr std::uint64_t limit = std::uint64_t{1} << 62;
+  std::uint64_t bytes = size_of(type);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (dims[axis] <= 0) return std::nullopt;
+    if (static_cast<std::uint64_t>(dims[axis]) > (limit - 1) / bytes) return std::nullopt;
+    bytes *= static_cast<std::uint64_t>(dims[axis]);
+  }
+  return bytes;
+}
+
+}  // namespace tagrid
