@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "pipeline/order_fields.h"
-#include "pipeline/work_orders.h"
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/ranks/messages.h"
 #include "tools/conversion_account.h"
 #include "tools/conversion_records.h"
 #include "tools/encoding_pass.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/files/line_file.h"
-#include "pipeline/ranks.h"
+#include "pipeline/ranks/ranks.h"
 #include "tools/manifest.h"
 #include "tools/shared_options.h"
 

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "pipeline/decode_parts.h"
-#include "pipeline/encode_parts.h"
-#include "pipeline/run.h"
+#include "pipeline/parts/decode_parts.h"
+#include "pipeline/parts/encode_parts.h"
+#include "pipeline/run/run.h"
 #include "tools/commands.h"
 #include "tools/input_removal.h"
 #include "tools/process.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "pipeline/dims_order.h"
+#include "pipeline/encode/dims_order.h"
 #include "tools/command_line_error.h"
 #include "tools/report.h"
 #include "tools/suggestion.h"

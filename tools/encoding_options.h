@@ -7,7 +7,7 @@
 #include <string>
 
 #include "io/formats/volume_reader.h"
-#include "pipeline/encode_options.h"
+#include "pipeline/encode/options.h"
 #include "tools/shared_options.h"
 
 namespace tagrid {

@@ -9,7 +9,7 @@
 #include "io/formats/file_checksum.h"
 #include "io/formats/volume_reader.h"
 #include "io/tag/file.h"
-#include "pipeline/verify.h"
+#include "pipeline/verify/verify.h"
 #include "tools/report.h"
 
 namespace tagrid {

@@ -15,8 +15,8 @@
 #include "tools/failure.h"
 #include "tools/process.h"
 #ifdef TAGRID_MPI
-#include "pipeline/mpi/mpi_ranks.h"
-#include "pipeline/work_orders.h"
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/ranks/mpi/mpi_ranks.h"
 #include "tools/conversion.h"
 #endif
 

@@ -1,6 +1,6 @@
 // tagrid mesh: the tetrahedra of a .tag file.
 
-#include "pipeline/mesh.h"
+#include "pipeline/mesh/mesh.h"
 
 #include <fmt/format.h>
 

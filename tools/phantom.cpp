@@ -1,6 +1,6 @@
 // tagrid phantom: a made-up CT volume of any size.
 
-#include "pipeline/phantom.h"
+#include "pipeline/phantom/phantom.h"
 
 #include "tools/commands.h"
 #include "tools/run_report.h"

@@ -8,7 +8,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
 #include "io/formats/volume_reader.h"
-#include "pipeline/verify.h"
+#include "pipeline/verify/verify.h"
 #include "tools/input_removal.h"
 
 namespace tagrid {

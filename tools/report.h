@@ -6,7 +6,7 @@
 #include <string>
 
 #include "io/tag/file.h"
-#include "pipeline/run.h"
+#include "pipeline/run/run.h"
 
 namespace tagrid {
 

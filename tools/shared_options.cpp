@@ -12,7 +12,7 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
-#include "pipeline/ranks.h"
+#include "pipeline/ranks/ranks.h"
 
 namespace tagrid {
 

@@ -11,7 +11,7 @@
 #include "io/files/errors.h"
 #include "io/formats/volume_writer.h"
 #include "io/volume/volume_info.h"
-#include "pipeline/resources.h"
+#include "pipeline/memory/resources.h"
 #include "tools/numbers.h"
 #include "tools/progress.h"
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/files/errors.h"
-#include "pipeline/verify_parts.h"
+#include "pipeline/parts/verify_parts.h"
 #include "tools/commands.h"
 #include "tools/report.h"
 #include "tools/run_report.h"

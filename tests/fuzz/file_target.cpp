@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "pipeline/decode_graph.h"
-#include "pipeline/mesh.h"
-#include "pipeline/verify.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/mesh/mesh.h"
+#include "pipeline/verify/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/pipeline/generous_budgets.h"

@@ -14,7 +14,7 @@
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
 #include "io/vdb/writer.h"
-#include "pipeline/run.h"
+#include "pipeline/run/run.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"
 #include "stages/phantom/phantom.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <map>
 
-#include "pipeline/encode_graph.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/generous_budgets.h"
 #include "stages/activity/coding.h"
 #include "stages/marks/mesh_criterion.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "io/tag/file.h"
-#include "pipeline/encode_graph.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/generous_budgets.h"
 #include "tests/pipeline/volumes.h"
 

@@ -4,8 +4,8 @@
 #include <iostream>
 
 #include "io/files/errors.h"
-#include "pipeline/run.h"
-#include "pipeline/verify.h"
+#include "pipeline/run/run.h"
+#include "pipeline/verify/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/frames.h"
 #include "tests/pipeline/volumes.h"

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "io/files/errors.h"
-#include "pipeline/decode_graph.h"
-#include "pipeline/run.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/run/run.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
 

@@ -1,4 +1,4 @@
-#include "pipeline/encode_schedule.h"
+#include "pipeline/encode/schedule.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Budgets with which no thread waits for memory.
 #pragma once
 
-#include "pipeline/decode_graph.h"
-#include "pipeline/encode_graph.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/encode/graph.h"
 
 namespace tagrid {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "pipeline/run.h"
-#include "pipeline/verify.h"
+#include "pipeline/run/run.h"
+#include "pipeline/verify/verify.h"
 #include "stages/phantom/phantom.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"

@@ -8,10 +8,10 @@
 #include <random>
 
 #include "io/files/errors.h"
-#include "pipeline/decode_graph.h"
+#include "pipeline/decode/graph.h"
 #include "pipeline/generous_budgets.h"
-#include "pipeline/phantom.h"
-#include "pipeline/run.h"
+#include "pipeline/phantom/phantom.h"
+#include "pipeline/run/run.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/frames.h"
 #include "tests/pipeline/volumes.h"

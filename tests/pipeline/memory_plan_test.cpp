@@ -1,5 +1,5 @@
 // Plans keep the limit that they were made for, and what is said to be enough is enough.
-#include "pipeline/memory_plan.h"
+#include "pipeline/memory/plan.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "io/files/errors.h"
 #include "io/temporary_folder.h"
-#include "pipeline/available_memory.h"
+#include "pipeline/memory/available_memory.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {

@@ -1,4 +1,4 @@
-#include "pipeline/mesh.h"
+#include "pipeline/mesh/mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 
 #include "io/temporary_folder.h"
 #include "mesh_laws.h"
-#include "pipeline/mesh.h"
-#include "pipeline/run.h"
+#include "pipeline/mesh/mesh.h"
+#include "pipeline/run/run.h"
 #include "stages/phantom/phantom.h"
 #include "stages/volume/sample_type.h"
 

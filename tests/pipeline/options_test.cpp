@@ -1,10 +1,10 @@
-#include "pipeline/encode_options.h"
+#include "pipeline/encode/options.h"
 
 #include <gtest/gtest.h>
 
 #include "io/files/errors.h"
-#include "pipeline/run.h"
-#include "pipeline/verify.h"
+#include "pipeline/run/run.h"
+#include "pipeline/verify/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
 

@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "pipeline/run.h"
-#include "pipeline/verify.h"
+#include "pipeline/run/run.h"
+#include "pipeline/verify/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
 #include "tests/sanitized.h"

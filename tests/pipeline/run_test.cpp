@@ -1,14 +1,14 @@
 // Whole runs: volume to file and back.
-#include "pipeline/run.h"
+#include "pipeline/run/run.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "io/files/errors.h"
-#include "pipeline/encode_graph.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/generous_budgets.h"
-#include "pipeline/verify.h"
+#include "pipeline/verify/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/volumes.h"
 

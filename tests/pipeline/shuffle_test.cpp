@@ -7,8 +7,8 @@
 #include <random>
 #include <thread>
 
-#include "pipeline/decode_graph.h"
-#include "pipeline/encode_graph.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/generous_budgets.h"
 #include "tests/pipeline/volumes.h"
 

@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "io/files/errors.h"
-#include "pipeline/mesh.h"
-#include "pipeline/run.h"
-#include "pipeline/verify.h"
+#include "pipeline/mesh/mesh.h"
+#include "pipeline/run/run.h"
+#include "pipeline/verify/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/io/vtu_reader.h"
 #include "tests/pipeline/awkward_volumes.h"

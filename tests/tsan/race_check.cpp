@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "pipeline/encode_graph.h"
+#include "pipeline/encode/graph.h"
 #include "tests/pipeline/generous_budgets.h"
 
 using namespace tagrid;

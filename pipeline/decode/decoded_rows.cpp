@@ -1,0 +1,60 @@
+#include "pipeline/decode/decoded_rows.h"
+
+#include <cassert>
+#include <cstring>
+
+namespace tagrid {
+
+DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together)
+    : bricks_(parameters.bricks()),
+      all_(all),
+      together_(together),
+      edge_(std::int64_t{parameters.brick_edge} * parameters.cube_size),
+      size_(size_of(parameters.type)) {
+  begin(all.y_low, all.z_low);
+}
+
+void DecodedRows::begin(std::int64_t y, std::int64_t z) {
+  rows_ = {y, std::min(y + together_, all_.y_end), z, z + 1};
+  box_ = {owned(0).low, bricks_.owned_box({bricks_.bricks(0) - 1, rows_.y_end - 1, z}).high};
+}
+
+void DecodedRows::begin_next() {
+  samples_.clear();
+  samples_.shrink_to_fit();
+  if (rows_.y_end < all_.y_end)
+    begin(rows_.y_end, rows_.z_low);
+  else if (rows_.z_end < all_.z_end)
+    begin(all_.y_low, rows_.z_end);
+}
+
+std::size_t DecodedRows::slice_bytes() const {
+  return static_cast<std::size_t>(box_.size().x * box_.size().y) * size_;
+}
+
+const std::byte* DecodedRows::at(Index3 p) const {
+  assert(complete() && box_.contains(p));
+  const std::int64_t brick = (brick_of(p.y) - rows_.y_low) * bricks_.bricks(0) + brick_of(p.x);
+  return samples_[static_cast<std::size_t>(brick)].data() +
+         static_cast<std::size_t>(owned(brick).offset(p)) * size_;
+}
+
+void DecodedRows::copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high,
+                            std::span<std::byte> out) const {
+  assert(complete() && box_.contains(Index3{0, y_low, z}) && box_.contains(Index3{0, y_high, z}));
+  const std::int64_t nx = bricks_.bricks(0);
+  const std::int64_t first = (brick_of(y_low) - rows_.y_low) * nx,
+                     end = (brick_of(y_high) - rows_.y_low + 1) * nx;
+  for (std::int64_t brick = first; brick < end; ++brick) {
+    const Box box = owned(brick);
+    const std::size_t row = static_cast<std::size_t>(box.size().x) * size_;
+    const std::int64_t low = std::max(box.low.y, y_low), high = std::min(box.high.y, y_high);
+    const std::byte* from = samples_[static_cast<std::size_t>(brick)].data() +
+                            static_cast<std::size_t>(box.offset({box.low.x, low, z})) * size_;
+    for (std::int64_t y = low; y <= high; ++y, from += row)
+      std::memcpy(out.data() + static_cast<std::size_t>((y - y_low) * box_.size().x + box.low.x) * size_,
+                  from, row);
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,112 @@
+#include "pipeline/decode/graph.h"
+
+#include <oneapi/tbb/flow_graph.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <memory>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "stages/brick/codec.h"
+
+namespace tagrid {
+namespace {
+
+namespace flow = oneapi::tbb::flow;
+
+using CodedBrick = std::shared_ptr<const BrickBytes>;
+using Brick = std::shared_ptr<DecodedBrick>;
+
+template <class T>
+std::vector<std::byte> bytes_of(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+Brick decode_one(const CodingParameters& parameters, const BrickBytes& brick, const std::string& name,
+                 bool keep) {
+  const Index3 position = parameters.bricks().position(brick.id);
+  auto decoded = std::make_shared<DecodedBrick>();
+  decoded->id = brick.id;
+  const bool values_first = activity_follows_values(parameters);
+  Status status;
+  with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    std::vector<T> samples, points;
+    const auto decode_activity = [&] {
+      status = decode_brick_activity<T>(brick.activity, samples, parameters, position, decoded->active);
+    };
+    if (!values_first) decode_activity();
+    if (!status.ok()) return;
+    status = decode_brick_values<T>(brick.values, decoded->active, parameters, position, samples, points);
+    if (!status.ok()) return;
+    // Who wants samples alone has no use for the grid.
+    if (values_first && keep) decode_activity();
+    decoded->samples = bytes_of(samples);
+    if (keep) decoded->points = bytes_of(points);
+  });
+  if (!status.ok())
+    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(brick.id) + ": " +
+                      status.what());
+  if (!keep) decoded->active = LatticeBits();
+  return decoded;
+}
+
+void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                   const DecodeStreams& streams) {
+  const bool keep = static_cast<bool>(streams.inspect_brick);
+  const std::int64_t first_brick = rows.first_brick(parameters.bricks());
+  std::int64_t bricks_left = rows.count(parameters.bricks());
+  DecodedRows gathered(parameters, rows, budget.rows);
+
+  using Write = flow::multifunction_node<Brick, std::tuple<int>>;
+
+  flow::graph graph;
+  flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
+    auto bytes = std::make_shared<BrickBytes>();
+    if (bricks_left == 0 || !streams.read_brick(*bytes))
+      control.stop();
+    else
+      --bricks_left;
+    return bytes;
+  });
+  flow::limiter_node<CodedBrick, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
+  flow::function_node<CodedBrick, Brick> decode(
+      graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
+        Brick decoded = decode_one(parameters, *brick, streams.name, keep);
+        if (streams.brick_done) streams.brick_done(decoded->id);
+        return decoded;
+      });
+  flow::sequencer_node<Brick> in_order(
+      graph, [&](const Brick& brick) { return static_cast<std::size_t>(brick->id - first_brick); });
+  Write write(graph, flow::serial, [&](const Brick& brick, Write::output_ports_type& out) {
+    if (keep) streams.inspect_brick(*brick);
+    gathered.add(std::move(brick->samples));
+    std::get<0>(out).try_put(1);
+    if (!gathered.complete()) return;
+    streams.write_rows(gathered);
+    gathered.begin_next();
+  });
+
+  flow::make_edge(read, bricks);
+  flow::make_edge(bricks, decode);
+  flow::make_edge(decode, in_order);
+  flow::make_edge(in_order, write);
+  flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
+
+  read.activate();
+  graph.wait_for_all();
+}
+
+}  // namespace
+
+void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                      const DecodeStreams& streams) {
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          static_cast<std::size_t>(budget.threads));
+  oneapi::tbb::task_arena arena(budget.threads);
+  arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
+}
+
+}  // namespace tagrid

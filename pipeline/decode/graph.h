@@ -1,0 +1,46 @@
+// The flow graph that turns bricks back into slices.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/tag/file.h"
+#include "pipeline/decode/decoded_rows.h"
+#include "pipeline/memory/resources.h"
+#include "stages/grid/brick_rows.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// What was decoded of a brick besides its samples.
+struct DecodedBrick {
+  std::int64_t id = 0;
+  LatticeBits active;              ///< of its closed box
+  std::vector<std::byte> samples;  ///< that it owns, x fastest
+  std::vector<std::byte> points;   ///< of a file without voxels: see decode_brick_values()
+};
+
+struct DecodeStreams {
+  /// Of the file, for messages.
+  std::string name;
+  /// Reads the next brick, or returns false after the last one; never called at the same time.
+  std::function<bool(BrickBytes&)> read_brick;
+  /// Takes some rows of bricks after the other, in the order of their numbers; never called at the same time.
+  /// Every brick of them has been decoded without an error before.
+  std::function<void(const DecodedRows& rows)> write_rows;
+  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. May be empty.
+  std::function<void(const DecodedBrick&)> inspect_brick;
+  /// See EncodeStreams.
+  std::function<void(std::int64_t brick)> brick_done = {};
+};
+
+/// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
+/// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
+void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
+                      const DecodeStreams& streams);
+
+}  // namespace tagrid

@@ -1,0 +1,188 @@
+#include "pipeline/encode/options.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "io/tag/header.h"
+#include "stages/grid/lattice.h"
+
+namespace tagrid {
+namespace {
+
+void require(bool condition, const std::string& message) {
+  if (!condition) throw UsageError(message);
+}
+
+void require_bound(const std::optional<double>& bound, const char* option) {
+  require(!bound || (std::isfinite(*bound) && *bound >= 0),
+          fmt::format("{} must be a number from 0", option));
+}
+
+// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale in
+// proportion to S the number of active points would depend on S.
+constexpr double voxels_per_range = 8;
+
+// Without a word from the caller files and pipes must give the same bytes, so the data is not asked.
+std::pair<double, double> usual_range(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return {0, 256};
+    case SampleType::int8:
+      return {-128, 128};
+    case SampleType::uint16:
+      return {0, 4096};
+    case SampleType::int16:
+      return {-1024, 3072};
+    default:
+      throw UsageError(
+          fmt::format("a pipe of {} samples needs --range lo:hi or --field-scale: what matters in it cannot "
+                      "be known before it was read",
+                      name_of(type)));
+  }
+}
+
+std::pair<double, double> range_of_data(VolumeReader& reader) {
+  require(reader.seekable(),
+          "--range auto reads the volume twice, which a pipe does not allow; give --range lo:hi");
+  double low = INFINITY, high = -INFINITY;
+  with_sample_type(reader.info().type, [&](auto type) {
+    using T = decltype(type);
+    // A slice may be larger than memory.
+    const Index3& dims = reader.info().dims;
+    const std::int64_t step = reader.whole_slices_only()
+                                  ? dims.y
+                                  : std::clamp<std::int64_t>((std::int64_t{1} << 20) / dims.x, 1, dims.y);
+    std::vector<T> part;
+    const auto take = [&] {
+      if constexpr (std::is_integral_v<T>) {
+        const auto [least, most] = std::minmax_element(part.begin(), part.end());
+        low = std::min(low, static_cast<double>(*least));
+        high = std::max(high, static_cast<double>(*most));
+      } else {
+        for (const T v : part) {
+          if (!std::isfinite(v)) continue;
+          low = std::min(low, static_cast<double>(v));
+          high = std::max(high, static_cast<double>(v));
+        }
+      }
+    };
+    for (std::int64_t z = 0; z < dims.z; ++z)
+      for (std::int64_t y = 0; y < dims.y; y += step) {
+        const Box rows{{0, y, z}, {dims.x - 1, std::min(y + step, dims.y) - 1, z}};
+        part.resize(static_cast<std::size_t>(rows.count()));
+        reader.read_rows(reinterpret_cast<std::byte*>(part.data()), rows);
+        take();
+      }
+  });
+  reader.finish();
+  reader.rewind();
+  if (low > high) low = high = 0;  // nothing is finite
+  if (low == high) ++high;         // a constant volume: any scale will do
+  return {low, high};
+}
+
+void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingParameters& p) {
+  if (options.field_scale) {
+    p.field_scale = *options.field_scale;
+    return;
+  }
+  const auto [low, high] = options.range                            ? *options.range
+                           : takes_range_from_data(options, reader) ? range_of_data(reader)
+                                                                    : usual_range(p.type);
+  p.range_low = low;
+  p.range_high = high;
+  p.field_scale = voxels_per_range / (high - low);
+  // Ranges of floats may be too wide for their width to be a number, or too narrow for its reciprocal.
+  if (!std::isfinite(high - low)) p.field_scale = 1 / (high / voxels_per_range - low / voxels_per_range);
+  if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
+}
+
+void set_bounds(const EncodeOptions& options, CodingParameters& p) {
+  // Where samples are integers, so are errors.
+  const bool real = is_float_type(p.type);
+  const auto whole = [real](const std::optional<double>& e) {
+    return !e ? -1.0 : real ? *e : std::floor(*e);
+  };
+  p.mesh_error = whole(options.mesh_error);
+  if (p.mode == FileMode::voxels) {
+    p.max_error = std::max(whole(options.max_error), 0.0);
+    p.surface_error = whole(options.surface_error);
+    require(p.surface_error < p.max_error || p.surface_error < 0,
+            "--surface-error must be below --max-error, both rounded down to whole units");
+    return;
+  }
+  p.max_error = whole(options.max_error);
+  if (p.max_error < 0) return;
+  // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
+  // that is within E of an integer keeps it within E. Of floats the mesh criterion takes off what is rounded.
+  p.point_error = real ? p.max_error / 2 : std::floor(p.max_error / 2);
+  const double left = p.max_error - p.point_error;
+  p.mesh_error = p.mesh_error < 0 ? left : std::min(p.mesh_error, left);
+}
+
+}  // namespace
+
+void EncodeOptions::validate() const {
+  require_bound(max_error, "--max-error");
+  require_bound(surface_error, "--surface-error");
+  require_bound(mesh_error, "--mesh-error");
+  require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
+  require(!surface_error || max_error, "--surface-error needs --max-error, which binds the other voxels");
+  require(!surface_error || *surface_error < *max_error, "--surface-error must be below --max-error");
+  require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
+  require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
+              std::has_single_bit(static_cast<unsigned>(cube_size)),
+          "--cube must be a power of two, 4 .. 256");
+  require(
+      !max_level || (*max_level >= 0 && *max_level <= tagrid::max_level(cube_size)),
+      fmt::format("--max-level must be 0 .. {} for cubes of {}", tagrid::max_level(cube_size), cube_size));
+  const bool limited = max_level && *max_level < tagrid::max_level(cube_size);
+  require(!limited || !grid_only || !max_error,
+          "a grid with --max-level keeps no bound: leave out --max-error");
+  require(!limited || !mesh_error, "a grid with --max-level keeps no bound: leave out --mesh-error");
+  require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
+          "--brick must be at least 1 root cube and at most 512 samples an edge");
+  require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
+          "--field-scale must be positive");
+  require(!field_scale || (!range && !range_from_data),
+          "--field-scale and --range say the same thing: give one");
+  require(
+      !range || (std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second),
+      "--range must be lo:hi with lo < hi");
+}
+
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader) {
+  options.validate();
+  CodingParameters p;
+  p.dims = reader.info().dims;
+  p.type = reader.info().type;
+  p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
+  p.effort = options.effort;
+  p.cube_size = options.cube_size;
+  p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
+  p.max_level = options.max_level.value_or(max_level(options.cube_size));
+  p.accuracy = options.accuracy;
+  set_bounds(options, p);
+  return p;
+}
+
+bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader) {
+  if (options.range || options.field_scale) return false;
+  return options.range_from_data || (is_wide_type(reader.info().type) && reader.seekable());
+}
+
+CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
+  CodingParameters p = parameters_but_scale(options, reader);
+  set_field_scale(options, reader, p);
+  // What a reader would refuse is not written in the first place.
+  const Status status = check_parameters(p);
+  require(status.ok(), fmt::format("{} cannot be encoded so: {}", reader.files().front(), status.what()));
+  return p;
+}
+
+}  // namespace tagrid

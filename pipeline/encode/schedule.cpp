@@ -1,0 +1,121 @@
+#include "pipeline/encode/schedule.h"
+
+namespace tagrid {
+
+namespace {
+
+// The bricks' root cubes and one more on every side, where there is one.
+Box cubes_around(const BrickGrid& bricks, const BrickRows& rows) {
+  const Box first = bricks.closed_box({0, rows.y_low, rows.z_low}),
+            last = bricks.closed_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
+  return intersection(Box{first.low, last.high}.grown(bricks.domain.cube_size), bricks.domain.padded());
+}
+
+}  // namespace
+
+EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, const BrickRows& rows, int mark_halo)
+    : bricks_(parameters.bricks()),
+      rows_(rows),
+      halo_(mark_halo),
+      marks_outside_(parameters.mesh_error >= 0),
+      marked_(cubes_around(bricks_, rows)),
+      samples_(intersection(marked_.grown(mark_halo), bricks_.domain.volume())),
+      window_(samples_.low.z, samples_.low.y),
+      root_layer_end_(marked_.high.z / bricks_.domain.cube_size),
+      next_root_layer_(marked_.low.z / bricks_.domain.cube_size),
+      next_brick_layer_(rows.z_low) {}
+
+Box EncodeSchedule::tile_box(Index3 tile) const {
+  Box box = bricks_.closed_box({tile.x, tile.y, 0});
+  box.low.z = tile.z * bricks_.domain.cube_size;
+  box.high.z = box.low.z + bricks_.domain.cube_size;
+  return intersection(box, marked_);
+}
+
+Box EncodeSchedule::mark_box(Index3 tile) const {
+  Box box = tile_box(tile);
+  const Box padded = bricks_.domain.padded();
+  for (int axis = 0; axis < 3; ++axis)
+    if (box.high[axis] < padded.high[axis]) --box.high[axis];
+  // Outside the volume nothing is curved, and nothing need be kept.
+  return marks_outside_ ? box : intersection(box, bricks_.domain.volume());
+}
+
+std::int64_t EncodeSchedule::slices_needed() const {
+  // Of the first layer, which has root cubes and a halo below it, and of the others, which begin with a
+  // slice.
+  const std::int64_t s = bricks_.domain.cube_size;
+  const std::int64_t below = rows_.z_low * slices_in_layer() - samples_.low.z;
+  return below + slices_in_layer() + s + halo_ + 1;
+}
+
+std::int64_t EncodeSchedule::slices_released_by(std::int64_t layer) const {
+  return slices_in_layer() + (layer == rows_.z_low ? layer * slices_in_layer() - samples_.low.z : 0);
+}
+
+std::vector<MarkJob> EncodeSchedule::add_slice(SliceSamples slice) {
+  window_.add(std::move(slice));
+  std::vector<MarkJob> jobs;
+  const std::int64_t s = bricks_.domain.cube_size, last = samples_.high.z;
+  while (next_root_layer_ < root_layer_end_) {
+    const std::int64_t k = next_root_layer_;
+    const std::int64_t low = std::max(k * s - halo_, samples_.low.z),
+                       high = std::min((k + 1) * s + halo_, last);
+    if (window_.end() <= high) break;
+    const SliceRange slices = window_.range(low, high);
+    for (std::int64_t y = tile_row_low(); y < tile_row_end(); ++y)
+      for (std::int64_t x = 0; x < bricks_.bricks(0); ++x) jobs.push_back({{x, y, k}, slices});
+    RootLayer layer;
+    layer.missing = (tile_row_end() - tile_row_low()) * bricks_.bricks(0);
+    layer.tiles.resize(static_cast<std::size_t>(layer.missing));
+    marks_.emplace(k, std::move(layer));
+    ++next_root_layer_;
+  }
+  return jobs;
+}
+
+std::vector<BrickJob> EncodeSchedule::add_marks(MarkedTile tile) {
+  RootLayer& layer = marks_.at(tile.tile.z);
+  layer.tiles[static_cast<std::size_t>((tile.tile.y - tile_row_low()) * bricks_.bricks(0) + tile.tile.x)] =
+      std::move(tile.marks);
+  --layer.missing;
+  return layers_that_became_ready();
+}
+
+std::vector<BrickJob> EncodeSchedule::layers_that_became_ready() {
+  std::vector<BrickJob> jobs;
+  for (; next_brick_layer_ < rows_.z_end; ++next_brick_layer_) {
+    // One root layer below and one above the bricks decide with them.
+    const std::int64_t first = next_brick_layer_ * bricks_.edge, below = std::max<std::int64_t>(first - 1, 0),
+                       last = std::min(first + bricks_.edge, root_layer_end_ - 1);
+    for (std::int64_t k = below; k <= last; ++k)
+      if (!marks_.contains(k) || marks_.at(k).missing > 0) return jobs;
+    add_layer(next_brick_layer_, jobs);
+    const std::int64_t next = first + bricks_.edge;
+    marks_.erase(marks_.begin(), marks_.lower_bound(next - 1));
+    window_.release_below(next * bricks_.domain.cube_size);
+  }
+  return jobs;
+}
+
+void EncodeSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) {
+  const std::int64_t nx = bricks_.bricks(0);
+  const Box layer_box = intersection(bricks_.closed_box({0, 0, layer}), bricks_.domain.volume());
+  const SliceRange slices = window_.range(layer_box.low.z, layer_box.high.z);
+  for (std::int64_t y = rows_.y_low; y < rows_.y_end; ++y)
+    for (std::int64_t x = 0; x < nx; ++x) {
+      BrickJob job;
+      job.brick = {x, y, layer};
+      job.slices = slices;
+      for (std::int64_t k = layer * bricks_.edge - 1; k <= (layer + 1) * bricks_.edge; ++k) {
+        const auto found = marks_.find(k);
+        if (found == marks_.end()) continue;
+        for (std::int64_t v = std::max(y - 1, tile_row_low()); v < std::min(y + 2, tile_row_end()); ++v)
+          for (std::int64_t u = std::max<std::int64_t>(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u)
+            job.marks.push_back(found->second.tiles[static_cast<std::size_t>((v - tile_row_low()) * nx + u)]);
+      }
+      jobs.push_back(std::move(job));
+    }
+}
+
+}  // namespace tagrid

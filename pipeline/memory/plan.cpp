@@ -1,0 +1,188 @@
+#include "pipeline/memory/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+#include "io/files/errors.h"
+#include "pipeline/memory/available_memory.h"
+#include "pipeline/memory/of_bricks.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
+
+std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
+
+std::uint64_t share_of_memory(const Resources& resources) {
+  return available_memory() / static_cast<std::uint64_t>(resources.processes);
+}
+
+std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
+
+// The most rows that fit, or 0. More rows never need less.
+std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>& fit) {
+  if (!fit(1)) return 0;
+  std::int64_t low = 1, high = all;
+  while (low < high) {
+    const std::int64_t middle = high - (high - low) / 2;
+    if (fit(middle))
+      low = middle;
+    else
+      high = middle - 1;
+  }
+  return low;
+}
+
+// Strips come before fewer threads: a strip reads some rows twice and marks their tiles twice, fewer threads
+// do everything in more time.
+std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
+                                        std::uint64_t limit) {
+  const std::int64_t all = p.bricks().bricks(1), edge = std::int64_t{p.brick_edge} * p.cube_size;
+  const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
+  for (std::int64_t t = threads; t >= 1; --t) {
+    // What one thread has ready for itself ahead of time only takes memory.
+    const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4} : EncodeLoad{t, all, edge, 16 * t};
+    const EncodeLoad whole[] = {most,
+                                {t, all, edge, 4 * t},
+                                {t, all, p.cube_size, 4 * t},
+                                {t, all, p.cube_size / 2, 2 * t},
+                                {t, all, 0, 2 * t},
+                                {t, all, 0, t}};
+    for (const EncodeLoad& load : whole)
+      if (fits(load)) return load;
+    if (!strips) continue;
+    for (const std::int64_t flight : {4 * t, t}) {
+      const std::int64_t rows = most_rows(all - 1, [&](std::int64_t r) {
+        return r < all && fits({t, r, 0, flight});
+      });
+      if (rows > 0) return EncodeLoad{t, rows, 0, flight};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad load, bool strips,
+                                        std::uint64_t limit) {
+  const std::int64_t all = p.bricks().bricks(1), threads = load.threads;
+  for (std::int64_t t = threads; t >= 1; --t)
+    for (const std::int64_t flight : {16 * t, 4 * t, t}) {
+      load.threads = t;
+      load.bricks_in_flight = flight;
+      const auto fits = [&](std::int64_t rows) {
+        load.rows = rows;
+        return memory_of_decoding(p, load) <= limit;
+      };
+      if (fits(all)) return load;
+      if (!strips || all == 1 || (flight > t && !fits(1))) continue;
+      if (const std::int64_t rows = most_rows(all - 1, fits); rows > 0) {
+        load.rows = rows;
+        return load;
+      }
+    }
+  return std::nullopt;
+}
+
+// Finds a load within the limit, or where none is given, within what there is; `smallest` where nothing fits
+// and nothing is said against it.
+template <class Load, class Best>
+Load within(const Resources& resources, Best best, const Load& smallest) {
+  if (resources.memory) {
+    const auto found = best(*resources.memory);
+    return found ? *found : smallest;
+  }
+  const std::uint64_t available = share_of_memory(resources);
+  for (const std::uint64_t part : {4, 2})
+    if (const auto found = best(available / part)) return *found;
+  return smallest;
+}
+
+[[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,
+                         std::uint64_t needed, std::optional<std::uint64_t> with_spool) {
+  const std::string volume =
+      fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type));
+  const std::string spool = with_spool ? fmt::format(", or --spool DIR, a folder for the samples, and -M {}M",
+                                                     mebibytes(*with_spool))
+                                       : "";
+  const std::string allowed =
+      limit < mebibyte ? fmt::format("{} B", limit) : fmt::format("{} MiB", limit / mebibyte);
+  throw UsageError(fmt::format("{} needs at least {} MiB of memory, and {} are allowed: give -M {}M{}",
+                               volume, mebibytes(needed), allowed, mebibytes(needed), spool));
+}
+
+}  // namespace
+
+std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRows& part) const {
+  if (!in_strips(bricks)) return {part};
+  std::vector<BrickRows> result;
+  for (std::int64_t z = part.z_low; z < part.z_end; ++z)
+    for (std::int64_t y = part.y_low; y < part.y_end; y += rows)
+      result.push_back({y, std::min(y + rows, part.y_end), z, z + 1});
+  return result;
+}
+
+EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
+                         std::uint64_t besides) {
+  const std::int64_t all = p.bricks().bricks(1);
+  const bool strips = random_access || !resources.spool.empty();
+  const EncodeLoad smallest_strip = {1, 1, 0, 1}, smallest_whole = {1, all, 0, 1};
+  const EncodeLoad smallest = strips ? smallest_strip : smallest_whole;
+  const auto best = [&](bool in_strips, std::uint64_t limit) {
+    return best_encoding(p, resources.threads, in_strips, less(limit, besides));
+  };
+  const EncodeLoad load = within(
+      resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
+  const std::uint64_t memory = memory_of_encoding(p, load) + besides,
+                      limit = resources.memory ? *resources.memory : share_of_memory(resources);
+  if (memory > limit) {
+    std::optional<std::uint64_t> with_spool;
+    if (!strips && all > 1) with_spool = memory_of_encoding(p, smallest_strip) + besides;
+    refuse(p, strips ? "encoding" : "encoding a pipe, or gzip, of", limit, memory, with_spool);
+  }
+  EncodePlan plan;
+  plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};
+  plan.rows = load.rows;
+  plan.memory = memory;
+  plan.spooled = !random_access && load.rows < all;
+  return plan;
+}
+
+DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,
+                         std::uint64_t besides) {
+  const std::int64_t all = p.bricks().bricks(1);
+  const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
+  const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
+  const bool may_spool = in_order && !resources.spool.empty();
+  const bool strips = any_order || may_spool;
+  DecodeLoad smallest;
+  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream || use == DecodeUse::mesh;
+  smallest.mesh = use == DecodeUse::mesh;
+  smallest.rows = strips ? 1 : all;
+  DecodeLoad wanted = smallest;
+  wanted.threads = resources.threads;
+  const DecodeLoad load = within(
+      resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, less(limit, besides)); },
+      smallest);
+  const std::uint64_t memory = memory_of_decoding(p, load) + besides;
+  // Without a limit of its own a file is decoded as far as it goes: its header may be a lie.
+  if (resources.memory && memory > *resources.memory) {
+    std::optional<std::uint64_t> with_spool;
+    if (in_order && !may_spool && all > 1) {
+      smallest.rows = 1;
+      with_spool = memory_of_decoding(p, smallest) + besides;
+    }
+    refuse(p,
+           use == DecodeUse::mesh ? "a mesh of"
+           : smallest.inspect     ? "verifying"
+                                  : "decoding",
+           *resources.memory, memory, with_spool);
+  }
+  return {{static_cast<int>(load.threads), load.bricks_in_flight, load.rows},
+          memory,
+          may_spool && load.rows < all};
+}
+
+}  // namespace tagrid

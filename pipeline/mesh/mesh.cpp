@@ -1,0 +1,200 @@
+#include "pipeline/mesh/mesh.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/mesh/vtu_writer.h"
+#include "io/nrrd/geometry.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/mesh/point_ids.h"
+#include "stages/grid/lattice.h"
+#include "stages/mesh/tetrahedra.h"
+
+namespace tagrid {
+namespace {
+
+// What the mesh needs of a brick until the samples of its layer are there.
+struct BrickPoints {
+  Index3 position;
+  LatticeBits active;             // of its closed box
+  std::vector<std::byte> values;  // of a file without voxels: of all points of the box
+};
+
+// The slices of one layer of bricks, and the one below them, which is the layer's low face.
+class LayerSamples {
+ public:
+  explicit LayerSamples(const CodingParameters& parameters)
+      : volume_(parameters.domain().volume()), size_(size_of(parameters.type)) {}
+
+  void begin_layer(const DecodedRows& layer) { layer_ = &layer; }
+  // The sample nearest to a point of the layer.
+  const std::byte* at(Index3 p) const {
+    const Index3 q = volume_.nearest(p);
+    if (q.z >= layer_->box().low.z) return layer_->at(q);
+    return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
+  }
+  void end_layer() {
+    below_.resize(layer_->slice_bytes());
+    layer_->copy_slice(layer_->box().high.z, below_);
+  }
+
+ private:
+  Box volume_;
+  std::size_t size_;
+  const DecodedRows* layer_ = nullptr;
+  std::vector<std::byte> below_;
+};
+
+// Makes tetrahedra of bricks, in their order.
+class MeshBuilder {
+ public:
+  MeshBuilder(const TagHeader& header, int level, bool padded, VtuWriter& writer)
+      : parameters_(header.parameters),
+        geometry_(geometry_of(header.nrrd_fields)),
+        mirrored_(is_mirrored(geometry_)),
+        level_(level),
+        padded_(padded),
+        ids_(parameters_.bricks()),
+        writer_(writer) {}
+
+  // `value_of(p)` points to the value of a lattice point of the brick.
+  template <class ValueOf>
+  void add_brick(const BrickPoints& brick, ValueOf value_of) {
+    const Box& box = brick.active.box();
+    const bool keep_all = padded_ || parameters_.domain().volume().contains(box);
+    ids_.begin_brick(brick.position);
+    for_each_leaf_tetrahedron(brick.active, box, parameters_.cube_size, level_, [&](const Tetrahedron& t) {
+      if (!keep_all && lies_outside_volume(t.vertices, parameters_.dims)) return;
+      add_tetrahedron(t, value_of);
+    });
+    ids_.end_brick();
+    flush();
+  }
+
+ private:
+  static constexpr std::size_t batch = std::size_t{1} << 16;  // tetrahedra that wait for the writer
+
+  template <class ValueOf>
+  void add_tetrahedron(const Tetrahedron& t, ValueOf& value_of) {
+    std::array<std::int64_t, 4> ids;
+    for (std::size_t i = 0; i < 4; ++i) ids[i] = id_of(t.vertices[i], value_of);
+    if (mirrored_) std::swap(ids[2], ids[3]);
+    connectivity_.insert(connectivity_.end(), ids.begin(), ids.end());
+    levels_.push_back(static_cast<std::uint8_t>(t.level));
+    if (levels_.size() == batch) flush();
+  }
+
+  template <class ValueOf>
+  std::int64_t id_of(Index3 p, ValueOf& value_of) {
+    std::int64_t& id = ids_.of(p);
+    if (id == PointIds::none) {
+      id = next_id_++;
+      const std::array<double, 3> world = to_world(geometry_, p);
+      coordinates_.insert(coordinates_.end(), world.begin(), world.end());
+      const std::byte* value = value_of(p);
+      values_.insert(values_.end(), value, value + size_of(parameters_.type));
+    }
+    return id;
+  }
+
+  void flush() {
+    writer_.add_points(coordinates_, values_);
+    writer_.add_tetrahedra(connectivity_, levels_);
+    coordinates_.clear();
+    values_.clear();
+    connectivity_.clear();
+    levels_.clear();
+  }
+
+  const CodingParameters& parameters_;
+  Geometry geometry_;
+  bool mirrored_;
+  int level_;
+  bool padded_;
+  PointIds ids_;
+  std::int64_t next_id_ = 0;
+  VtuWriter& writer_;
+  std::vector<double> coordinates_;
+  std::vector<std::byte> values_;
+  std::vector<std::int64_t> connectivity_;
+  std::vector<std::uint8_t> levels_;
+};
+
+int checked_level(const MeshOptions& options, int cube_size) {
+  const int deepest = max_level(cube_size);
+  const int level = options.level.value_or(deepest);
+  if (level < 0 || level > deepest)
+    throw UsageError(
+        fmt::format("--level must be 0 .. {}, as root cubes have an edge of {}", deepest, cube_size));
+  return level;
+}
+
+// Layer by layer, as the values of a file with voxels are in its slices.
+void mesh_bricks(TagReader& reader, MeshBuilder& mesh, const DecodeBudget& budget, const Progress& progress) {
+  const CodingParameters& parameters = reader.parameters();
+  const std::uint64_t total =
+      static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
+  std::uint64_t done = 0;
+  std::vector<BrickPoints> layer;
+  LayerSamples samples(parameters);
+
+  const auto add_brick = [&](const BrickPoints& brick) {
+    if (parameters.mode == FileMode::voxels) {
+      mesh.add_brick(brick, [&](Index3 p) { return samples.at(p); });
+      return;
+    }
+    mesh.add_brick(brick, [&](Index3 p) {
+      const auto at = static_cast<std::size_t>(brick.active.box().offset(p));
+      return brick.values.data() + at * size_of(parameters.type);
+    });
+  };
+  DecodeStreams streams;
+  streams.name = reader.name();
+  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.inspect_brick = [&](const DecodedBrick& brick) {
+    layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
+  };
+  streams.write_rows = [&](const DecodedRows& decoded) {
+    samples.begin_layer(decoded);
+    for (BrickPoints& brick : layer) {
+      add_brick(brick);
+      brick = {};
+    }
+    layer.clear();
+    samples.end_layer();
+    done += decoded.bytes();
+    if (progress) progress(done, total);
+  };
+  run_decode_graph(parameters, BrickRows::all(parameters.bricks()), budget, streams);
+}
+
+}  // namespace
+
+MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
+                      const Resources& resources, const Progress& progress,
+                      const BeforeNaming<MeshResult>& before_naming) {
+  if (output != "-" && !output.ends_with(".vtu"))
+    throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
+  refuse_same_file(input, output);
+  check_output(output, options.overwrite);
+  TagReader reader(input);
+  const CodingParameters& parameters = reader.parameters();
+  const int level = checked_level(options, parameters.cube_size);
+  const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
+  VtuWriter writer(output, parameters.type, options.overwrite);
+  MeshBuilder mesh(reader.header(), level, options.padded, writer);
+  mesh_bricks(reader, mesh, plan.budget, progress);
+  writer.finish();
+  const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
+                             writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
+  if (before_naming) before_naming(result);
+  writer.commit();
+  return result;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,45 @@
+// The tetrahedral grid of a .tag file as a mesh.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "io/tag/file.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+
+namespace tagrid {
+
+struct MeshOptions {
+  /// The prefix of the grid at this level: no point of a higher level. All of it where not given.
+  std::optional<int> level;
+  /// Keep the tetrahedra that lie wholly outside the volume, so that whole root cubes are filled.
+  bool padded = false;
+  bool overwrite = false;
+};
+
+struct MeshResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;   ///< of the .tag file
+  std::uint64_t bytes_out = 0;  ///< of the mesh
+  std::int64_t points = 0;
+  std::int64_t tetrahedra = 0;
+};
+
+/// Writes the leaf tetrahedra of `input` to the .vtu file `output` ("-": the standard streams), brick by
+/// brick in their order; see VtuWriter for the arrays.
+///
+/// Every point is there once, and only if a tetrahedron uses it. It lies where the volume's header says
+/// (to_world()); tetrahedra are positive there, also in a mirrored volume. A point's value is that of the
+/// nearest decoded sample (which is its own, unless it lies outside the volume), or in a file without voxels
+/// the stored one. Memory: that of decoding, and the activity of one layer of bricks.
+///
+/// Throws UsageError for a level that the grid cannot have and for a name that does not end in ".vtu",
+/// BrokenInput, WorldError; then nothing is left under the name of the output.
+MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
+                      const Resources& resources, const Progress& progress = {},
+                      const BeforeNaming<MeshResult>& before_naming = {});
+
+}  // namespace tagrid

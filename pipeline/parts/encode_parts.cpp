@@ -1,0 +1,281 @@
+#include "pipeline/parts/encode_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "io/bytes/checksum.h"
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+#include "io/parts/part_folder.h"
+#include "pipeline/encode/schedule.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/parts/part_work.h"
+#include "pipeline/parts/run_settings.h"
+#include "pipeline/parts/work_orders.h"
+#include "stages/marks/halo.h"
+
+namespace tagrid {
+namespace {
+
+Bytes content_of(const std::string& path) {
+  FileBytes file(path);
+  Bytes bytes(file.size().value_or(0));
+  bytes.resize(file.read(bytes.data(), bytes.size()));
+  return bytes;
+}
+
+void write_file(const std::string& path, const Bytes& bytes) {
+  OutputFile file(path, true);
+  file.write(bytes);
+  file.commit();
+}
+
+class RunInParts {
+ public:
+  RunInParts(Ranks& ranks, const std::string& input, const SourceDescription& source,
+             const std::string& output, const PartsOptions& parts)
+      : ranks_(ranks),
+        input_(input),
+        source_(source),
+        output_(output),
+        parts_(parts),
+        reader_(open_volume(input, source)) {
+    for (const std::string& file : reader_.files()) refuse_same_file(file, output);
+    for (const std::string& file : reader_.files()) record_.inputs.push_back(identity_of(file));
+    record_.program = parts.program;
+  }
+
+  EncodeResult run(const EncodeOptions& options, bool overwrite, const Progress& progress,
+                   const BeforeNaming<EncodeResult>& before_naming) {
+    // Nothing is made where nothing may come of it, but a run that was ended just before its end has the
+    // output.
+    if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
+    // Before anything is read: a limit that cannot be kept is found at once.
+    plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(parts_.resources), true,
+                          memory_besides_parts(reader_));
+    PartFolder folder(output_, parts_.resume);
+    const bool goes_on = parts_.resume && read_earlier_record(folder);
+    if (!goes_on) check_output(output_, overwrite);
+    settle(goes_on ? known_range(options) : options);
+    if (goes_on) {
+      require_same_run(folder);
+      if (is_finished()) return complete(folder, before_naming);
+      check_output(output_, overwrite);
+      folder.remove_unfinished();
+    } else if (parts_.resume) {
+      folder.clear();
+    }
+    record_bytes_ = serialize_record(record_);
+    write_file(folder.record(), record_bytes_);
+    const PartOrder order{input_,        source_,          folder.path(),
+                          record_bytes_, parts_.resources, code_after_signal()};
+    send_order(ranks_, order);
+    if (goes_on && parts_.goes_on) tell_of_parts(folder);
+    const std::uint64_t total = sample_bytes(parameters().dims, parameters().type).value();
+    make_parts(ranks_, order, [&](std::uint64_t done) {
+      if (progress) progress(std::min(done, total), total);
+    });
+    EncodeResult result = assemble(folder, overwrite, before_naming);
+    remove_record(folder);
+    return result;
+  }
+
+ private:
+  // From here on there is nothing to go on with.
+  static void remove_record(PartFolder& folder) {
+    folder.remove_parts();
+    end_signals_with(-1, "");
+    folder.remove();
+  }
+
+  const CodingParameters& parameters() const { return header_.parameters; }
+
+  // Of a run that was ended after its file had got its name: what is left to do.
+  EncodeResult complete(PartFolder& folder, const BeforeNaming<EncodeResult>& before_naming) {
+    EncodeResult result = finished_result();
+    if (before_naming) before_naming(result);
+    remove_record(folder);
+    return result;
+  }
+
+  bool read_earlier_record(const PartFolder& folder) {
+    if (!status_of(folder.record())) return false;
+    const Status status = parse_record(content_of(folder.record()), earlier_);
+    if (!status.ok())
+      throw UsageError(fmt::format("--resume: {} {}; {}", folder.record(), status.what(), advice(folder)));
+    return true;
+  }
+
+  static std::string advice(const PartFolder& folder) {
+    return fmt::format("remove {} to begin anew", folder.path());
+  }
+
+  // The range of an input that has not changed need not be searched again.
+  EncodeOptions known_range(EncodeOptions options) const {
+    TagHeader header;
+    std::uint64_t checksum;
+    const bool from_data = options.range_from_data || is_wide_type(reader_.info().type);
+    if (!from_data || options.range || options.field_scale) return options;
+    if (earlier_.inputs.size() != record_.inputs.size()) return options;
+    for (std::size_t i = 0; i < record_.inputs.size(); ++i)
+      if (!change_of(earlier_.inputs[i], record_.inputs[i]).empty()) return options;
+    if (!parse_header(earlier_.header, header, checksum).ok()) return options;
+    if (!(header.parameters.range_low < header.parameters.range_high)) return options;
+    options.range = {header.parameters.range_low, header.parameters.range_high};
+    options.range_from_data = false;
+    return options;
+  }
+
+  void settle(const EncodeOptions& options) {
+    range_was_read_ = takes_range_from_data(options, reader_);
+    header_ = {resolve(options, reader_), reader_.info().nrrd_fields};
+    record_.settings = settings_of(parameters(), source_);
+    record_.header = serialize_header(header_);
+  }
+
+  void require_same_run(const PartFolder& folder) const {
+    const std::string difference = difference_of(earlier_, record_);
+    if (!difference.empty())
+      throw UsageError(
+          fmt::format("--resume: {}: cannot go on: {}; {}", output_, difference, advice(folder)));
+  }
+
+  bool is_finished() const {
+    const auto output = status_of(output_);
+    return output && earlier_.result_inode == output->st_ino &&
+           earlier_.result_size == static_cast<std::uint64_t>(output->st_size);
+  }
+
+  EncodeResult finished_result() const {
+    TagReader reader(output_);
+    reader.read_index();
+    EncodeResult result;
+    result.header = reader.header();
+    result.index = reader.index();
+    result.bytes_in = input_bytes();
+    result.file_bytes = reader.sizes().file;
+    result.temporary = output_;
+    result.memory = plan_.memory;
+    return result;
+  }
+
+  std::uint64_t input_bytes() const {
+    std::uint64_t sum = 0;
+    for (const FileIdentity& file : record_.inputs) sum += file.size;
+    return sum;
+  }
+
+  // Parts may have been made of an input that was written to meanwhile.
+  void require_same_input() const {
+    for (const FileIdentity& was : record_.inputs) {
+      const auto now = status_of(was.path);
+      if (!now || now->st_ino != was.inode || static_cast<std::uint64_t>(now->st_size) != was.size ||
+          now->st_mtim.tv_sec != was.modified || now->st_mtim.tv_nsec != was.modified_ns)
+        throw BrokenInput(was.path + ": was changed while it was read");
+    }
+  }
+
+  // Adds a part to the index; returns its blocks' size and moves on the checksum.
+  std::uint64_t survey(const PartsOfRun& parts, std::int64_t part, std::uint64_t& checksum,
+                       TagIndex& index) const {
+    const PartReader reader(parts.path(part), parts.id(part), parameters());
+    for (const PartEntry& entry : reader.table()) {
+      checksum = chained_checksum(entry.own_checksum, checksum);
+      index.add(entry.activity_bytes, entry.value_bytes, entry.statistics);
+    }
+    return reader.blocks_size();
+  }
+
+  void tell_of_parts(const PartFolder& folder) const {
+    const PartsOfRun parts(folder.path(), record_bytes_);
+    std::int64_t there = 0;
+    for (std::int64_t part = 0; part < parts.count(); ++part)
+      there += status_of(parts.path(part)).has_value();
+    parts_.goes_on(there, parts.count());
+  }
+
+  // How often a sample is read for all parts, those of earlier runs included.
+  double times_read(const PartsOfRun& parts) const {
+    double samples = 0;
+    for (const BrickRows& part : parts.rows())
+      for (const BrickRows& strip : plan_.strips(parameters().bricks(), part))
+        samples += static_cast<double>(
+            EncodeSchedule(parameters(), strip, mark_halo(parameters())).samples().count());
+    return samples / static_cast<double>(parameters().domain().volume().count());
+  }
+
+  // From here on the run is at its end, if `file` has its name.
+  void record_result(const PartFolder& folder, const OutputFile& file) {
+    const auto status = status_of(file.temporary());
+    if (!status) throw WorldError(file.temporary() + ": has been removed by another process");
+    record_.result_inode = status->st_ino;
+    record_.result_size = static_cast<std::uint64_t>(status->st_size);
+    write_file(folder.record(), serialize_record(record_));
+  }
+
+  EncodeResult assemble(const PartFolder& folder, bool overwrite,
+                        const BeforeNaming<EncodeResult>& before_naming) {
+    EncodeResult result;
+    result.header = header_;
+    result.bytes_in = input_bytes();
+    result.memory = plan_.memory;
+    const PartsOfRun parts(folder.path(), record_bytes_);
+    result.times_read = times_read(parts) + range_was_read_;
+    PlaceOrder order{folder.path(), record_bytes_, "", output_, {}};
+    std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
+    for (std::int64_t part = 0; part < parts.count(); ++part) {
+      order.places.push_back({position, checksum});
+      position += survey(parts, part, checksum, result.index);
+    }
+    require_same_input();
+    // In the folder, so that after a crash it goes with what was not completed there.
+    OutputFile file(
+        output_, overwrite,
+        {.like = attributes_of(reader_.files().back()), .others_write = true, .temporaries = folder.path()});
+    file.write(record_.header);
+    order.file = file.temporary();
+    send_order(ranks_, order);
+    place_parts(ranks_, order);
+    const Bytes end = file_end(parameters(), result.index, position, checksum, parts.header_checksum());
+    file.write_at(position, end);
+    file.sync();
+    result.file_bytes = position + end.size();
+    result.temporary = file.temporary();
+    if (parts_.resume) record_result(folder, file);
+    if (before_naming) before_naming(result);
+    file.commit();
+    return result;
+  }
+
+  Ranks& ranks_;
+  const std::string& input_;
+  const SourceDescription& source_;
+  const std::string& output_;
+  const PartsOptions& parts_;
+  VolumeReader reader_;
+  EncodePlan plan_;
+  TagHeader header_;
+  RunRecord record_, earlier_;
+  Bytes record_bytes_;
+  bool range_was_read_ = false;
+};
+
+}  // namespace
+
+bool parts_are_possible(const std::string& input, const std::string& output) {
+  return attributes_of(input).has_value() && is_regular_output(output);
+}
+
+EncodeResult encode_in_parts(Ranks& ranks, const std::string& input, const SourceDescription& source,
+                             const std::string& output, bool overwrite, const EncodeOptions& options,
+                             const PartsOptions& parts, const Progress& progress,
+                             const BeforeNaming<EncodeResult>& before_naming) {
+  options.validate();
+  refuse_same_file(input, output);
+  return RunInParts(ranks, input, source, output, parts).run(options, overwrite, progress, before_naming);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,183 @@
+#include "pipeline/parts/part_work.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <memory>
+
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/files/placed_file.h"
+#include "io/files/system_call.h"
+#include "io/parts/part_folder.h"
+#include "pipeline/encode/graph.h"
+#include "pipeline/encode/input_slices.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/memory/until_it_fails.h"
+#include "pipeline/parts/parts.h"
+
+namespace tagrid {
+namespace {
+
+// Whether the part is there and whole; what is there and is not whole goes.
+bool is_complete(const PartsOfRun& parts, std::int64_t part) {
+  const std::string path = parts.path(part);
+  if (!status_of(path)) return false;
+  try {
+    PartReader reader(path, parts.id(part), parts.header().parameters);
+    std::vector<std::byte> block;
+    for (std::size_t i = 0; i < reader.table().size(); ++i) reader.read_block(block);
+    return true;
+  } catch (const BrokenInput&) {
+    if (unlink(path.c_str()) != 0) throw world_error("cannot remove", path, errno);
+    return false;
+  }
+}
+
+std::int64_t sample_bytes_of(const CodingParameters& parameters, const BrickRows& rows) {
+  const BrickGrid bricks = parameters.bricks();
+  const Box first = bricks.owned_box({0, rows.y_low, rows.z_low}),
+            last = bricks.owned_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
+  return Box{first.low, last.high}.count() * static_cast<std::int64_t>(size_of(parameters.type));
+}
+
+// The input as this rank sees it.
+class PartEncoder {
+ public:
+  PartEncoder(const PartOrder& order, const PartsOfRun& parts)
+      : parts_(parts),
+        parameters_(parts.header().parameters),
+        reader_(open_volume(order.input, order.source)),
+        plan_(
+            plan_encoding(parameters_, of_this_rank(order.resources), true, memory_besides_parts(reader_))) {
+    if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
+      throw WorldError(order.input + ": is not the volume that the run began with");
+    // Else what precedes a part has to be decompressed for each.
+    if (!reader_.random_access() && !order.resources.spool.empty()) reader_.spool(order.resources.spool);
+  }
+
+  void encode(std::int64_t part, SharedWork& shared) {
+    PartWriter writer(parts_.path(part), parts_.id(part), parameters_);
+    UntilItFails output_works;
+    EncodeStreams streams;
+    streams.read_slice = [&](const Box& rows) {
+      if (shared.stop) throw Stopped();
+      return read_input_slice(reader_, rows);
+    };
+    streams.write_brick = [&](std::int64_t id, BrickCode code) {
+      if (shared.stop) throw Stopped();
+      shared.done += static_cast<std::int64_t>(code.statistics.samples * size_of(parameters_.type));
+      output_works.run([&] {
+        writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+      });
+    };
+    const BrickRows& rows = parts_.rows()[static_cast<std::size_t>(part)];
+    output_works.rethrow_after([&] {
+      for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
+        run_encode_graph(parameters_, strip, plan_.budget, streams);
+    });
+    writer.finish();
+  }
+
+ private:
+  const PartsOfRun& parts_;
+  const CodingParameters& parameters_;
+  VolumeReader reader_;
+  EncodePlan plan_;
+};
+
+void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
+  constexpr std::size_t enough = std::size_t{1} << 23;
+  std::vector<std::byte> block, bytes;
+  std::uint64_t position = place.position, checksum = place.checksum_before;
+  const auto flush = [&] {
+    file.write_at(position, bytes);
+    position += bytes.size();
+    bytes.clear();
+  };
+  for (const PartEntry& entry : part.table()) {
+    part.read_block(block);
+    checksum = chained_checksum(entry.own_checksum, checksum);
+    store_little_endian(block.data() + block.size() - 8, checksum);
+    bytes.insert(bytes.end(), block.begin(), block.end());
+    if (bytes.size() >= enough) flush();
+  }
+  flush();
+}
+
+}  // namespace
+
+Resources of_this_rank(Resources given) {
+  if (given.threads == 0) given.threads = available_threads();
+  given.processes = ranks().on_this_machine();
+  return given;
+}
+
+std::uint64_t memory_besides_parts(const VolumeReader& reader) {
+  const std::uint64_t slice =
+      static_cast<std::uint64_t>(reader.slice_samples()) * size_of(reader.info().type);
+  return 2 * reader.memory() + (reader.random_access() ? 0 : slice);
+}
+
+PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::move(folder)) {
+  Status status = parse_record(record, record_);
+  if (status.ok()) status = parse_header(record_.header, header_, header_checksum_);
+  if (!status.ok()) throw BrokenInput(folder_ + ": the record of the run " + status.what());
+  id_ = run_id(record);
+  rows_ = parts_of(header_.parameters.bricks());
+}
+
+std::string PartsOfRun::path(std::int64_t part) const { return PartFolder::part(folder_, part); }
+
+PartId PartsOfRun::id(std::int64_t part) const {
+  const BrickGrid bricks = header_.parameters.bricks();
+  const BrickRows& rows = rows_[static_cast<std::size_t>(part)];
+  return {id_, part, rows.first_brick(bricks), rows.count(bricks)};
+}
+
+void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress) {
+  std::unique_ptr<PartsOfRun> parts;
+  std::unique_ptr<PartEncoder> encoder;
+  all_do(ranks, [&] {
+    parts = std::make_unique<PartsOfRun>(order.folder, order.record);
+    if (!status_of(order.folder))
+      throw WorldError(order.folder + ": is not here; all ranks need the same folder of the output");
+    encoder = std::make_unique<PartEncoder>(order, *parts);
+  });
+  SharedWork shared;
+  shared.count = parts->count();
+  shared.work = [&](std::int64_t part) {
+    if (!is_complete(*parts, part))
+      encoder->encode(part, shared);
+    else
+      shared.done +=
+          sample_bytes_of(parts->header().parameters, parts->rows()[static_cast<std::size_t>(part)]);
+  };
+  if (progress)
+    shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };
+  share_out(ranks, shared);
+}
+
+void place_parts(Ranks& ranks, const PlaceOrder& order) {
+  std::unique_ptr<PartsOfRun> parts;
+  std::unique_ptr<PlacedFile> file;
+  all_do(ranks, [&] {
+    parts = std::make_unique<PartsOfRun>(order.folder, order.record);
+    file = std::make_unique<PlacedFile>(order.file, order.name);
+  });
+  SharedWork shared;
+  shared.count = parts->count();
+  shared.work = [&](std::int64_t part) {
+    try {
+      PartReader reader(parts->path(part), parts->id(part), parts->header().parameters);
+      place_part(reader, order.places[static_cast<std::size_t>(part)], *file);
+    } catch (const BrokenInput& broken) {
+      throw WorldError(std::string(broken.what()) + ": the disk does not keep what was written");
+    }
+  };
+  share_out(ranks, shared);
+  all_do(ranks, [&] { file->finish(); });
+}
+
+}  // namespace tagrid

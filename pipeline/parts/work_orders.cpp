@@ -1,0 +1,174 @@
+#include "pipeline/parts/work_orders.h"
+
+#include <exception>
+#include <stdexcept>
+
+#include "io/files/temporaries.h"
+#include "pipeline/ranks/messages.h"
+
+namespace tagrid {
+namespace {
+
+enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
+
+template <class Fields, class Given>
+void describe_resources(Fields& fields, Given& resources) {
+  fields(resources.threads);
+  if (fields.present(resources.memory)) fields(*resources.memory);
+  fields(resources.spool);
+}
+
+template <class Fields, class Raw>
+void describe_raw(Fields& fields, Raw& raw) {
+  if (!fields.present(raw)) return;
+  fields(raw->dims.x);
+  fields(raw->dims.y);
+  fields(raw->dims.z);
+  auto type = static_cast<std::uint8_t>(raw->type);
+  fields(type);
+  if constexpr (!std::is_const_v<Raw>) raw->type = static_cast<SampleType>(type);
+  if (fields.present(raw->big_endian)) fields(*raw->big_endian);
+  if (fields.present(raw->spacing))
+    for (auto& distance : *raw->spacing) fields(distance);
+  fields(raw->offset);
+}
+
+template <class Fields, class Given>
+void describe_source(Fields& fields, Given& source) {
+  describe_raw(fields, source.raw);
+  fields(source.vdb_grid);
+}
+
+}  // namespace
+
+// Not in the nameless namespace, where packed_order() would not find them.
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, PartOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.input);
+  describe_source(fields, order.source);
+  fields(order.folder);
+  fields(order.record);
+  describe_resources(fields, order.resources);
+  fields(order.code_after_signal);
+}
+
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, PlaceOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.folder);
+  fields(order.record);
+  fields(order.file);
+  fields(order.name);
+  const std::size_t count = fields.size(order.places);
+  for (std::size_t i = 0; i < count; ++i) {
+    fields(order.places[i].position);
+    fields(order.places[i].checksum_before);
+  }
+}
+
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, DecodeOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.input);
+  fields(order.file);
+  fields(order.name);
+  fields(order.start);
+  describe_resources(fields, order.resources);
+}
+
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, VerifyOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.input);
+  fields(order.original);
+  describe_source(fields, order.source);
+  describe_resources(fields, order.resources);
+}
+
+namespace {
+
+// An order ends with its task.
+void send(Ranks& ranks, Task task, Bytes order) {
+  if (ranks.count() == 1) return;
+  order.push_back(static_cast<std::byte>(task));
+  ranks.broadcast(order);
+}
+
+// What fails is told by rank 0, which then gives the last order.
+template <class Do>
+void obey(Do work) {
+  try {
+    work();
+  } catch (const std::exception&) {
+  }
+}
+
+}  // namespace
+
+void send_order(Ranks& ranks, const PartOrder& order) { send(ranks, Task::make_parts, packed_order(order)); }
+void send_order(Ranks& ranks, const PlaceOrder& order) {
+  send(ranks, Task::place_parts, packed_order(order));
+}
+void send_order(Ranks& ranks, const DecodeOrder& order) {
+  send(ranks, Task::decode_parts, packed_order(order));
+}
+void send_order(Ranks& ranks, const VerifyOrder& order) {
+  send(ranks, Task::verify_parts, packed_order(order));
+}
+void send_order(Ranks& ranks, const Bytes& order) { send(ranks, Task::of_program, order); }
+
+void dismiss(Ranks& ranks, int code) {
+  FieldWriter fields;
+  fields.put(code);
+  send(ranks, Task::end, fields.bytes());
+}
+
+int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
+          const std::function<void(const Bytes&)>& obey_program) {
+  for (;;) {
+    Bytes bytes;
+    ranks.broadcast(bytes);
+    const Task task = static_cast<Task>(bytes.back());
+    bytes.pop_back();
+    switch (task) {
+      case Task::end:
+        return FieldReader(bytes).get<int>();
+      case Task::make_parts: {
+        const auto order = unpacked_order<PartOrder>(bytes);
+        // A run that can be continued leaves its parts; of any other each rank sees to it that nothing is
+        // left.
+        const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
+        if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");
+        if (order.resources.memory) limit_memory(*order.resources.memory);
+        obey([&] { make_parts(ranks, order); });
+        forget_temporary(slot);
+        break;
+      }
+      case Task::place_parts: {
+        const auto order = unpacked_order<PlaceOrder>(bytes);
+        obey([&] { place_parts(ranks, order); });
+        break;
+      }
+      case Task::decode_parts: {
+        const auto order = unpacked_order<DecodeOrder>(bytes);
+        if (order.resources.memory) limit_memory(*order.resources.memory);
+        obey([&] { decode_parts(ranks, order); });
+        break;
+      }
+      case Task::verify_parts: {
+        const auto order = unpacked_order<VerifyOrder>(bytes);
+        if (order.resources.memory) limit_memory(*order.resources.memory);
+        obey([&] { verify_parts(ranks, order); });
+        break;
+      }
+      case Task::of_program:
+        obey_program(bytes);
+        break;
+      default:
+        throw std::logic_error("an order of rank 0 cannot be read");
+    }
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,74 @@
+#include "pipeline/phantom/phantom.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "stages/phantom/phantom.h"
+
+namespace tagrid {
+namespace {
+
+template <class T>
+void make_slice(const PhantomOptions& options, std::int64_t z, std::byte* out) {
+  const auto count = static_cast<std::size_t>(options.dims.x * options.dims.y);
+  phantom_slice<T>(options.dims, options.seed, z, {reinterpret_cast<T*>(out), count});
+}
+
+using MakeSlice = void (*)(const PhantomOptions&, std::int64_t, std::byte*);
+
+MakeSlice slice_maker(SampleType type) {
+  return with_sample_type(type, [](auto sample) -> MakeSlice { return make_slice<decltype(sample)>; });
+}
+
+VolumeInfo info_of(const PhantomOptions& options) {
+  const Index3 n = options.dims;
+  if (!sample_bytes(n, options.type))
+    throw UsageError(fmt::format("--dims {},{},{}: the volume must be below 2^62 bytes", n.x, n.y, n.z));
+  VolumeInfo info;
+  info.dims = n;
+  info.type = options.type;
+  info.nrrd_fields = spacings_line({1, 1, 1});
+  info.geometry = geometry_of(info.nrrd_fields);
+  return info;
+}
+
+}  // namespace
+
+std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
+                            bool overwrite, int threads, const Progress& progress,
+                            const BeforeNaming<std::uint64_t>& before_naming) {
+  const VolumeInfo info = info_of(options);
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
+  const MakeSlice make = slice_maker(options.type);
+  const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(threads, nz);
+  const std::uint64_t total = *sample_bytes(options.dims, options.type);
+  const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
+  std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
+  std::uint64_t done = 0;
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          static_cast<std::size_t>(threads));
+  oneapi::tbb::task_arena arena(threads);
+  for (std::int64_t z = 0; z < nz; z += batch) {
+    const std::int64_t count = std::min(batch, nz - z);
+    arena.execute([&] {
+      oneapi::tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) {
+        make(options, z + i, slices.data() + static_cast<std::size_t>(i) * slice_bytes);
+      });
+    });
+    writer.write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
+    done += static_cast<std::uint64_t>(count) * slice_bytes;
+    if (progress) progress(done, total);
+  }
+  if (before_naming) before_naming(writer.bytes_written());
+  writer.commit();
+  return writer.bytes_written();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,83 @@
+#include "pipeline/verify/against_original.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/files/errors.h"
+#include "stages/brick/sample_statistics.h"
+
+namespace tagrid {
+namespace {
+
+std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); }
+
+}  // namespace
+
+AgainstOriginal::AgainstOriginal(const std::string& name, const CodingParameters& parameters,
+                                 const std::string& original, const SourceDescription& source)
+    : name_(name),
+      parameters_(parameters),
+      bricks_(parameters.bricks()),
+      reader_(open_volume(original, source)) {
+  const VolumeInfo& info = reader_.info();
+  if (info.dims != parameters.dims || info.type != parameters.type)
+    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
+                                  text(info.dims), name_of(info.type), text(parameters.dims),
+                                  name_of(parameters.type)));
+}
+
+void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
+  slice_.resize(rows.slice_bytes());
+  decoded_.resize(rows.slice_bytes());
+  rows_ = rows.box();
+  for (rows_.low.z = rows.box().low.z; rows_.low.z <= rows.box().high.z; ++rows_.low.z) {
+    rows_.high.z = rows_.low.z;
+    reader_.read_rows(slice_.data(), rows_);
+    rows.copy_slice(rows_.low.z, decoded_);
+    with_sample_type(parameters_.type, [&](auto type) {
+      using T = decltype(type);
+      compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded_.data()),
+                    errors);
+    });
+  }
+  active_.clear();
+}
+
+void AgainstOriginal::finish() {
+  if (reader_.random_access()) reader_.seek_slice(parameters_.dims.z);
+  reader_.finish();
+}
+
+template <class T>
+void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statistics& errors) const {
+  const double bound = parameters_.max_error < 0 ? INFINITY : parameters_.max_error;
+  const double tightest = parameters_.surface_error < 0 ? bound : parameters_.surface_error;
+  for (std::int64_t i = 0; i < rows_.count(); ++i) {
+    const double error = sample_error(original[i], decoded[i]);
+    errors.max_error = std::max(errors.max_error, error);
+    if constexpr (std::is_integral_v<T>)
+      errors.sum_squared_error += static_cast<Uint128>(error) * static_cast<Uint128>(error);
+    else
+      errors.sum_squared_real = Statistics::limited(errors.sum_squared_real + error * error);
+    if (error <= tightest) continue;
+    const Index3 p{i % parameters_.dims.x, rows_.low.y + i / parameters_.dims.x, rows_.low.z};
+    if (error > bound || is_active(p))
+      throw BrokenInput(fmt::format("{}: voxel {} is {}, the original {}: further apart than {}", name_,
+                                    text(p), +decoded[i], +original[i], error > bound ? bound : tightest));
+  }
+}
+
+bool AgainstOriginal::is_active(Index3 p) const {
+  if (active_.empty()) return false;
+  const auto brick = [&](std::int64_t coordinate) {
+    return coordinate == 0
+               ? 0
+               : (coordinate - 1) / (std::int64_t{parameters_.brick_edge} * parameters_.cube_size);
+  };
+  const std::int64_t row = brick(p.y) - brick(rows_.low.y);
+  return active_[static_cast<std::size_t>(row * bricks_.bricks(0) + brick(p.x))].test(p);
+}
+
+}  // namespace tagrid

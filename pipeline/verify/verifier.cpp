@@ -1,0 +1,152 @@
+#include "pipeline/verify/verifier.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/files/errors.h"
+#include "pipeline/decode/graph.h"
+#include "stages/brick/codec.h"
+#include "stages/brick/sample_statistics.h"
+#include "stages/grid/conformity.h"
+
+namespace tagrid {
+
+// The range of the finite samples of bricks that follow one another.
+class Verifier::Ranges {
+ public:
+  Ranges(SampleType type, std::int64_t first_brick) : type_(type), first_(first_brick) {}
+
+  void add(const std::vector<std::byte>& samples) {
+    with_sample_type(type_, [&](auto type) {
+      using T = decltype(type);
+      const auto* first = reinterpret_cast<const T*>(samples.data());
+      double low = INFINITY, high = -INFINITY;
+      for (std::size_t i = 0; i < samples.size() / sizeof(T); ++i) {
+        if (!is_finite(first[i])) continue;
+        low = std::min(low, static_cast<double>(first[i]));
+        high = std::max(high, static_cast<double>(first[i]));
+      }
+      ranges_.push_back({low, high});
+    });
+  }
+  /// The first brick of which the index says otherwise.
+  std::optional<std::int64_t> first_wrong(const TagIndex& index) const {
+    for (std::size_t i = 0; i < ranges_.size(); ++i) {
+      const IndexEntry& brick = index.bricks[static_cast<std::size_t>(first_) + i];
+      // Without finite samples both are infinite, and their difference is no number.
+      if (std::abs(ranges_[i].first - brick.low) > index.total.max_error ||
+          std::abs(ranges_[i].second - brick.high) > index.total.max_error)
+        return first_ + static_cast<std::int64_t>(i);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  SampleType type_;
+  std::int64_t first_;
+  std::vector<std::pair<double, double>> ranges_;
+};
+
+Verifier::Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
+                   const Resources& resources)
+    : reader_(input) {
+  if (!original.empty()) against_.emplace(reader_.name(), parameters(), original, source);
+  const bool any_rows = !against_ || against_->random_access();
+  any_order_ = any_rows && reader_.can_seek();
+  plan_ = plan_decoding(parameters(), resources, any_rows ? DecodeUse::verify : DecodeUse::verify_stream,
+                        against_ ? against_->memory() : 0);
+  if (plan_.spooled) against_->spool(resources.spool);
+}
+
+void Verifier::fail_index(const std::string& what) const {
+  throw BrokenInput(reader_.name() + ": the index: " + what);
+}
+
+void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const {
+  throw BrokenInput(
+      fmt::format("{}: brick {}: {} at ({}, {}, {})", reader_.name(), brick, what, p.x, p.y, p.z));
+}
+
+Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
+  const BrickGrid bricks = parameters().bricks();
+  const std::int64_t first_brick = rows.first_brick(bricks);
+  if (seeks_) reader_.seek_brick(first_brick);
+  Findings found;
+  SharedFaces faces(parameters());
+  Ranges ranges(parameters().type, first_brick);
+
+  DecodeStreams streams;
+  streams.name = reader_.name();
+  streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+  streams.inspect_brick = [&](const DecodedBrick& brick) {
+    if (const auto p =
+            first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
+      fail_brick(brick.id, "the grid is not conforming", *p);
+    if (const auto p = faces.first_difference(brick))
+      fail_brick(brick.id, "it disagrees with its neighbour", *p);
+    count_active(brick.active, parameters(), bricks.position(brick.id), found.counted);
+    found.counted.samples += brick.samples.size() / size_of(parameters().type);
+    ranges.add(brick.samples);
+    if (against_) against_->add_activity(brick.active);
+    watch(brick.samples.size());
+  };
+  streams.write_rows = [&](const DecodedRows& decoded) {
+    if (against_) against_->compare(decoded, found.counted);
+  };
+  run_decode_graph(parameters(), rows, plan_.budget, streams);
+  if (const auto brick = ranges.first_wrong(reader_.index()))
+    fail_index(fmt::format("the value range of brick {} is not that of its voxels", *brick));
+  found.open_faces = faces.open_faces();
+  return found;
+}
+
+void Verifier::tell_difference(const Disagreement& bricks) {
+  const BrickGrid grid = parameters().bricks();
+  SharedFaces faces(parameters());
+  for (const std::int64_t id : {bricks.below, bricks.above}) {
+    const Index3 position = grid.position(id);
+    const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
+    reader_.seek_brick(row.first_brick(grid));
+    DecodeStreams streams;
+    streams.name = reader_.name();
+    streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+    streams.write_rows = [](const DecodedRows&) {};
+    streams.inspect_brick = [&](const DecodedBrick& brick) {
+      if (brick.id != id) return;
+      if (const auto p = faces.first_difference(brick))
+        fail_brick(brick.id, "it disagrees with its neighbour", *p);
+    };
+    run_decode_graph(parameters(), row, plan_.budget, streams);
+  }
+  throw WorldError(fmt::format("{}: bricks {} and {} are not always the same: is it being written to?",
+                               reader_.name(), bricks.below, bricks.above));
+}
+
+void Verifier::compare_with_index(const Statistics& counted) const {
+  const Statistics& total = reader_.index().total;
+  if (total.active != counted.active) fail_index("active points are not as many as in the bricks");
+  if (!(total.max_error >= 0)) fail_index("the recorded error is no number");
+  if (total.samples != counted.samples) fail_index("the number of samples does not fit");
+  const double bound = parameters().max_error;
+  if (bound >= 0 && !(total.max_error <= bound)) fail_index("the recorded error is above the bound");
+  if (!against_) return;
+  // Real sums depend on the order of what is added, a little.
+  const double real = total.sum_squared_real;
+  if (counted.max_error != total.max_error || counted.sum_squared_error != total.sum_squared_error ||
+      !(std::abs(counted.sum_squared_real - real) <= 1e-9 * real))
+    fail_index("the errors that it records are not those against this original");
+}
+
+VerifyResult Verifier::finish(const Statistics& counted) {
+  if (against_) against_->finish();
+  compare_with_index(counted);
+  VerifyResult result{
+      reader_.header(), reader_.index(), reader_.sizes().file, parameters().bricks().count(), 0,
+      std::nullopt};
+  for (const auto points : counted.active) result.active_points += points;
+  if (against_) result.max_error = counted.max_error;
+  return result;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,67 @@
+// A .tag file put to the test, all at once or some rows of bricks at a time.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/tag/file.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/verify/against_original.h"
+#include "pipeline/verify/shared_faces.h"
+#include "pipeline/verify/verify.h"
+#include "stages/volume/statistics.h"
+
+namespace tagrid {
+
+/// What was found of some bricks, in which by itself nothing is wrong.
+struct Findings {
+  Statistics counted;  ///< active points and samples, and the errors against the original if there is one
+  std::vector<OpenFace> open_faces;
+};
+
+class Verifier {
+ public:
+  /// Opens the file, and the original ("" for none). Throws as verify_file() does.
+  Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
+           const Resources& resources);
+  Verifier(const Verifier&) = delete;
+  Verifier& operator=(const Verifier&) = delete;
+
+  const CodingParameters& parameters() const { return reader_.parameters(); }
+  /// Whether rows may be verified in any order, after begin_any_order().
+  bool any_order() const { return any_order_; }
+  void begin_any_order() {
+    reader_.read_index();
+    seeks_ = true;
+  }
+
+  /// Told how many bytes of samples were decoded since it was told last; what it throws ends the work.
+  using Watch = std::function<void(std::uint64_t bytes)>;
+  /// Verifies the bricks of `rows`: all, unless begin_any_order() was called. What has to be right beyond
+  /// them is for others to see in what is returned. Throws BrokenInput at the first thing that is wrong.
+  Findings verify(const BrickRows& rows, const Watch& watch);
+
+  /// Two bricks beside one another, of which parts found that their faces are not the same: throws
+  /// BrokenInput that says where.
+  [[noreturn]] void tell_difference(const Disagreement& bricks);
+
+  /// Once all bricks were verified, here or elsewhere: `counted` is the sum of what was found of them. Throws
+  /// BrokenInput where the index says otherwise.
+  VerifyResult finish(const Statistics& counted);
+
+ private:
+  class Ranges;
+
+  void compare_with_index(const Statistics& counted) const;
+  [[noreturn]] void fail_index(const std::string& what) const;
+  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
+
+  TagReader reader_;
+  std::optional<AgainstOriginal> against_;
+  bool any_order_, seeks_ = false;
+  DecodePlan plan_;
+};
+
+}  // namespace tagrid

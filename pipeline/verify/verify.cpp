@@ -1,0 +1,25 @@
+#include "pipeline/verify/verify.h"
+
+#include "pipeline/verify/verifier.h"
+
+namespace tagrid {
+
+VerifyResult verify_file(const std::string& input, const std::string& original,
+                         const SourceDescription& source, const Resources& resources,
+                         const Progress& progress) {
+  Verifier verifier(input, original, source, resources);
+  return verify_all(verifier, progress);
+}
+
+VerifyResult verify_all(Verifier& verifier, const Progress& progress) {
+  const CodingParameters& parameters = verifier.parameters();
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
+  std::uint64_t done = 0;
+  const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), [&](std::uint64_t bytes) {
+    done += bytes;
+    if (progress) progress(done, total);
+  });
+  return verifier.finish(found.counted);
+}
+
+}  // namespace tagrid
