@@ -9,7 +9,7 @@
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/pipeline/generous_budgets.h"
-#include "tools/report.h"
+#include "tools/report/report.h"
 
 namespace tagrid::fuzz {
 namespace {

@@ -7,7 +7,7 @@
 #include "io/tag/index.h"
 #include "stages/grid/lattice.h"
 #include "tests/fuzz/targets.h"
-#include "tools/report.h"
+#include "tools/report/report.h"
 
 namespace tagrid::fuzz {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 #include "tests/fuzz/targets.h"
-#include "tools/numbers.h"
+#include "tools/options/numbers.h"
 
 namespace tagrid::fuzz {
 

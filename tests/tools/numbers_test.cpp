@@ -1,4 +1,4 @@
-#include "tools/numbers.h"
+#include "tools/options/numbers.h"
 
 #include <gtest/gtest.h>
 

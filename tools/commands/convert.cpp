@@ -1,0 +1,138 @@
+// tagrid convert: many volumes, each to a .tag file of its own.
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "tools/commands/commands.h"
+#include "tools/conversion/conversion.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/process.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+/// "i/n": counts from 0.
+Shard shard_option(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  const auto index = whole_number<std::size_t>(std::string_view(text).substr(0, slash));
+  const auto count =
+      slash == text.npos ? std::nullopt : whole_number<std::size_t>(std::string_view(text).substr(slash + 1));
+  if (!index || !count || *index >= *count)
+    throw UsageError(fmt::format("--shard {}: must be i/n, the part i of n parts, from 0 to n - 1", text));
+  return {*index, *count};
+}
+
+struct ConvertCommand {
+  std::string manifest, shard;
+  EncodingOptions encoding;
+  ConversionOptions options;
+  bool remove_verified = false;
+
+  void execute(const OptionTexts& given) const {
+    const Shard part = shard.empty() ? Shard{} : shard_option(shard);
+    // Also where no volume is left for them.
+    encoding_of(given);
+    const std::vector<ManifestLine> lines = read_manifest(manifest, given);
+    RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
+                     options.output_dir);
+    if (!remove_verified)
+      make_output_dir();
+    else if (!status_of(options.output_dir))
+      throw WorldError(options.output_dir + ": is no folder: nothing was converted to it yet");
+    LineFile results(options.output_dir + "/" + results_name(part));
+    const std::vector<ManifestLine> own = lines_of(part, lines);
+    if (!remove_verified) remove_abandoned_of(own);
+    const ConversionSums sums = remove_verified ? remove_originals(own, lines, options, results)
+                                                : encode_lines(ranks(), own, options, results);
+    report.write_json(
+        {{"shard", shard.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(shard)},
+         {"results", results.name()},
+         {"files", sums.files},
+         {"ok", sums.ok},
+         {"skipped", sums.skipped},
+         {"removed", sums.removed},
+         {"failed", sums.failed},
+         {"bytes_in", sums.bytes_in},
+         {"bytes_out", sums.bytes_out}});
+    report.keep();
+    const char* wrong = remove_verified ? "kept" : "failed";
+    if (options.run.is_watched()) say(summary(sums, wrong) + "\n");
+    if (sums.failed > 0)
+      throw BrokenInput(
+          fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
+  }
+
+  static std::string summary(const ConversionSums& sums, const char* wrong) {
+    std::string text = fmt::format("volumes: {}", sums.files);
+    const auto add = [&](std::size_t count, const char* what) {
+      if (count > 0) text += fmt::format(", {} {}", count, what);
+    };
+    add(sums.ok, "encoded");
+    add(sums.removed, "removed");
+    add(sums.skipped, "skipped");
+    add(sums.failed, wrong);
+    if (sums.bytes_out > 0)
+      text += fmt::format("; {} -> {}", human_bytes(sums.bytes_in), human_bytes(sums.bytes_out));
+    return text;
+  }
+
+  std::string results_name(const Shard& part) const {
+    return shard.empty() ? "results.jsonl" : fmt::format("results-{}-of-{}.jsonl", part.index, part.count);
+  }
+
+  void remove_abandoned_of(const std::vector<ManifestLine>& lines) const {
+    std::vector<std::string> inputs, outputs;
+    for (const ManifestLine& line : lines) {
+      inputs.push_back(line.input);
+      outputs.push_back(options.output_dir + "/" + line.output);
+    }
+    remove_abandoned(options.run, inputs, outputs);
+  }
+
+  void make_output_dir() const {
+    if (mkdir(options.output_dir.c_str(), 0777) != 0 && errno != EEXIST)
+      throw world_error("cannot create the folder", options.output_dir, errno);
+  }
+};
+
+}  // namespace
+
+Action add_convert_command(CLI::App& app) {
+  auto state = std::make_shared<ConvertCommand>();
+  CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each");
+  const char* group = "The list";
+  command->add_option("--manifest", state->manifest, "List of volumes, a line each; - is the standard input")
+      ->required()
+      ->option_text("FILE")
+      ->group(group);
+  command->add_option("--output-dir", state->options.output_dir, "Folder of the outputs and their records")
+      ->required()
+      ->option_text("DIR")
+      ->group(group);
+  command->add_option("--shard", state->shard, "Part i of n equal parts of the list, counted from 0")
+      ->option_text("i/n")
+      ->group(group);
+  CLI::Option* skip =
+      command->add_flag("--skip-done", state->options.skip_done, "Pass over what a record says is done")
+          ->group(group);
+  command
+      ->add_flag("--remove-verified", state->remove_verified,
+                 "Encode nothing; verify what was encoded once more, and remove the originals")
+      ->excludes(skip)
+      ->group(group);
+  command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
+  add_encoding_options(*command, state->encoding);
+  add_run_options(*command, state->options.run);
+  add_json_option(*command, state->options.run);
+  add_memory_option(*command, state->options.run);
+  add_spool_option(*command, state->options.run);
+  return [state, command] { state->execute(encoding_options_given(*command)); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,80 @@
+// tagrid decode: a .tag file to a volume.
+
+#include <fmt/format.h>
+
+#include "pipeline/parts/decode_parts.h"
+#include "pipeline/parts/encode_parts.h"
+#include "pipeline/run/run.h"
+#include "tools/commands/commands.h"
+#include "tools/conversion/input_removal.h"
+#include "tools/options/shared_options.h"
+#include "tools/options/vdb_options.h"
+#include "tools/report/process.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct DecodeCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  std::string format;
+  VdbOptions vdb;
+  bool remove = false;
+
+  void execute() const {
+    const std::string path = output.path.empty() ? output_beside(input, ".nrrd") : output.path;
+    refuse_terminal_input(input);
+    refuse_terminal(path, "samples");
+    const VolumeFormat chosen = volume_format_option(format, path);
+    check_vdb_options(vdb, chosen);
+    std::vector<std::string> removed_after;
+    if (remove) removed_after = removable_tag(input, path, "leave out --rm");
+    remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
+    RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path);
+
+    const DecodeResult result = decode(path, chosen, [&](const DecodeResult& written) {
+      const CodingParameters& parameters = written.header.parameters;
+      nlohmann::ordered_json settings = settings_json(parameters);
+      if (written.vdb) settings["vdb"] = vdb_json(*written.vdb);
+      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
+                    achieved_json(written.index)});
+    });
+    report.keep();
+    if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
+    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n" + memory_summary(result.memory) + "\n");
+    remove_files(removed_after);
+  }
+
+  DecodeResult decode(const std::string& path, VolumeFormat chosen,
+                      const BeforeNaming<DecodeResult>& before_naming) const {
+    ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    // The leaves of an OpenVDB file have no place that is known beforehand.
+    if (ranks().count() > 1 && chosen != VolumeFormat::vdb && parts_are_possible(input, path))
+      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
+                             update, before_naming);
+    return decode_volume(input, path, chosen, output.overwrite, run.resources(), update, before_naming, vdb);
+  }
+};
+
+}  // namespace
+
+Action add_decode_command(CLI::App& app) {
+  auto state = std::make_shared<DecodeCommand>();
+  CLI::App* command = app.add_subcommand("decode", "Decode a .tag file into a volume");
+  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  add_output_options(*command, state->output);
+  add_format_option(*command, state->format);
+  add_vdb_output_options(*command, state->vdb);
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
+  add_removal_options(*command, state->remove);
+  return [state] { state->execute(); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,119 @@
+// tagrid encode: a volume to a .tag file.
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+#include "io/parts/part_folder.h"
+#include "pipeline/parts/encode_parts.h"
+#include "pipeline/run/run.h"
+#include "tools/commands/commands.h"
+#include "tools/conversion/input_removal.h"
+#include "tools/options/encoding_options.h"
+#include "tools/options/shared_options.h"
+#include "tools/report/exit_codes.h"
+#include "tools/report/process.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct EncodeCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  EncodingOptions encoding;
+  bool remove = false, resume = false;
+
+  void execute() const {
+    if (output.path.empty() && input.ends_with(".tag"))
+      throw UsageError(input +
+                       ": has the name of an encoded volume; to get that: tagrid decode, else give -o FILE");
+    const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
+    refuse_terminal_input(input);
+    refuse_terminal(path, "compressed bytes");
+    const Encoding asked = encoding.checked();
+    if (resume) require_resumable(path);
+    std::vector<std::string> removed_after;
+    if (remove) removed_after = removable_volume(input, asked.source, path, "leave out --rm");
+    remove_abandoned(run, {input}, {path});
+    // The report of a run that goes on may be there already.
+    const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
+    RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
+    if (!resume) warn_of_record(path);
+    if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
+
+    const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
+      if (remove) verify_encoding(input, asked.source, written.temporary, run.resources());
+      report.write({written.header.parameters.dims, written.header.parameters.type,
+                    settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
+                    achieved_json(written.index)});
+    });
+    report.keep();
+    if (run.verbosity > 0 && !run.quiet)
+      say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
+    remove_files(removed_after);
+  }
+
+  EncodeResult encode(const Encoding& asked, const std::string& path,
+                      const BeforeNaming<EncodeResult>& before_naming) const {
+    ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
+    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
+      return encode_in_parts(
+          ranks(), input, asked.source, path, output.overwrite, asked.options,
+          {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank(), tell_of_parts()}, update,
+          before_naming);
+    return encode_volume(input, asked.source, path, output.overwrite, asked.options, run.resources(), update,
+                         before_naming);
+  }
+
+  std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
+    if (!run.is_watched()) return {};
+    return [](std::int64_t there, std::int64_t parts) {
+      say(fmt::format("tagrid: going on: {} of {} parts are there\n", there, parts));
+    };
+  }
+
+  void warn_of_record(const std::string& path) const {
+    if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path) + "/run")) return;
+    warn(run, fmt::format("{}: is the record of a run that did not end; --resume would go on with it",
+                          part_folder_of(path)));
+  }
+
+  // A run whose parts are kept; from now on a signal leaves them.
+  void require_resumable(const std::string& path) const {
+    if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
+    // Whether it is there is for its reader to find.
+    if (input == "-" || (status_of(input) && !attributes_of(input)))
+      throw UsageError("--resume: the input must be a file, which can be read again");
+    end_signals_with(exit_resumable,
+                     run.quiet ? "" : "tagrid: interrupted; the same command goes on from here\n");
+  }
+};
+
+}  // namespace
+
+Action add_encode_command(CLI::App& app) {
+  auto state = std::make_shared<EncodeCommand>();
+  CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
+  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for the standard input")
+      ->required();
+  add_output_options(*command, state->output);
+  add_encoding_options(*command, state->encoding);
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
+  add_removal_options(*command, state->remove);
+  command->add_flag("--resume", state->resume,
+                    "Keep what is done in .NAME.parts, and go on with it after an interruption");
+  return [state] { state->execute(); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,34 @@
+// tagrid info: what is in a .tag file.
+
+#include <fmt/format.h>
+
+#include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
+#include "tools/report/report.h"
+
+namespace tagrid {
+
+Action add_info_command(CLI::App& app) {
+  struct State {
+    std::string input;
+    bool json = false;
+    RunOptions run;  // for scripts that give them everywhere; nothing to do with them here
+  };
+  auto state = std::make_shared<State>();
+  CLI::App* command =
+      app.add_subcommand("info", "Geometry, parameters, where the bytes are, active points a level");
+  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  add_run_options(*command, state->run);
+  command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
+  return [state] {
+    refuse_terminal_input(state->input);
+    TagReader reader(state->input);
+    reader.read_index();
+    if (state->json)
+      fmt::print("{}\n", info_json(reader.header(), reader.index(), reader.sizes()).dump(2));
+    else
+      fmt::print("{}", info_text(reader.header(), reader.index(), reader.sizes()));
+  };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,126 @@
+// tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <stdexcept>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "tools/commands/commands.h"
+#include "tools/options/command_line_error.h"
+#include "tools/report/exit_codes.h"
+#include "tools/report/failure.h"
+#include "tools/report/process.h"
+#ifdef TAGRID_MPI
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/ranks/mpi/mpi_ranks.h"
+#include "tools/conversion/conversion.h"
+#endif
+
+namespace {
+
+using namespace tagrid;
+
+#ifdef TAGRID_MPI
+constexpr const char* version = "tagrid " TAGRID_VERSION " with MPI";
+#else
+constexpr const char* version = "tagrid " TAGRID_VERSION;
+#endif
+
+int fail(int code, const std::string& message) {
+  say(fmt::format("tagrid: {}\n", message));
+  return code;
+}
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
+      "tagrid"};
+  app.set_version_flag("-V,--version", version);
+  app.require_subcommand(1);
+  app.set_help_flag("-h,--help", "Print this help and exit");
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  std::vector<std::pair<CLI::App*, Action>> commands;
+  for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
+                    add_mesh_command, add_convert_command, add_phantom_command}) {
+    Action action = add(app);
+    commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
+      throw UsageError("an argument is empty: is a variable of your script not set?");
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    app.exit(success);
+    std::cout.flush();
+    flush_standard_output();
+    return exit_ok;
+  } catch (const CLI::ParseError& error) {
+    return fail(exit_usage, explain(app, error));
+  }
+  for (const auto& [command, action] : commands)
+    if (command->parsed()) action();
+  flush_standard_output();
+  return exit_ok;
+}
+
+/// The exit code of a run that may end in any way.
+int guarded_run(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception&) {
+    const Failure failure = current_failure();
+    return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
+  }
+}
+
+#ifndef TAGRID_MPI
+/// Processes of this program that are started together know nothing of each other.
+void tell_of_mpi(int code) {
+  const char* count = std::getenv("OMPI_COMM_WORLD_SIZE");
+  if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
+    say("tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi\n");
+}
+#else
+/// Rank 0 is the program, and speaks for all; the others do as it says.
+int run_with_mpi(int argc, char** argv) {
+  int code = exit_bug;
+  try {
+    start_ranks(start_mpi());
+    // Not before: MPI has handlers of its own.
+    catch_signals();
+    if (ranks().rank() > 0) {
+      code = serve(ranks(), give_back_freed_memory, obey_conversion);
+    } else {
+      code = guarded_run(argc, argv);
+      dismiss(ranks(), code);
+    }
+  } catch (const std::exception& error) {
+    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks().rank(), error.what()));
+    abort_mpi(exit_bug);
+  }
+  start_ranks(nullptr);
+  return code;
+}
+#endif
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  occupy_standard_streams();
+#ifdef TAGRID_MPI
+  return run_with_mpi(argc, argv);
+#else
+  catch_signals();
+  const int code = guarded_run(argc, argv);
+  tell_of_mpi(code);
+  return code;
+#endif
+}

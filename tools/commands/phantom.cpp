@@ -1,0 +1,60 @@
+// tagrid phantom: a made-up CT volume of any size.
+
+#include "pipeline/phantom/phantom.h"
+
+#include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct PhantomCommand {
+  std::string dims;
+  std::string type = "int16";
+  std::uint64_t seed = 1;
+  std::string format;
+  OutputOptions output;
+  RunOptions run;
+
+  void execute() const {
+    const PhantomOptions options = {dims_option(dims), sample_type_option(type), seed};
+    const std::string path = output.path.empty() ? "-" : output.path;
+    refuse_terminal(path, "samples");
+    const VolumeFormat chosen = volume_format_option(format, path);
+    remove_abandoned(run, {}, {path, samples_path(path, chosen)});
+    RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path);
+    write(options, path, chosen, [&](std::uint64_t written) {
+      report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
+    });
+    report.keep();
+  }
+
+  void write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen,
+             const BeforeNaming<std::uint64_t>& before_naming) const {
+    ProgressMeter meter(run.progress, run.quiet, "making", 1);
+    write_phantom(
+        options, path, chosen, output.overwrite, run.thread_count(),
+        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+  }
+};
+
+}  // namespace
+
+Action add_phantom_command(CLI::App& app) {
+  auto state = std::make_shared<PhantomCommand>();
+  CLI::App* command = app.add_subcommand("phantom", "Make a CT-like volume of any size, for tests");
+  add_dims_option(*command, state->dims)->required()->option_text("X,Y,Z REQUIRED");
+  command
+      ->add_option("--type", state->type,
+                   "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
+      ->option_text("TYPE");
+  add_number_option(*command, "--seed", state->seed, "Another seed, another volume (1)")->option_text("N");
+  add_output_options(*command, state->output);
+  add_format_option(*command, state->format);
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  return [state] { state->execute(); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,74 @@
+// tagrid verify: is a .tag file whole, and is it what was encoded?
+
+#include <fmt/format.h>
+
+#include "io/files/errors.h"
+#include "pipeline/parts/verify_parts.h"
+#include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
+#include "tools/options/vdb_options.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct VerifyCommand {
+  std::string input, original;
+  RunOptions run;
+  bool overwrite = false;
+  RawOptions raw;
+  std::string vdb_grid;
+
+  void execute() const {
+    const auto description = raw.description();
+    if (original.empty() && (description || !vdb_grid.empty()))
+      throw UsageError("--dims and the like describe the original; give it with --against");
+    if (input == "-" && original == "-")
+      throw UsageError("--against -: the standard input is the .tag file already; give a file");
+    refuse_terminal_input(input);
+    refuse_terminal_input(original);
+    RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "");
+    SourceDescription source(description);
+    source.vdb_grid = vdb_grid;
+    const VerifyResult result = verify(source);
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    settings["against"] =
+        original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
+    report.write(
+        {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
+    report.keep();
+    if (run.quiet || run.json == "-") return;
+    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
+               result.active_points);
+    if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
+  }
+
+  VerifyResult verify(const SourceDescription& source) const {
+    ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
+    return verify_by_ranks(ranks(), input, original, source, run.resources_of_each_rank(),
+                           [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+  }
+};
+
+}  // namespace
+
+Action add_verify_command(CLI::App& app) {
+  auto state = std::make_shared<VerifyCommand>();
+  CLI::App* command =
+      app.add_subcommand("verify", "Check a .tag file: checksums, grid, statistics, the original");
+  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  command->add_option("--against", state->original, "Compare every voxel with this volume")
+      ->option_text("ORIGINAL");
+  add_raw_options(*command, state->raw);
+  add_vdb_grid_option(*command, state->vdb_grid);
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
+  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
+  return [state] { state->execute(); };
+}
+
+}  // namespace tagrid

@@ -1,0 +1,54 @@
+#include "tools/conversion/account.h"
+
+#include <fmt/format.h>
+
+#include "tools/conversion/records.h"
+#include "tools/report/exit_codes.h"
+#include "tools/report/failure.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+
+using nlohmann::ordered_json;
+
+LineRecord::LineRecord(const ManifestLine& line)
+    : json_({{"input", json_text(line.input)},
+             {"output", json_text(line.output)},
+             {"status", "failed"},
+             {"error", nullptr},
+             {"code", exit_ok},
+             {"version", TAGRID_VERSION},
+             {"options", line.options}}) {}
+
+void LineRecord::fail() {
+  const Failure failure = current_failure();
+  error_ = failure.message;
+  json_["error"] = failure.message;
+  json_["code"] = failure.code;
+}
+
+std::string LineRecord::text() {
+  json_["seconds"] = std::chrono::duration<double>(Clock::now() - begin_).count();
+  json_["finished"] = seconds_since_1970();
+  return json_.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+void ConversionAccount::settle(const ManifestLine& line, const std::string& record,
+                               const std::string& error) {
+  const ordered_json json = ordered_json::parse(record);
+  const auto status = json.at("status").get<std::string>();
+  ++sums_.files;
+  ++(status == "ok"        ? sums_.ok
+     : status == "skipped" ? sums_.skipped
+     : status == "removed" ? sums_.removed
+                           : sums_.failed);
+  if (status == "ok" || status == "removed") {
+    sums_.bytes_in += json.at("bytes_in").get<std::uint64_t>();
+    sums_.bytes_out += json.at("bytes_out").get<std::uint64_t>();
+  }
+  const bool bad = json.at("code").get<int>() != exit_ok;
+  if (bad) say(fmt::format("tagrid: {}\n", error));
+  if (!bad && run_.verbosity > 0 && !run_.quiet) say(fmt::format("{}: {}\n", line.input, status));
+}
+
+}  // namespace tagrid

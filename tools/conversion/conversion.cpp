@@ -1,0 +1,163 @@
+#include "tools/conversion/conversion.h"
+
+#include <memory>
+
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/ranks/messages.h"
+#include "tools/conversion/account.h"
+#include "tools/conversion/encoding_pass.h"
+#include "tools/conversion/input_removal.h"
+#include "tools/conversion/records.h"
+#include "tools/conversion/removal_pass.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+/// What the other ranks have to know.
+struct ConversionOrder {
+  std::vector<ManifestLine> lines;
+  ConversionOptions options;
+};
+
+/// What one of them did.
+struct DoneLine {
+  std::uint64_t index = 0;
+  std::string record, error;
+};
+
+template <class Fields>
+void describe_texts(Fields& fields, const OptionTexts& texts) {
+  std::vector<std::pair<std::string, std::string>> list(texts.begin(), texts.end());
+  fields.size(list);
+  for (const auto& [name, value] : list) {
+    fields(name);
+    fields(value);
+  }
+}
+
+void describe_texts(OrderReader& fields, OptionTexts& texts) {
+  std::vector<std::pair<std::string, std::string>> list;
+  fields.size(list);
+  for (auto& [name, value] : list) {
+    fields(name);
+    fields(value);
+  }
+  texts = {list.begin(), list.end()};
+}
+
+}  // namespace
+
+// Not in the nameless namespace, where packed_order() would not find them.
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, ConversionOrder>
+void describe(Fields& fields, Order& order) {
+  fields(order.options.output_dir);
+  fields(order.options.overwrite);
+  fields(order.options.skip_done);
+  fields(order.options.run.threads);
+  fields(order.options.run.quiet);
+  if (fields.present(order.options.run.memory)) fields(*order.options.run.memory);
+  fields(order.options.run.spool);
+  const std::size_t count = fields.size(order.lines);
+  for (std::size_t i = 0; i < count; ++i) {
+    fields(order.lines[i].input);
+    fields(order.lines[i].output);
+    describe_texts(fields, order.lines[i].options);
+  }
+}
+
+template <class Fields, class Order>
+requires std::is_same_v<std::remove_const_t<Order>, DoneLine>
+void describe(Fields& fields, Order& line) {
+  fields(line.index);
+  fields(line.record);
+  fields(line.error);
+}
+
+namespace {
+
+/// Collective. `account` is that of rank 0; others have none.
+void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
+  std::unique_ptr<KnownOutputs> known;
+  // Before any of them writes to the records.
+  all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
+  SharedWork shared;
+  const EncodingPass encoding(order.options, *known, shared.stop);
+  shared.count = static_cast<std::int64_t>(order.lines.size());
+  shared.work = [&](std::int64_t index) {
+    const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
+    LineRecord record(line);
+    try {
+      encoding.run(line, record.json());
+    } catch (const std::exception&) {
+      record.fail();
+    }
+    shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
+  };
+  shared.take = [&](const Bytes& bytes) {
+    const auto done = unpacked_order<DoneLine>(bytes);
+    account->record(done.record);
+    account->settle(order.lines.at(done.index), done.record, done.error);
+  };
+  share_out(ranks, shared);
+}
+
+}  // namespace
+
+std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>& lines) {
+  std::vector<ManifestLine> part;
+  for (std::size_t i = shard.index; i < lines.size(); i += shard.count) part.push_back(lines[i]);
+  return part;
+}
+
+ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines,
+                            const ConversionOptions& options, LineFile& results) {
+  const ConversionOrder order{lines, options};
+  send_order(ranks, packed_order(order));
+  ConversionAccount account(options.run, results);
+  share_lines(ranks, order, &account);
+  return account.sums();
+}
+
+void obey_conversion(const Bytes& bytes) {
+  auto order = unpacked_order<ConversionOrder>(bytes);
+  if (order.options.run.memory) give_back_freed_memory(*order.options.run.memory);
+  order.options.run.progress = ProgressStyle::none;
+  try {
+    share_lines(ranks(), order, nullptr);
+  } catch (const std::exception&) {
+    // Rank 0 got it, too.
+  }
+}
+
+ConversionSums remove_originals(const std::vector<ManifestLine>& lines, const std::vector<ManifestLine>& all,
+                                const ConversionOptions& options, LineFile& results) {
+  const KnownOutputs known(options.output_dir);
+  const RemovalPass removal(all, options, known);
+  ConversionAccount account(options.run, results);
+  for (const ManifestLine& line : lines) {
+    LineRecord record(line);
+    std::vector<std::string> originals;
+    try {
+      originals = removal.verified(line, record.json());
+    } catch (const std::exception&) {
+      record.fail();
+    }
+    std::string text = record.text();
+    account.record(text);
+    // Recorded first: a run that is killed in between finds the original there, and verifies once more.
+    try {
+      remove_files(originals);
+    } catch (const std::exception&) {
+      record.json()["status"] = "kept";
+      record.fail();
+      text = record.text();
+      account.record(text);
+    }
+    account.settle(line, text, record.error());
+  }
+  return account.sums();
+}
+
+}  // namespace tagrid

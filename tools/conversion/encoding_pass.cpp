@@ -1,0 +1,132 @@
+#include "tools/conversion/encoding_pass.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/formats/file_checksum.h"
+#include "io/formats/volume_reader.h"
+#include "io/tag/file.h"
+#include "pipeline/verify/verify.h"
+#include "tools/report/report.h"
+
+namespace tagrid {
+
+struct EncodingPass::Volume {
+  std::string input, output;
+  Encoding asked;
+  std::vector<InputFile> files;
+};
+
+namespace {
+
+using nlohmann::ordered_json;
+
+bool has_bytes(const std::string& path, std::uint64_t bytes) {
+  const auto status = status_of(path);
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
+}
+
+/// Adds what an output is to its record, which says from then on that it is good.
+void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
+              std::uint64_t bytes_out, std::uint64_t input_checksum, std::uint64_t output_checksum,
+              ordered_json& record) {
+  const CodingParameters& parameters = header.parameters;
+  std::uint64_t bytes_in = 0;
+  for (const InputFile& file : files) bytes_in += file.bytes;
+  record["dims"] = {parameters.dims.x, parameters.dims.y, parameters.dims.z};
+  record["type"] = name_of(parameters.type);
+  record["settings"] = settings_json(parameters);
+  record["bytes_in"] = bytes_in;
+  record["bytes_out"] = bytes_out;
+  record["input_files"] = json_of(files);
+  record["input_xxh3"] = checksum_text(input_checksum);
+  record["output_xxh3"] = checksum_text(output_checksum);
+  record["achieved"] = achieved_json(index);
+  record["status"] = "ok";
+}
+
+}  // namespace
+
+void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
+  Volume volume{line.input,
+                (std::filesystem::path(options_.output_dir) / line.output).string(),
+                encoding_of(line.options),
+                {}};
+  const KnownOutput* known = options_.skip_done ? known_.find(line.output) : nullptr;
+  const bool is_there = known && has_bytes(volume.output, known->bytes_out);
+  if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input)) {
+    record["status"] = "skipped";
+    return;
+  }
+  look_at({volume.input});  // a pipe would be waited for
+  const VolumeReader reader = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(reader.files());
+  const bool is_ours =
+      known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
+  if (is_there && is_ours && known->state == KnownOutput::State::ok) {
+    const bool same_options =
+        known->options == line.options || is_same_encoding(encoding_of(known->options), volume.asked, reader);
+    if (same_options && known->input_files == volume.files) {
+      record["status"] = "skipped";
+      return;
+    }
+    if (!same_options && !options_.overwrite)
+      throw UsageError(
+          fmt::format("{}: was encoded with other options: {}; give -f, and a list of those that are to be "
+                      "encoded again",
+                      volume.output, difference_of(known->options, line.options)));
+  }
+  // A run that was killed between naming an output and recording it, and records that were lost, leave
+  // outputs that nobody knows. They are good, or somebody else's.
+  const bool replace = options_.overwrite || is_ours;
+  if (options_.skip_done && !replace && status_of_name(volume.output))
+    adopt(volume, record);
+  else
+    encode(volume, replace, record);
+}
+
+void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
+  if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
+  const SourceDescription& source = volume.asked.source;
+  if (source.raw) warn_of_order(options_.run, volume.input, *source.raw);
+  std::uint64_t input_checksum = 0, output_checksum = 0;
+  ProgressMeter meter(options_.run.progress, options_.run.quiet,
+                      std::filesystem::path(volume.input).filename().string(), 1);
+  const EncodeResult result = encode_volume(
+      volume.input, source, volume.output, overwrite, volume.asked.options, options_.run.resources(),
+      [&](std::uint64_t done, std::uint64_t total) {
+        if (stop_) throw Stopped();
+        meter.update(done, total);
+      },
+      [&](const EncodeResult& written) {
+        if (stop_) throw Stopped();
+        verify_encoding(volume.input, source, written.temporary, options_.run.resources());
+        input_checksum = checksum_of_samples(open_volume(volume.input, source));
+        output_checksum = checksum_of_file(written.temporary);
+      });
+  describe(result.header, result.index, volume.files, result.file_bytes, input_checksum, output_checksum,
+           record);
+}
+
+void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
+  const SourceDescription& source = volume.asked.source;
+  try {
+    const std::uint64_t output_checksum = checksum_of_file(volume.output);
+    VolumeReader original = open_volume(volume.input, source);
+    const TagHeader header{resolve(volume.asked.options, original), original.info().nrrd_fields};
+    if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
+      throw BrokenInput("made of another volume, or with other options");
+    const VerifyResult found = verify_file(volume.output, volume.input, source, options_.run.resources());
+    describe(found.header, found.index, volume.files, found.bytes_in,
+             checksum_of_samples(open_volume(volume.input, source)), output_checksum, record);
+  } catch (const BrokenInput& broken) {
+    throw UsageError(
+        fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",
+                    volume.output, volume.input, broken.what()));
+  }
+}
+
+}  // namespace tagrid

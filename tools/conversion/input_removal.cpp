@@ -1,0 +1,61 @@
+#include "tools/conversion/input_removal.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
+#include "io/formats/volume_reader.h"
+
+namespace tagrid {
+namespace {
+
+[[noreturn]] void refuse(const std::string& file, const char* why, const char* advice) {
+  throw UsageError(fmt::format("{}: cannot be removed: {}; {}", file, why, advice));
+}
+
+void require_removable(const std::string& file, const char* advice) {
+  if (file == "-") refuse("standard input", "it is no file", advice);
+  // What does not exist is found by whoever reads it.
+  if (!is_regular_output(file)) refuse(file, "it is no file", advice);
+  // The link would go and the file stay.
+  if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
+    refuse(file, "it is a symbolic link, and the file itself would stay", advice);
+}
+
+}  // namespace
+
+std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
+                                       const char* advice) {
+  require_removable(input, advice);
+  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
+  return {input};
+}
+
+std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
+                                          const std::string& output, const char* advice) {
+  removable_tag(input, output, advice);
+  const VolumeReader reader = open_volume(input, source);
+  const auto folder = std::filesystem::path(input).parent_path();
+  for (const std::string& file : reader.files()) {
+    require_removable(file, advice);
+    // Headers come from anywhere: one must not choose what is removed elsewhere, by whatever path.
+    const auto from_there = std::filesystem::path(file).lexically_relative(folder);
+    if (from_there.empty() || from_there.has_parent_path())
+      refuse(file, "it may lie in another folder than its header", advice);
+  }
+  if (reader.holds_other_bytes())
+    refuse(reader.files().back(), "it holds bytes besides its samples, which would be lost", advice);
+  return reader.files();
+}
+
+void remove_files(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);
+}
+
+}  // namespace tagrid

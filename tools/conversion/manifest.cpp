@@ -1,0 +1,107 @@
+#include "tools/conversion/manifest.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t longest_line = std::size_t{1} << 16;
+/// Some editors begin a file with it.
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+std::vector<std::string> columns_of(std::string_view line) {
+  std::vector<std::string> columns;
+  for (;;) {
+    const std::size_t tab = line.find('\t');
+    columns.emplace_back(line.substr(0, tab));
+    if (tab == line.npos) return columns;
+    line.remove_prefix(tab + 1);
+  }
+}
+
+/// The same file under a name that does not depend on where the program was started. A link stays a link.
+std::string absolute_name(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(path).parent_path(), error);
+  return error ? fs::absolute(path).string() : (folder / path.filename()).string();
+}
+
+ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
+                        const OptionTexts& given) {
+  ManifestLine line;
+  const fs::path path = folder / columns[0];
+  if (path.filename().empty()) throw UsageError(fmt::format("{}: is not the name of a file", columns[0]));
+  line.input = absolute_name(path);
+  const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
+                                  columns[0].rfind('=') != columns[0].npos;
+  if (looks_like_columns && !status_of_name(line.input))
+    throw UsageError(fmt::format("{}: is no file; if these are columns, separate them by tabs, not by spaces",
+                                 columns[0]));
+  line.output = path.stem().string() + ".tag";
+  line.options = given;
+  for (std::size_t i = 1; i < columns.size(); ++i) {
+    // Tables of spreadsheets end in empty columns.
+    if (columns[i].empty()) continue;
+    const std::size_t equals = columns[i].find('=');
+    if (equals == 0 || equals >= columns[i].size() - 1)
+      throw UsageError(fmt::format("{}: must be option=value", columns[i]));
+    line.options[columns[i].substr(0, equals)] = columns[i].substr(equals + 1);
+  }
+  return line;
+}
+
+}  // namespace
+
+std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given) {
+  FileBytes file(path);
+  // A pipe is in no folder that anybody means: <(...) of a shell is one in /dev.
+  const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
+                         !path.starts_with("/proc/");
+  const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
+  std::vector<ManifestLine> lines;
+  std::map<std::string, std::size_t> taken;
+  std::set<OptionTexts> seen;
+  std::string text;
+  for (std::size_t number = 1;; ++number, text.clear()) {
+    try {
+      if (!file.read_line(text, longest_line)) throw UsageError("is too long");
+      if (text.empty()) return lines;
+      if (number == 1 && text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
+      while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
+      if (text.find('\0') != text.npos) throw UsageError("holds a zero byte: this is no text");
+      if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
+      ManifestLine line = parse_line(columns_of(text), folder, given);
+      line.number = number;
+      // Most lines have the same options.
+      if (seen.insert(line.options).second) encoding_of(line.options);
+      if (const auto [other, is_new] = taken.emplace(json_text(line.output), number); !is_new)
+        throw UsageError(
+            fmt::format("{} would be the output of line {}, too; name a volume differently, or "
+                        "use two manifests and two folders",
+                        line.output, other->second));
+      lines.push_back(std::move(line));
+    } catch (const UsageError& error) {
+      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, error.what()));
+    }
+  }
+}
+
+std::string json_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,117 @@
+#include "tools/conversion/records.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <system_error>
+
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "tools/conversion/manifest.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr std::size_t longest_record = std::size_t{1} << 24;
+
+std::optional<KnownOutput::State> state_of(const std::string& status) {
+  if (status == "ok") return KnownOutput::State::ok;
+  if (status == "damaged") return KnownOutput::State::damaged;
+  if (status == "removed") return KnownOutput::State::removed;
+  return std::nullopt;  // failed, skipped, kept: nothing about the output
+}
+
+/// Nothing where the record tells of no output. Throws nlohmann::json::exception where it is none.
+std::optional<KnownOutput> known_output(const ordered_json& record) {
+  const auto state = state_of(record.at("status").get<std::string>());
+  if (!state) return std::nullopt;
+  KnownOutput known;
+  known.state = *state;
+  known.input = record.at("input").get<std::string>();
+  known.options = record.at("options").get<OptionTexts>();
+  for (const auto& file : record.at("input_files"))
+    known.input_files.push_back({file.at("path").get<std::string>(), file.at("bytes").get<std::uint64_t>(),
+                                 file.at("modified_ns").get<std::int64_t>()});
+  known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
+  known.input_checksum = record.at("input_xxh3").get<std::string>();
+  known.output_checksum = record.at("output_xxh3").get<std::string>();
+  known.finished = record.at("finished").get<double>();
+  return known;
+}
+
+}  // namespace
+
+std::vector<InputFile> look_at(const std::vector<std::string>& files) {
+  std::vector<InputFile> result;
+  for (const std::string& file : files) {
+    const auto status = status_of(file);
+    if (!status) throw world_error("cannot open", file, ENOENT);
+    if (!S_ISREG(status->st_mode)) throw UsageError(file + ": is not a file");
+    result.push_back({json_text(file), static_cast<std::uint64_t>(status->st_size),
+                      std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec});
+  }
+  return result;
+}
+
+ordered_json json_of(const std::vector<InputFile>& files) {
+  ordered_json json = ordered_json::array();
+  for (const InputFile& file : files)
+    json.push_back({{"path", file.path}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
+  return json;
+}
+
+KnownOutputs::KnownOutputs(const std::string& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with("results") && name.ends_with(".jsonl")) read(entry->path().string());
+  }
+  if (error) throw world_error("cannot read", folder, error.value());
+  for (auto& [output, known] : outputs_)
+    if (const auto last = last_runs_.find(output); last != last_runs_.end())
+      known.failed_since = last->second.failed && last->second.finished >= known.finished;
+}
+
+void KnownOutputs::read(const std::string& path) {
+  FileBytes file(path);
+  for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
+    const ordered_json record = ordered_json::parse(line, nullptr, false);
+    try {
+      note_failure(record);
+      auto known = known_output(record);
+      if (!known) continue;
+      known->record = line;
+      KnownOutput& newest = outputs_[record.at("output").get<std::string>()];
+      // Of one file, the later line is the newer one.
+      if (known->finished >= newest.finished) newest = std::move(*known);
+    } catch (const nlohmann::json::exception&) {
+      continue;  // no record
+    }
+  }
+}
+
+void KnownOutputs::note_failure(const ordered_json& record) {
+  const auto status = record.at("status").get<std::string>();
+  if (status != "failed" && status != "skipped" && status != "ok") return;
+  LastRun& last = last_runs_[record.at("output").get<std::string>()];
+  const auto finished = record.at("finished").get<double>();
+  if (finished >= last.finished) last = {finished, status == "failed"};
+}
+
+const KnownOutput* KnownOutputs::find(const std::string& output) const {
+  const auto found = outputs_.find(json_text(output));
+  return found == outputs_.end() ? nullptr : &found->second;
+}
+
+std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }
+
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,114 @@
+#include "tools/conversion/removal_pass.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/formats/file_checksum.h"
+#include "io/formats/volume_reader.h"
+#include "pipeline/verify/verify.h"
+#include "tools/conversion/input_removal.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+std::string canonical_name(const std::string& path) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(path, error);
+  return error ? path : canonical.string();
+}
+
+/// Its own, where they cannot be found out.
+std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
+  try {
+    look_at({line.input});
+    return open_volume(line.input, encoding_of(known ? known->options : line.options).source).files();
+  } catch (const std::exception&) {
+    return {line.input};
+  }
+}
+
+}  // namespace
+
+RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
+                         const KnownOutputs& known)
+    : options_(options), known_(known) {
+  for (const ManifestLine& line : lines)
+    for (const std::string& file : files_of(line, known.find(line.output)))
+      ++lines_with_[canonical_name(file)];
+}
+
+std::string RemovalPass::output_path(const ManifestLine& line) const {
+  return (fs::path(options_.output_dir) / line.output).string();
+}
+
+std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
+  const KnownOutput* known = known_.find(line.output);
+  const bool is_gone = known && known->state == KnownOutput::State::removed && !status_of_name(line.input);
+  if (!known || is_gone) {
+    record["status"] = "skipped";
+    if (!known) record["error"] = "no record says that it was encoded";
+    return {};
+  }
+  record["status"] = "kept";
+  if (known->input != json_text(line.input))
+    throw UsageError(
+        fmt::format("{}: {} is recorded as made of {}; with --skip-done it is compared and recorded",
+                    line.input, line.output, known->input));
+  if (known->failed_since)
+    throw UsageError(line.input +
+                     ": the last run failed with it; it is kept until one with --skip-done does not");
+  record.update(ordered_json::parse(known->record));
+  record["status"] = "kept";
+  std::vector<std::string> files = removable(line, *known);
+  require_same_options(line, *known);
+  verify(line, *known, record);
+  record["status"] = "removed";
+  return files;
+}
+
+void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
+  OptionTexts all = known.options;
+  for (const auto& [name, value] : line.options) all[name] = value;
+  const Encoding was = encoding_of(known.options);
+  if (all != known.options && !is_same_encoding(was, encoding_of(all), open_volume(line.input, was.source)))
+    throw UsageError(fmt::format("{}: was encoded with other options: {}; the original is kept", line.input,
+                                 difference_of(known.options, all)));
+}
+
+std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
+  look_at({line.input});
+  auto files =
+      removable_volume(line.input, encoding_of(known.options).source, output_path(line), "it is kept");
+  for (const std::string& file : files)
+    if (const auto found = lines_with_.find(canonical_name(file));
+        found == lines_with_.end() || found->second != 1)
+      throw UsageError(file + ": other volumes of the manifest are in it, too; it is kept");
+  return files;
+}
+
+void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
+  const std::string output = output_path(line);
+  const SourceDescription source = encoding_of(known.options).source;
+  if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
+    record["status"] = "damaged";
+    throw BrokenInput(output + ": is no longer what was written; the original is kept");
+  }
+  ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
+  // Within the bound is not enough: a later version of the original may be so, too.
+  if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)
+    throw BrokenInput(line.input +
+                      ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
+  const VerifyResult found =
+      verify_file(output, line.input, source, options_.run.resources(),
+                  [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+  if (open_volume(line.input, source).info().nrrd_fields != found.header.nrrd_fields)
+    throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
+}
+
+}  // namespace tagrid

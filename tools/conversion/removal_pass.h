@@ -1,0 +1,36 @@
+// Originals whose outputs are good: which files may go.
+#pragma once
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/conversion/conversion.h"
+#include "tools/conversion/records.h"
+
+namespace tagrid {
+
+class RemovalPass {
+ public:
+  /// `lines` are all those of the manifest. `options` and `known` outlive the pass.
+  RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
+              const KnownOutputs& known);
+
+  /// Puts the output of `line` to the test once more, and returns the files of the original, which may go.
+  /// Nothing where there is nothing to be done. Makes `record` that of a removal. Throws where the original
+  /// has to stay.
+  std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
+
+ private:
+  std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known) const;
+  void require_same_options(const ManifestLine& line, const KnownOutput& known) const;
+  void verify(const ManifestLine& line, const KnownOutput& known, nlohmann::ordered_json& record) const;
+  std::string output_path(const ManifestLine& line) const;
+
+  const ConversionOptions& options_;
+  const KnownOutputs& known_;
+  std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
+};
+
+}  // namespace tagrid

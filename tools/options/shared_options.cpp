@@ -1,0 +1,227 @@
+#include "tools/options/shared_options.h"
+#include "tools/report/process.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "io/files/abandoned_files.h"
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/temporaries.h"
+#include "pipeline/ranks/ranks.h"
+
+namespace tagrid {
+
+namespace {
+
+ProgressStyle progress_style(const std::string& word) {
+  if (word == "bar") return ProgressStyle::bar;
+  if (word == "plain") return ProgressStyle::plain;
+  return word == "none" ? ProgressStyle::none : ProgressStyle::automatic;
+}
+
+}  // namespace
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return CLI::Validator(
+      [words](const std::string& given) {
+        if (std::find(words.begin(), words.end(), given) != words.end()) return std::string();
+        return fmt::format("{}: must be one of {}", given, fmt::join(words, ", "));
+      },
+      "");
+}
+
+int RunOptions::thread_count() const { return threads > 0 ? threads : available_threads(); }
+
+void add_run_options(CLI::App& command, RunOptions& options) {
+  add_number_option(command, "-T,--threads", options.threads,
+                    "Threads to use; 0, the default: all that the process may run on")
+      ->check([](const std::string& text) {
+        const auto threads = whole_number<int>(text);
+        const bool good = threads && *threads >= 0 && *threads <= 1024;
+        return good ? std::string() : text + " is no whole number from 0 to 1024";
+      });
+  command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
+  command.add_flag("-v,--verbose", options.verbosity, "Say more");
+  command
+      .add_option_function<std::string>(
+          "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
+          "auto (a bar on a terminal, else nothing), bar, plain (a line a minute) or none")
+      ->check(one_of({"auto", "bar", "plain", "none"}))
+      ->option_text("auto|bar|plain|none");
+}
+
+bool RunOptions::is_watched() const {
+  return !quiet && (verbosity > 0 || shown_style(progress, quiet) != ProgressStyle::none);
+}
+
+Resources RunOptions::resources() const {
+  Resources resources(thread_count());
+  resources.processes = ranks().on_this_machine();
+  resources.memory = memory;
+  resources.spool = spool;
+  return resources;
+}
+
+Resources RunOptions::resources_of_each_rank() const {
+  Resources resources = this->resources();
+  resources.threads = threads;
+  return resources;
+}
+
+void add_memory_option(CLI::App& command, RunOptions& options) {
+  command
+      .add_option_function<std::string>(
+          "-M,--memory",
+          [&options](const std::string& text) {
+            options.memory = byte_count(text);
+            if (!options.memory || *options.memory == 0)
+              throw UsageError(
+                  fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M, G or T", text));
+            give_back_freed_memory(*options.memory);
+          },
+          "Take no more memory than this, at any moment; K, M, G, T: times 1024, 1024^2 and so on")
+      ->option_text("SIZE");
+}
+
+void add_spool_option(CLI::App& command, RunOptions& options) {
+  command
+      .add_option("--spool", options.spool,
+                  "Folder for a temporary file of samples, where a pipe is too wide for memory")
+      ->option_text("DIR");
+}
+
+void add_json_option(CLI::App& command, RunOptions& options) {
+  command.add_option("--json", options.json, "Write statistics of the run to FILE")->option_text("FILE");
+}
+
+void add_removal_options(CLI::App& command, bool& remove) {
+  CLI::Option* keep = command.add_flag("-k,--keep")->description("Keep the input (default)");
+  command.add_flag("--rm", remove, "Remove the input once its output is complete and verified")
+      ->excludes(keep);
+}
+
+void add_output_options(CLI::App& command, OutputOptions& options) {
+  command.add_option("-o,--output", options.path, "Output; - is the standard output")->option_text("FILE");
+  command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
+}
+
+void add_format_option(CLI::App& command, std::string& format) {
+  command
+      .add_option("--format", format,
+                  "nrrd (attached), nhdr (detached, with .raw beside it), raw or vdb (OpenVDB); default: "
+                  "from the name")
+      ->check(one_of({"nrrd", "nhdr", "raw", "vdb"}))
+      ->option_text("nrrd|nhdr|raw|vdb");
+}
+
+VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
+  // A device or a named pipe is like the standard output.
+  if (format.empty()) return is_regular_output(output) ? format_from_name(output) : VolumeFormat::raw;
+  if (format == "nrrd") return VolumeFormat::nrrd;
+  if (format == "vdb") return VolumeFormat::vdb;
+  return format == "nhdr" ? VolumeFormat::nhdr : VolumeFormat::raw;
+}
+
+SampleType sample_type_option(const std::string& name) {
+  if (const auto type = sample_type_named(name)) return *type;
+  throw UsageError(fmt::format(
+      "--type {}: not a sample type; uint8, int8, uint16, int16, uint32, int32, float32 and float64 are",
+      name));
+}
+
+void add_raw_options(CLI::App& command, RawOptions& options) {
+  const char* group = "Headerless input";
+  add_dims_option(command, options.dims)->group(group);
+  command.add_option("--type", options.type, "uint8, int8, uint16, int16, uint32, int32, float32 or float64")
+      ->option_text("TYPE")
+      ->group(group);
+  command.add_option("--endian", options.endian, "little (default) or big")
+      ->check(one_of({"little", "big"}))
+      ->option_text("little|big")
+      ->group(group);
+  command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
+      ->option_text("X,Y,Z")
+      ->group(group);
+  command
+      .add_option("--offset", options.offset,
+                  "Bytes before the first sample; K, M, G, T: times 1024, 1024^2 and so on")
+      ->option_text("BYTES")
+      ->group(group);
+}
+
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {
+  return command.add_option("--dims", dims, "Samples along x (fastest), y and z")->option_text("X,Y,Z");
+}
+
+Index3 dims_option(const std::string& dims) {
+  const auto sizes = three_sizes(dims);
+  if (!sizes)
+    throw UsageError(fmt::format("--dims {}: must be three whole numbers from 1 to 2^31: X,Y,Z", dims));
+  return *sizes;
+}
+
+std::optional<RawDescription> RawOptions::description() const {
+  const bool nothing = dims.empty() && type.empty() && endian.empty() && spacing.empty() && offset.empty();
+  if (nothing) return std::nullopt;
+  if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
+  RawDescription raw;
+  raw.dims = dims_option(dims);
+  raw.type = sample_type_option(type);
+  if (!endian.empty()) raw.big_endian = endian == "big";
+  if (!offset.empty()) {
+    const auto bytes = byte_count(offset);
+    if (!bytes)
+      throw UsageError(
+          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M, G or T", offset));
+    raw.offset = *bytes;
+  }
+  if (!spacing.empty()) {
+    raw.spacing = three_distances(spacing);
+    if (!raw.spacing)
+      throw UsageError(fmt::format("--spacing {}: must be three positive numbers: X,Y,Z", spacing));
+  }
+  return raw;
+}
+
+void refuse_terminal(const std::string& output, const char* what) {
+  if (output != "-" || !isatty(STDOUT_FILENO)) return;
+  if (ranks().count() > 1)
+    throw UsageError("standard output: mpirun makes it a terminal, which changes bytes; give -o FILE");
+  throw UsageError(
+      fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));
+}
+
+void refuse_terminal_input(const std::string& input) {
+  if (input == "-" && isatty(STDIN_FILENO))
+    throw UsageError("standard input: is a terminal; give a file, or a pipe");
+}
+
+void warn(const RunOptions& options, const std::string& message) {
+  if (!options.quiet) say(fmt::format("tagrid: warning: {}\n", message));
+}
+
+void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
+                      std::vector<std::string> outputs) {
+  const auto is_temporary = [](const std::string& path) {
+    return target_of_temporary(std::filesystem::path(path).filename().string()).has_value();
+  };
+  if (std::ranges::any_of(inputs, is_temporary)) return;
+  outputs.push_back(options.json);
+  std::erase_if(outputs, [](const std::string& path) { return path.empty() || path == "-"; });
+  const std::size_t removed = remove_abandoned_files(outputs);
+  if (removed > 0 && options.is_watched())
+    say(fmt::format("tagrid: removed {} that a killed run left beside the output\n",
+                    removed == 1 ? "a temporary file" : fmt::format("{} temporary files", removed)));
+}
+
+std::string output_beside(const std::string& input, const std::string& ending) {
+  if (input == "-") return "-";
+  return std::filesystem::path(input).replace_extension(ending).string();
+}
+
+}  // namespace tagrid

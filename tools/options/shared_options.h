@@ -1,0 +1,139 @@
+// Options that mean the same in every subcommand.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <concepts>
+#include <optional>
+#include <string>
+
+#include "io/files/errors.h"
+#include "io/formats/volume_writer.h"
+#include "io/volume/volume_info.h"
+#include "pipeline/memory/resources.h"
+#include "tools/options/numbers.h"
+#include "tools/report/progress.h"
+
+namespace tagrid {
+
+struct RunOptions {
+  int threads = 0;  ///< 0: what affinity allows
+  bool quiet = false;
+  int verbosity = 0;
+  ProgressStyle progress = ProgressStyle::automatic;
+  std::string json;  ///< file for the statistics of the run; "": none
+  std::optional<std::uint64_t> memory;
+  std::string spool;
+
+  int thread_count() const;
+  /// Whether somebody looks on: what is no error is said where progress is shown, and with -v.
+  bool is_watched() const;
+  Resources resources() const;
+  /// The same for any rank: threads are 0 where affinity is to say.
+  Resources resources_of_each_rank() const;
+};
+
+/// What a Number may be, in words.
+template <class Number>
+std::string number_wanted() {
+  if constexpr (std::unsigned_integral<Number>)
+    return fmt::format("a whole number, not below 0 and below 2^{}", 8 * sizeof(Number));
+  else if constexpr (std::integral<Number>)
+    return "a whole number";
+  else
+    return "a finite number";
+}
+
+/// An option with a number as its value (T, or std::optional<T>), read as tools/numbers.h says; anything else
+/// is a UsageError. The option parser's own conversion takes 020 for 16.
+template <class Value>
+CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
+                               const std::string& description) {
+  using Number = typename decltype(std::optional(value))::value_type;
+  const std::string name = names.substr(names.rfind(',') + 1);
+  const auto set = [name, &value](const std::string& text) {
+    std::optional<Number> number;
+    if constexpr (std::integral<Number>)
+      number = whole_number<Number>(text);
+    else
+      number = finite_number(text);
+    if (!number) throw UsageError(fmt::format("{}: {}: must be {}", name, text, number_wanted<Number>()));
+    value = *number;
+  };
+  return command.add_option_function<std::string>(names, set, description);
+}
+/// For values that are one of a few words.
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// -T, -q, -v, --progress
+void add_run_options(CLI::App& command, RunOptions& options);
+
+/// -M
+void add_memory_option(CLI::App& command, RunOptions& options);
+
+/// --spool
+void add_spool_option(CLI::App& command, RunOptions& options);
+
+/// --json FILE
+void add_json_option(CLI::App& command, RunOptions& options);
+
+/// -k, --rm
+void add_removal_options(CLI::App& command, bool& remove);
+
+struct OutputOptions {
+  std::string path;
+  bool overwrite = false;
+};
+
+/// -o, -f
+void add_output_options(CLI::App& command, OutputOptions& options);
+
+/// --dims, --type, --endian, --spacing, --offset: how the samples of headerless input lie.
+struct RawOptions {
+  std::string dims;
+  std::string type;
+  std::string endian;
+  std::string spacing;
+  std::string offset;
+
+  /// Nothing where --dims was not given. Throws UsageError where --type is missing, or values are out of
+  /// range.
+  std::optional<RawDescription> description() const;
+};
+
+/// --format
+void add_format_option(CLI::App& command, std::string& format);
+
+/// The format that --format asks for, or where it was not given (""), the name of the output.
+VolumeFormat volume_format_option(const std::string& format, const std::string& output);
+
+/// The type that --type names; throws UsageError with those that exist.
+SampleType sample_type_option(const std::string& name);
+
+void add_raw_options(CLI::App& command, RawOptions& options);
+
+/// --dims
+CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
+
+/// Dims from "X,Y,Z"; throws UsageError unless each is from 1 to 2^31.
+Index3 dims_option(const std::string& dims);
+
+/// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
+void refuse_terminal(const std::string& output, const char* what);
+
+/// Throws UsageError if `input` is the standard input and that is a terminal.
+void refuse_terminal_input(const std::string& input);
+
+/// A line on the standard error about what may be wrong.
+void warn(const RunOptions& options, const std::string& message);
+
+/// Removes the temporaries that killed runs left beside the outputs and the report: they may take as much
+/// room as the outputs will. Nothing is removed where an input has the name of a temporary itself.
+void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
+                      std::vector<std::string> outputs);
+
+/// `input` without its ending, with `ending`; "-" for "-".
+std::string output_beside(const std::string& input, const std::string& ending);
+
+}  // namespace tagrid

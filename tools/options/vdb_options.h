@@ -1,0 +1,29 @@
+// Options of OpenVDB files.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/formats/volume_writer.h"
+#include "io/vdb/writer.h"
+#include "tools/options/shared_options.h"
+
+namespace tagrid {
+
+/// --vdb-grid of an input
+void add_vdb_grid_option(CLI::App& command, std::string& grid);
+
+/// --vdb-grid, --vdb-background, --vdb-tolerance of an output
+void add_vdb_output_options(CLI::App& command, VdbOptions& options);
+
+/// Throws UsageError where they were given for another format, or make no sense.
+void check_vdb_options(const VdbOptions& options, VolumeFormat format);
+
+/// What a grid has become, for scripts.
+nlohmann::ordered_json vdb_json(const VdbSummary& summary);
+
+/// Says how large errors can be now, where a tolerance has added to them.
+void tell_of_tolerance(const RunOptions& run, const std::string& output, const VdbSummary& summary);
+
+}  // namespace tagrid

@@ -1,0 +1,92 @@
+#include "tools/report/process.h"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <string>
+
+#include "io/files/errors.h"
+#include "io/files/temporaries.h"
+
+namespace tagrid {
+namespace {
+
+void end_by_signal(int number) {
+  unlink_temporaries();
+  if (code_after_signal() >= 0) {
+    write_message_after_signal();
+    _exit(code_after_signal());
+  }
+  // The handler was removed when it was called (SA_RESETHAND): this ends the process when it returns.
+  raise(number);
+}
+
+}  // namespace
+
+void occupy_standard_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
+    // The lowest free descriptor is this one. It is opened the wrong way round, so that using it fails.
+    if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
+  }
+}
+
+void catch_signals() {
+  struct sigaction action = {};
+  action.sa_handler = end_by_signal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  sigemptyset(&action.sa_mask);
+  for (const int number : {SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGPIPE, SIGXCPU}) {
+    struct sigaction before;
+    if (sigaction(number, nullptr, &before) == 0 && before.sa_handler != SIG_IGN)
+      sigaction(number, &action, nullptr);
+  }
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+void keep_freed_memory() {
+  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
+  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
+  // allocated so often that threads would wait for each other.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 27);
+  mallopt(M_ARENA_MAX, 1);
+}
+
+void give_back_freed_memory(std::uint64_t limit) {
+  // Of blocks up to the first size, some that are free may lie between others that are not.
+  const auto part = [&](std::uint64_t of_limit, std::uint64_t least, std::uint64_t most) {
+    return static_cast<int>(std::clamp(limit / of_limit, least, most));
+  };
+  mallopt(M_MMAP_THRESHOLD, part(64, 1 << 17, 1 << 25));
+  mallopt(M_TRIM_THRESHOLD, part(16, 1 << 20, 1 << 27));
+}
+
+std::uint64_t peak_memory() {
+  // What getrusage() says counts the process that started this one, too.
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (std::uint64_t kibibytes; word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void say(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
+}
+
+void flush_standard_output() {
+  if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
+  if (errno == EPIPE) throw ClosedPipe("standard output: nobody reads it any more");
+  throw world_error("cannot write", "standard output", errno);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,169 @@
+#include "tools/report/report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "stages/grid/lattice.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+struct Achieved {
+  double max_error = 0, rmse = 0;
+  double psnr = 0;  ///< NaN where nothing was lost
+};
+
+Achieved achieved(const TagIndex& index) {
+  Achieved a;
+  a.max_error = index.total.max_error;
+  const double squares = static_cast<double>(index.total.sum_squared_error) + index.total.sum_squared_real;
+  a.rmse = std::sqrt(squares / static_cast<double>(index.total.samples));
+  const double peak = index.total.high - index.total.low;
+  // Undefined also where nothing is finite, or all the same.
+  a.psnr = a.rmse > 0 && peak > 0 ? 20 * std::log10(peak / a.rmse) : NAN;
+  if (!std::isfinite(a.psnr)) a.psnr = NAN;
+  return a;
+}
+
+struct LevelRow {
+  int level;
+  std::uint64_t points, active;
+};
+
+std::vector<LevelRow> level_rows(const TagHeader& header, const TagIndex& index) {
+  const std::vector<std::uint64_t> points = points_up_to_level(header.parameters.domain());
+  std::vector<LevelRow> rows;
+  std::uint64_t active = 0;
+  for (std::size_t level = 0; level < points.size(); ++level)
+    rows.push_back({static_cast<int>(level), points[level], active += index.total.active[level]});
+  return rows;
+}
+
+nlohmann::ordered_json number_or_null(double value, bool present) {
+  if (!present) return nullptr;
+  // Whole numbers are shown as such.
+  if (value == std::floor(value) && std::abs(value) < 9e15) return static_cast<std::int64_t>(value);
+  return value;
+}
+
+std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
+
+std::uint64_t voxels(const TagHeader& header) {
+  return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
+}
+
+}  // namespace
+
+std::string summary(const EncodeResult& result) {
+  const std::uint64_t n = voxels(result.header), raw = n * size_of(result.header.parameters.type);
+  const auto file = static_cast<double>(result.file_bytes);
+  return fmt::format("{} -> {}, ratio {:.2f}, {:.4f} bits a voxel, largest error {}", human_bytes(raw),
+                     human_bytes(result.file_bytes), static_cast<double>(raw) / file,
+                     8 * file / static_cast<double>(n), result.index.total.max_error);
+}
+
+std::string summary(const DecodeResult& result) {
+  const std::uint64_t raw = voxels(result.header) * size_of(result.header.parameters.type);
+  return fmt::format(
+      "{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in), human_bytes(result.bytes_out),
+      static_cast<double>(raw) / static_cast<double>(result.bytes_in), result.index.total.max_error);
+}
+
+std::string memory_summary(std::uint64_t planned, std::optional<double> times_read) {
+  // As -M takes it.
+  const auto mebibytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); };
+  const std::string memory = fmt::format("memory: {:.1f} MiB at its peak, {:.1f} MiB planned at most",
+                                         mebibytes(peak_memory()), mebibytes(planned));
+  return times_read ? fmt::format("{}; every sample read {:.2f} times", memory, *times_read) : memory;
+}
+
+nlohmann::ordered_json settings_json(const CodingParameters& p) {
+  nlohmann::ordered_json json;
+  json["cube"] = p.cube_size;
+  json["brick"] = p.brick_edge;
+  json["accuracy"] = p.accuracy;
+  json["field_scale"] = p.field_scale;
+  if (p.range_low == p.range_high)
+    json["range"] = nullptr;
+  else
+    json["range"] = {number_or_null(p.range_low, true), number_or_null(p.range_high, true)};
+  json["max_level"] = p.max_level;
+  json["max_error"] = number_or_null(p.max_error, p.max_error >= 0);
+  json["surface_error"] = number_or_null(p.surface_error, p.surface_error >= 0);
+  json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
+  json["effort"] = name_of(p.effort);
+  json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
+  return json;
+}
+
+nlohmann::ordered_json achieved_json(const TagIndex& index) {
+  const Achieved a = achieved(index);
+  return {{"max_error", number_or_null(a.max_error, true)},
+          {"rmse", a.rmse},
+          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
+}
+
+nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
+  nlohmann::ordered_json json;
+  const Index3& n = header.parameters.dims;
+  json["dims"] = {n.x, n.y, n.z};
+  json["type"] = name_of(header.parameters.type);
+  json.update(settings_json(header.parameters));
+  json["levels"] = nlohmann::ordered_json::array();
+  for (const LevelRow& row : level_rows(header, index))
+    json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
+  json["bytes"] = {{"file", sizes.file},
+                   {"header", sizes.header},
+                   {"activity", sizes.activity},
+                   {"values", sizes.values},
+                   {"index", sizes.index}};
+  json["achieved"] = achieved_json(index);
+  return json;
+}
+
+std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
+  const CodingParameters& p = header.parameters;
+  const std::uint64_t n = voxels(header), raw = n * size_of(p.type);
+  std::string out;
+  const auto line = [&](const char* name, const std::string& value) {
+    out += fmt::format("{:<16}{}\n", name, value);
+  };
+  line("volume",
+       fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
+  line("mode",
+       p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
+  line("effort", std::string(name_of(p.effort)));
+  line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error), index.total.max_error));
+  if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
+  if (p.mesh_error >= 0) line("mesh error", fmt::format("bound {}", p.mesh_error));
+  const Achieved a = achieved(index);
+  line("rmse, psnr", a.rmse == 0 ? "0, lossless" : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
+  line("root cubes", fmt::format("edge {}, {} an edge of a brick, {} bricks", p.cube_size, p.brick_edge,
+                                 p.bricks().count()));
+  line("criterion",
+       fmt::format(
+           "m = {}, field scale {:.6g} voxels a unit{}", p.accuracy, p.field_scale,
+           p.range_low == p.range_high ? "" : fmt::format(" (range {} .. {})", p.range_low, p.range_high)));
+  const auto part = [&](const char* name, std::uint64_t bytes) {
+    line(name, fmt::format("{:>12}  {:5.1f} %  {:.4f} bits a voxel", bytes,
+                           100.0 * static_cast<double>(bytes) / static_cast<double>(sizes.file),
+                           8.0 * static_cast<double>(bytes) / static_cast<double>(n)));
+  };
+  part("file", sizes.file);
+  part("  header", sizes.header);
+  part("  activity", sizes.activity);
+  part("  values", sizes.values);
+  part("  index, frames", sizes.index);
+  line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
+  out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "per cent");
+  for (const LevelRow& row : level_rows(header, index))
+    if (row.level <= p.max_level)
+      out += fmt::format("{:>5} {:>14} {:>14} {:>9.2f}\n", row.level, row.points, row.active,
+                         100.0 * static_cast<double>(row.active) / static_cast<double>(row.points));
+  return out;
+}
+
+}  // namespace tagrid

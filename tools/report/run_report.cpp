@@ -1,0 +1,92 @@
+#include "tools/report/run_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
+#include "io/files/system_call.h"
+#include "tools/report/process.h"
+
+namespace tagrid {
+namespace {
+
+nlohmann::ordered_json text_or_null(const std::string& text) {
+  return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
+}
+
+/// Whether two names are of one file, which need not exist yet.
+bool same_name(const std::string& a, const std::string& b) {
+  return std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
+}
+
+}  // namespace
+
+RunReport::RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
+                     std::string output)
+    : path_(std::move(path)),
+      command_(std::move(command)),
+      input_(std::move(input)),
+      output_(std::move(output)),
+      threads_(threads) {
+  if (path_.empty()) return;
+  if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
+    throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
+  if (!input_.empty()) refuse_same_file(input_, path_);
+  // A report takes the place of an older report at most: -f is meant for the output, and a wrong name here
+  // must not cost a volume. A file that is not there now, but is when the report is done, was written by this
+  // run.
+  const bool exists = is_regular_output(path_) && status_of_name(path_);
+  if (exists && overwrite && FileBytes(path_).peek(1) != "{")
+    throw UsageError(fmt::format("--json {}: is there and is no JSON file; choose another name", path_));
+  file_.emplace(path_, exists && overwrite);
+}
+
+void RunReport::write(const RunFigures& figures) {
+  if (!file_) return;
+  const double seconds = this->seconds();
+  const Index3& n = figures.dims;
+  const auto voxels = static_cast<double>(n.x) * static_cast<double>(n.y) * static_cast<double>(n.z);
+  nlohmann::ordered_json json;
+  json["dims"] = {n.x, n.y, n.z};
+  json["type"] = name_of(figures.type);
+  json["settings"] = figures.settings;
+  json["bytes_in"] = figures.bytes_in;
+  json["bytes_out"] = figures.bytes_out;
+  json["seconds"] = seconds;
+  json["threads"] = threads_;
+  json["peak_memory"] = peak_memory();
+  json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
+  json["achieved"] = figures.achieved;
+  put(json);
+}
+
+void RunReport::write_json(nlohmann::ordered_json figures) {
+  if (!file_) return;
+  figures["seconds"] = seconds();
+  figures["threads"] = threads_;
+  put(figures);
+}
+
+void RunReport::put(const nlohmann::ordered_json& figures) {
+  nlohmann::ordered_json json;
+  json["command"] = command_;
+  json["version"] = TAGRID_VERSION;
+  json["input"] = text_or_null(input_);
+  json["output"] = text_or_null(output_);
+  json.update(figures);
+  // File names may be of any bytes, JSON may not.
+  file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  file_->publish();
+}
+
+double RunReport::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+void RunReport::keep() {
+  if (file_) file_->keep();
+}
+
+}  // namespace tagrid
