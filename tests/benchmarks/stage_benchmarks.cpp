@@ -14,12 +14,12 @@
 
 #include "stages/activity/coding.h"
 #include "stages/brick/codec.h"
-#include "stages/encode_volume.h"
 #include "stages/phantom/phantom.h"
 #include "stages/points/coding.h"
 #include "stages/points/interpolation.h"
 #include "stages/voxels/codec.h"
 #include "stages/voxels/prediction.h"
+#include "tests/support/encode_volume.h"
 
 namespace tagrid {
 namespace {

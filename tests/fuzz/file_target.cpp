@@ -8,7 +8,7 @@
 #include "pipeline/verify/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
-#include "tests/pipeline/generous_budgets.h"
+#include "tests/support/generous_budgets.h"
 #include "tools/report/report.h"
 
 namespace tagrid::fuzz {

@@ -7,9 +7,9 @@
 #include "io/files/errors.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verify.h"
-#include "tests/io/temporary_folder.h"
-#include "tests/pipeline/awkward_volumes.h"
-#include "tests/pipeline/volumes.h"
+#include "tests/support/awkward_volumes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {

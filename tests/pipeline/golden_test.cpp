@@ -9,8 +9,8 @@
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verify.h"
 #include "stages/phantom/phantom.h"
-#include "tests/io/temporary_folder.h"
-#include "tests/pipeline/volumes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verify.h"
-#include "tests/io/temporary_folder.h"
-#include "tests/pipeline/volumes.h"
-#include "tests/sanitized.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {

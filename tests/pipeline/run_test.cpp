@@ -7,10 +7,10 @@
 
 #include "io/files/errors.h"
 #include "pipeline/encode/graph.h"
-#include "pipeline/generous_budgets.h"
 #include "pipeline/verify/verify.h"
-#include "tests/io/temporary_folder.h"
-#include "tests/pipeline/volumes.h"
+#include "tests/support/generous_budgets.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "pipeline/decode/graph.h"
 #include "pipeline/encode/graph.h"
-#include "pipeline/generous_budgets.h"
-#include "tests/pipeline/volumes.h"
+#include "tests/support/generous_budgets.h"
+#include "tests/support/volumes.h"
 
 namespace tagrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "pipeline/encode/graph.h"
-#include "tests/pipeline/generous_budgets.h"
+#include "tests/support/generous_budgets.h"
 
 using namespace tagrid;
 

@@ -1,0 +1,226 @@
+#!/usr/bin/env python3
+"""python3 tests/format/decoder.py FILE.tag OUT.raw
+
+Decodes a .tag file of version 3 into samples, x fastest, little endian. It was written from docs/format.md and
+follows its sections; nothing is shared with the program. Slow: a few thousand samples a second.
+Exit code 65 where the file is broken.
+"""
+
+import math
+import shutil
+import struct
+import subprocess
+import sys
+
+from second_decoder.best import BestDecoder
+from second_decoder.coding import Broken
+from second_decoder.forecast import forecast
+from second_decoder.grid import Box, decode_activity, decode_points, interpolate
+from second_decoder.voxels import FastDecoder, VoxelDecoder, decode_voxels
+from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
+from second_decoder.xxh3 import xxh3
+
+
+def require(condition, what):
+    if not condition:
+        raise Broken(what)
+
+
+def chained(block, before):
+    """The checksum that follows a block, from its bytes and the checksum before it: section 4.1."""
+    return xxh3(struct.pack("<Q", xxh3(block)), before)
+
+
+class SampleType:
+    def __init__(self, number):
+        require(1 <= number <= 8, "the sample type is not of version 3")
+        self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
+        self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
+        self.is_signed = number in (2, 4, 6)
+        half = 1 << (8 * self.size - 1)
+        self.limits = (-half, half - 1) if self.is_signed else (0, 2 * half - 1)
+
+    def from_bits(self, bits):
+        return bits - (1 << 8 * self.size) if bits > self.limits[1] else bits
+
+
+class Header:
+    def __init__(self, data):
+        require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
+        version, self.size = struct.unpack_from("<II", data, 8)
+        require(version == 3, "the version is not known")
+        require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
+        self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
+        require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, self.scale, self.range_low, high,
+         max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
+             "<QQQBBHHHIIdddddddII", data, 16)
+        require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
+        require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
+        self.type = SampleType(type_number)
+        require(self.mode in (0, 1), "the mode is not known")
+        require(self.effort in (0, 1, 2), "the effort is not known")
+        require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
+        require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
+        self.K = self.S.bit_length() - 1
+        require(self.level_limit <= 3 * self.K and self.accuracy >= 3, "impossible accuracy")
+        require(self.scale > 0 and all(map(math.isfinite, (self.scale, self.range_low, high))), "impossible range")
+        for e in (max_error, surface_error, mesh_error):
+            require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
+        require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
+        require(self.mode == 1 or max_error >= 0, "voxels without a bound")
+        widest = (1 << 8 * self.type.size) - 1
+        self.max_error, self.surface_error, self.point_error = (
+            e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
+            for e in (max_error, surface_error, point_error))
+        unpack(data[120:120 + packed_size], text_size)
+        self.cubes = [max(1, (n - 1 + self.S - 1) // self.S) for n in self.dims]
+        self.bricks = [(c + self.B - 1) // self.B for c in self.cubes]
+
+    def boxes(self, number):
+        """Closed box and owned box of a brick."""
+        i, rest = number % self.bricks[0], number // self.bricks[0]
+        position = (i, rest % self.bricks[1], rest // self.bricks[1])
+        low = tuple(c * self.B * self.S for c in position)
+        high = tuple(min(low[a] + self.B * self.S, self.cubes[a] * self.S) for a in range(3))
+        return Box(low, high), Box(tuple(low[a] + (position[a] > 0) for a in range(3)),
+                                   tuple(min(high[a], self.dims[a] - 1) for a in range(3)))
+
+
+def unpack(packed, size):
+    """One zstd frame, where the zstd program is there."""
+    if shutil.which("zstd") is None:
+        return None
+    run = subprocess.run(["zstd", "-dc"], input=packed, capture_output=True, check=False)
+    require(run.returncode == 0 and len(run.stdout) == size, "zstd bytes are damaged")
+    return run.stdout
+
+
+def as_number(sample, sample_type):
+    """A sample as Python has it; floats are kept as bits elsewhere."""
+    if not sample_type.is_float:
+        return sample
+    return struct.unpack("<f" if sample_type.size == 4 else "<d", sample.to_bytes(sample_type.size, "little"))[0]
+
+
+def decode_brick(header, number, activity, values, with_grid):
+    """Samples of the owned box by lattice point, and the active points; None where they are not needed."""
+    closed, owned = header.boxes(number)
+    active = None
+    if header.mode == 1 or header.surface_error >= 0:
+        active = decode_activity(activity, closed, header.S, header.level_limit)
+    samples = decode_samples(header, closed, owned, active, values)
+    if active is None and with_grid:
+        numbers = {p: as_number(v, header.type) for p, v in samples.items()}
+        active = decode_activity(activity, closed, header.S, header.level_limit,
+                                 forecast(numbers, owned, closed, header))
+    return samples, active
+
+
+def decode_samples(header, closed, owned, active, values):
+    if header.mode == 1 and header.type.is_wide:
+        points = decode_wide_points(values, closed, active, header.S, header.point_error, header.type)
+        interpolated = interpolate_floats if header.type.is_float else interpolate
+        samples = interpolated(points, closed, header.S, *([header.type] if header.type.is_float else []))
+        return {p: samples[p] for p in owned.raster()}
+    if header.mode == 1:
+        points = decode_points(values, closed, active, header.S, header.point_error, header.type.limits)
+        samples = interpolate(points, closed, header.S)
+        return {p: samples[p] for p in owned.raster()}
+    x0, y0, z0 = owned.low
+    two = header.surface_error >= 0
+
+    def error_at(x, y, z):
+        return header.surface_error if two and (x0 + x, y0 + y, z0 + z) in active else header.max_error
+
+    smallest = min(header.max_error, header.surface_error) if two else header.max_error
+    size = tuple(owned.high[a] - owned.low[a] + 1 for a in range(3))
+    if header.type.is_wide:
+        samples = decode_wide_voxels(values, size, header.type, two and (
+            lambda x, y, z: (x0 + x, y0 + y, z0 + z) in active))
+    else:
+        samples = decode_voxels(values, size, header.type, error_at, smallest,
+                                (VoxelDecoder, FastDecoder, BestDecoder)[header.effort])
+    return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
+
+
+def level_counts(header, number, active):
+    """Active points that a brick counts as its own, by level: those in (low, high] of its closed box."""
+    counts = [0] * (3 * header.K + 1)
+    closed, owned = header.boxes(number)
+    for p in active:
+        if all(p[a] > closed.low[a] or owned.low[a] == closed.low[a] for a in range(3)):
+            unit = min((c & -c for c in p if c), default=header.S)
+            odd = sum(c & unit != 0 for c in p)
+            counts[0 if unit >= header.S else 3 * (header.K - unit.bit_length()) + 4 - odd] += 1
+    return counts
+
+
+def check_index(data, at, header, last, sizes, counts):
+    require(len(data) >= at + 20, "the index is missing")
+    marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
+    n = len(sizes)
+    require(marker == 0 and size == 32 * n + 8 * (3 * header.K + 1) + 56, "the index has an impossible size")
+    require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
+    end = at + 20 + packed_size
+    require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
+    checksum, start, header_checksum, magic = struct.unpack_from("<QQQ8s", data, end)
+    require(checksum == chained(data[at:end], last), "the index is damaged, or the last brick was exchanged")
+    require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
+    fields = unpack(data[at + 20:end], size)
+    if fields is not None:
+        stored_counts = struct.unpack_from(f"<{3 * header.K + 1}Q", fields)
+        require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
+        columns = struct.unpack_from(f"<{2 * n}I", fields, 8 * (3 * header.K + 1) + 56)
+        second_half = struct.unpack_from("<Q", fields, 8 * (3 * header.K + 1) + 16)[0]
+        require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
+        require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
+
+
+def decode(data, with_grid=True):
+    """All samples. with_grid: the activity is decoded also where samples do not depend on it."""
+    header = Header(data)
+    counts = [0] * (3 * header.K + 1)
+    volume = {}
+    at, last, sizes = header.size, header.checksum, []
+    for number in range(math.prod(header.bricks)):
+        require(len(data) >= at + 24, "the file is truncated")
+        length, stored_number, activity_size = struct.unpack_from("<IQI", data, at)
+        closed, _ = header.boxes(number)
+        points = math.prod(closed.high[a] - closed.low[a] + 1 for a in range(3))
+        require(12 <= length <= min((1 << 32) - 1, 65536 + points * (1 + 2 * header.type.size)), "impossible length")
+        end = at + 4 + length
+        require(len(data) >= end + 8, "the file is truncated")
+        checksum = struct.unpack_from("<Q", data, end)[0]
+        require(checksum == chained(data[at:end], last), f"brick {number} is damaged")
+        require(stored_number == number and activity_size <= length - 12, f"brick {number} is not in its place")
+        middle = at + 16 + activity_size
+        samples, active = decode_brick(header, number, data[at + 16:middle], data[middle:end], with_grid)
+        volume.update(samples)
+        if with_grid:
+            counts = [a + b for a, b in zip(counts, level_counts(header, number, active))]
+        last = checksum
+        sizes.append((activity_size, length - 12 - activity_size))
+        at = end + 8
+    check_index(data, at, header, last, sizes, counts if with_grid else None)
+    whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
+    return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)
+                    for p in whole.raster())
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    with open(sys.argv[1], "rb") as file:
+        data = file.read()
+    try:
+        samples = decode(data)
+    except Broken as broken:
+        print(f"{sys.argv[1]}: {broken}", file=sys.stderr)
+        sys.exit(65)
+    with open(sys.argv[2], "wb") as file:
+        file.write(samples)
+
+
+if __name__ == "__main__":
+    main()

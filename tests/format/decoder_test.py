@@ -1,0 +1,223 @@
+#!/usr/bin/env python3
+"""python3 tests/format/decoder_test.py TAGRID made|golden|broken
+
+Compares decoder.py, which knows docs/format.md and nothing else, with `tagrid decode`:
+  made    files of small volumes of many kinds, encoded here
+  golden  the files that every version must read
+  broken  streams damaged behind right checksums: both must refuse them, or give the same samples (hardly one can still
+          be decoded: a stream has to end in the coder's first state)
+"""
+
+import math
+import pathlib
+import random
+import struct
+import subprocess
+import sys
+import tempfile
+
+import decoder
+from second_decoder.coding import Broken
+from second_decoder.xxh3 import xxh3
+
+LIMITS = {"uint8": (0, 255), "int8": (-128, 127), "uint16": (0, 65535), "int16": (-32768, 32767),
+          "uint32": (0, (1 << 32) - 1), "int32": (-(1 << 31), (1 << 31) - 1)}
+FLOATS = {"float32": ("<f", 4), "float64": ("<d", 8)}
+
+# type, what is in the volume, dims, options
+MADE = [
+    ("int16", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--max-error=5"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=3"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--grid-only", "--max-error=30"]),
+    ("int16", "noise", (12, 9, 11), ["--cube=4", "--max-error=1000"]),
+    ("int16", "constant", (20, 17, 19), ["--cube=8"]),
+    ("uint8", "phantom", (20, 17, 19), ["--cube=8", "--grid-only"]),
+    ("uint8", "noise", (9, 10, 11), ["--cube=8"]),
+    ("uint8", "noise", (9, 10, 11), ["--cube=4", "--grid-only", "--max-error=3"]),
+    ("uint8", "blocks", (130, 5, 4), ["--cube=32"]),  # rows of several segments
+    ("uint8", "constant", (20, 17, 19), ["--cube=8", "--grid-only", "--max-error=2"]),
+    ("int8", "phantom", (1, 30, 17), ["--cube=8", "--max-error=1"]),
+    ("uint16", "noise", (5, 6, 7), ["--cube=16"]),
+    ("uint16", "blocks", (20, 17, 1), ["--cube=4", "--max-error=99999"]),
+    ("uint16", "phantom", (14, 15, 13), ["--cube=16", "--max-error=2"]),
+    ("uint8", "sparse", (60, 12, 10), ["--cube=32"]),  # many flat neighbourhoods
+    ("int8", "noise", (1, 1, 1), []),
+    ("uint8", "phantom", (20, 17, 19), ["--cube=8", "--effort=fast"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--effort=fast", "--max-error=40", "--surface-error=3"]),
+    ("uint8", "phantom", (20, 17, 19), ["--cube=8", "--effort=best"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--effort=best", "--max-error=5"]),
+    ("uint16", "phantom", (20, 17, 19), ["--cube=8", "--effort=best", "--max-error=40", "--surface-error=1"]),
+    ("int16", "noise", (12, 9, 11), ["--cube=4", "--effort=best", "--max-error=1"]),
+    ("uint16", "noise", (12, 9, 11), ["--cube=16", "--effort=best"]),
+    ("uint8", "blocks", (130, 5, 4), ["--cube=32", "--effort=best"]),
+    ("int8", "sparse", (60, 12, 10), ["--cube=32", "--effort=best"]),
+    ("uint16", "blocks", (20, 17, 1), ["--cube=4", "--effort=best"]),
+    ("int32", "phantom", (9, 8, 7), ["--cube=8", "--effort=best"]),
+    ("uint8", "phantom", (9, 8, 7), ["--cube=8", "--effort=best", "--grid-only"]),
+    ("uint32", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--max-error=5"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=3"]),
+    ("int32", "noise", (9, 10, 11), ["--cube=8"]),
+    ("uint32", "noise", (9, 10, 11), ["--cube=4", "--grid-only", "--max-error=1000000"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--grid-only"]),
+    ("uint32", "blocks", (20, 17, 9), ["--cube=8", "--max-error=3000000000"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=2.5"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=0"]),
+    ("float64", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=0.01"]),
+    ("float64", "phantom", (14, 15, 13), ["--cube=8", "--brick=1"]),
+    ("float64", "phantom", (14, 15, 13), ["--cube=8", "--grid-only", "--max-error=20"]),
+    ("float32", "phantom", (14, 15, 13), ["--cube=8", "--grid-only"]),
+    ("float32", "odd", (13, 9, 8), ["--cube=4"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=0.5"]),
+    ("float32", "odd", (13, 9, 8), ["--cube=4", "--grid-only", "--max-error=0.25"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=8", "--grid-only"]),
+    ("float32", "whole", (13, 9, 8), ["--cube=8"]),
+    ("float64", "bits", (7, 8, 9), ["--cube=4"]),
+    ("float32", "bits", (7, 8, 9), ["--cube=4", "--grid-only", "--max-error=1e30"]),
+    ("float32", "constant", (9, 9, 9), ["--cube=4", "--max-error=1"]),
+]
+
+
+class Comparison:
+    def __init__(self, program, folder):
+        self.program, self.folder = program, pathlib.Path(folder)
+        self.compared = self.refused = 0
+
+    def run(self, *arguments):
+        return subprocess.run([self.program, *map(str, arguments)], capture_output=True, check=False)
+
+    def encode(self, sample_type, kind, dims, options):
+        raw, tag = self.folder / "volume.raw", self.folder / "volume.tag"
+        shape = ["--dims", ",".join(map(str, dims)), "--type", sample_type]
+        if kind == "phantom":
+            made = self.run("phantom", *shape, "-q", "-f", "-o", raw)
+            assert made.returncode == 0, made.stderr
+        else:
+            raw.write_bytes(volume(sample_type, kind, dims))
+        encoded = self.run("encode", raw, *shape, *options, "-q", "-f", "-o", tag)
+        assert encoded.returncode == 0, encoded.stderr
+        return tag.read_bytes()
+
+    def compare(self, data, what, with_grid=True):
+        """Both decoders give the same samples, or both refuse. Returns whether they gave samples."""
+        tag, out = self.folder / "compared.tag", self.folder / "decoded.raw"
+        tag.write_bytes(data)
+        status = self.run("decode", tag, "-q", "-f", "-o", out)
+        assert status.returncode in (0, 65), (what, status.stderr)
+        theirs = out.read_bytes() if status.returncode == 0 else None
+        try:
+            ours = decoder.decode(data, with_grid)
+        except Broken:
+            ours = None
+        assert ours == theirs, f"{what}: the decoders differ; the program says {status.stderr or 'ok'}"
+        self.compared += 1
+        self.refused += ours is None
+        return ours is not None
+
+
+def float_volume(sample_type, kind, dims):
+    """odd: smooth, with holes that are not finite and zeros of both signs; whole: whole numbers; bits: any."""
+    code, size = FLOATS[sample_type]
+    chance = random.Random(7)
+    out = bytearray()
+    for z in range(dims[2]):
+        for y in range(dims[1]):
+            for x in range(dims[0]):
+                value = 3 * math.sin(0.5 * x + 0.3 * y) + 0.2 * z
+                if kind == "odd" and (x // 3 + y // 2 + z // 3) % 4 == 1:
+                    value = chance.choice((math.nan, math.inf, -math.inf, -0.0, 0.0))
+                if kind == "whole":
+                    value = float(chance.randint(-20, 20) + 5 * x)
+                if kind == "constant":
+                    value = 0.1
+                out += chance.randbytes(size) if kind == "bits" else struct.pack(code, value)
+    return bytes(out)
+
+
+def volume(sample_type, kind, dims):
+    if sample_type in FLOATS:
+        return float_volume(sample_type, kind, dims)
+    low, high = LIMITS[sample_type]
+    size = (high - low).bit_length() // 8
+    chance = random.Random(7)
+    samples = []
+    for z in range(dims[2]):
+        for y in range(dims[1]):
+            for x in range(dims[0]):
+                if kind == "noise":
+                    samples.append(chance.randint(low, high))
+                elif kind == "blocks":
+                    samples.append(high if (x // 7 + y // 3 + z // 2) % 3 == 0 else low + 1)
+                elif kind == "sparse" and chance.random() < 0.02:
+                    samples.append(chance.randint(low, high))
+                else:
+                    samples.append(low + 3)
+    return b"".join(v.to_bytes(size, "little", signed=low < 0) for v in samples)
+
+
+def with_right_checksums(data):
+    """A file whose bricks were changed, made to look intact."""
+    header = decoder.Header(data)
+    out, at, last = bytearray(data[:header.size]), header.size, header.checksum
+    for _ in range(math.prod(header.bricks)):
+        length = struct.unpack_from("<I", data, at)[0]
+        brick = data[at:at + 4 + length]
+        last = xxh3(brick, last)
+        out += brick + struct.pack("<Q", last)
+        at += 12 + length
+    index = data[at:-32]
+    return bytes(out + index + struct.pack("<Q", xxh3(index, last)) + data[-24:])
+
+
+def test_made(comparison):
+    for case in MADE:
+        assert comparison.compare(comparison.encode(*case), case), (case, "is refused")
+
+
+def test_golden(comparison):
+    folder = pathlib.Path(__file__).parents[1] / "golden"
+    files = sorted(folder.glob("*.tag"))
+    assert files, f"no golden files in {folder}"
+    for path in files:
+        assert comparison.compare(path.read_bytes(), path.name), (path.name, "is refused")
+
+
+def test_broken(comparison):
+    chance = random.Random(1)
+    for case in (("uint8", "phantom", (10, 9, 11), ["--cube=8"]),
+                 ("int16", "phantom", (10, 9, 11), ["--cube=4", "--max-error=9", "--surface-error=1"]),
+                 ("int16", "noise", (6, 9, 5), ["--cube=4", "--grid-only"]),
+                 ("int16", "phantom", (10, 9, 11), ["--effort=best"]),
+                 ("int32", "phantom", (10, 9, 11), ["--cube=8"]),
+                 ("float32", "odd", (10, 9, 11), ["--cube=4", "--max-error=1", "--surface-error=0"]),
+                 ("float64", "odd", (6, 9, 5), ["--cube=4", "--grid-only", "--max-error=1"])):
+        whole = comparison.encode(*case)
+        first = decoder.Header(whole).size
+        length, _, activity_size = struct.unpack_from("<IQI", whole, first)
+        # The program does not look at the activity where samples do not depend on it.
+        start = first + 16 + (activity_size if len(case[3]) == 1 else 0)
+        for i in range(16):
+            data = bytearray(whole)
+            # What comes late in a stream is found late.
+            end = first + 4 + length
+            data[chance.randrange(max(start, end - 6) if i % 2 else start, end)] ^= 1 << chance.randrange(8)
+            comparison.compare(with_right_checksums(bytes(data)), case, with_grid=False)
+        for _ in range(4):
+            data = bytearray(whole)
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+            assert not comparison.compare(bytes(data), case), (case, "damage was not found")
+        assert not comparison.compare(whole[:-1], case) and not comparison.compare(whole + b"\0", case)
+
+
+def main():
+    program, what = sys.argv[1:3]
+    with tempfile.TemporaryDirectory() as folder:
+        comparison = Comparison(program, folder)
+        {"made": test_made, "golden": test_golden, "broken": test_broken}[what](comparison)
+    print(f"{comparison.compared} files, both decoders agree; both refuse {comparison.refused}")
+
+
+if __name__ == "__main__":
+    main()

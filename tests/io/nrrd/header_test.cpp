@@ -1,0 +1,236 @@
+#include "io/nrrd/header.h"
+#include "io/nrrd/geometry.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "io/files/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+const std::string plain =
+    "NRRD0004\ntype: int16\ndimension: 3\nsizes: 3 4 5\nencoding: raw\nendian: little\n";
+
+const std::string everything =
+    "# made by a scanner: of some kind\n"
+    "content: a foot\n"
+    "Space: left-posterior-superior\n"
+    "space directions: (0.5,0,0) (0, 0.5 ,0) (0,0,-2)\n"
+    "space origin: (10,20,-30.5)\n"
+    "space units: \"mm\" \"mm\" \"mm\"\n"
+    "thicknesses: nan nan 1.5\n"
+    "kinds: domain domain domain\n"
+    "sample units: HU\n"
+    "patient:=none: a phantom\n"
+    "a:b key:=type: 3\n"
+    "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
+
+TEST(NrrdHeader, FieldsOfTheSourceComeBackAsTheyWere) {
+  const NrrdHeader header = parse_nrrd_header(plain + everything + "\n");
+  EXPECT_EQ(header.info.nrrd_fields, everything);
+  const std::string text = nrrd_header_text(header.info, "x.raw");
+  EXPECT_TRUE(text.starts_with("NRRD0005\n"));
+  const NrrdHeader again = parse_nrrd_header(text);
+  EXPECT_EQ(again.info.nrrd_fields, everything);
+  EXPECT_EQ(again.info.dims, header.info.dims);
+  EXPECT_EQ(again.info.type, header.info.type);
+  EXPECT_EQ(again.data_file, "x.raw");
+}
+
+TEST(NrrdHeader, GeometryHasDirectionsAndOrigin) {
+  const Geometry geometry = parse_nrrd_header(plain + everything).info.geometry;
+  EXPECT_TRUE(geometry.has_directions);
+  EXPECT_EQ(geometry.spacing, (std::array<double, 3>{0.5, 0.5, 2}));
+  EXPECT_EQ(to_world(geometry, {2, 4, 3}), (std::array<double, 3>{11, 22, -36.5}));
+  EXPECT_TRUE(is_mirrored(geometry));
+}
+
+TEST(NrrdHeader, UnknownSpacingCountsAsOne) {
+  const Geometry geometry = geometry_of("spacings: 0.5 NaN 2\n");
+  EXPECT_TRUE(std::isnan(geometry.spacing[1]));
+  EXPECT_EQ(to_world(geometry, {1, 1, 1}), (std::array<double, 3>{0.5, 1, 2}));
+  EXPECT_FALSE(is_mirrored(geometry));
+  EXPECT_EQ(to_world(geometry_of(""), {7, 8, 9}), (std::array<double, 3>{7, 8, 9}));
+}
+
+TEST(NrrdHeader, AxisMinsAreTheEdgeOfTheFirstSampleUnlessItIsAPoint) {
+  EXPECT_EQ(geometry_of("spacings: 2 2 2\naxis mins: 1 2 3\ncenters: cell node ???\n").origin,
+            (std::array<double, 3>{2, 2, 4}));
+}
+
+TEST(NrrdHeader, SpacingsLineReadsBackExactly) {
+  const std::array<double, 3> spacing = {0.4882812, 1.0 / 3, 4e-300};
+  EXPECT_EQ(geometry_of(spacings_line(spacing)).spacing, spacing);
+  EXPECT_EQ(spacings_line({1, 1, 1.4}), "spacings: 1 1 1.4\n");
+}
+
+TEST(NrrdHeader, EverySpellingOfATypeIsKnown) {
+  const std::map<std::string, SampleType> spellings = {{"signed char", SampleType::int8},
+                                                       {"int8", SampleType::int8},
+                                                       {"int8_t", SampleType::int8},
+                                                       {"uchar", SampleType::uint8},
+                                                       {"unsigned char", SampleType::uint8},
+                                                       {"uint8", SampleType::uint8},
+                                                       {"uint8_t", SampleType::uint8},
+                                                       {"short", SampleType::int16},
+                                                       {"short int", SampleType::int16},
+                                                       {"signed short", SampleType::int16},
+                                                       {"signed short int", SampleType::int16},
+                                                       {"int16", SampleType::int16},
+                                                       {"int16_t", SampleType::int16},
+                                                       {"ushort", SampleType::uint16},
+                                                       {"unsigned short", SampleType::uint16},
+                                                       {"unsigned short int", SampleType::uint16},
+                                                       {"uint16", SampleType::uint16},
+                                                       {"uint16_t", SampleType::uint16},
+                                                       {"int", SampleType::int32},
+                                                       {"signed int", SampleType::int32},
+                                                       {"int32", SampleType::int32},
+                                                       {"int32_t", SampleType::int32},
+                                                       {"uint", SampleType::uint32},
+                                                       {"unsigned int", SampleType::uint32},
+                                                       {"uint32", SampleType::uint32},
+                                                       {"uint32_t", SampleType::uint32},
+                                                       {"float", SampleType::float32},
+                                                       {"double", SampleType::float64},
+                                                       {"UNSIGNED  Short", SampleType::uint16}};
+  for (const auto& [spelling, type] : spellings)
+    EXPECT_EQ(parse_nrrd_header("NRRD0001\ntype: " + spelling +
+                                "\ndimension: 3\nsizes: 1 1 1\nencoding: raw\nendian: big\n")
+                  .info.type,
+              type)
+        << spelling;
+}
+
+TEST(NrrdHeader, EveryTypeThatIsWrittenReadsBack) {
+  for (SampleType type : all_sample_types) {
+    VolumeInfo info;
+    info.dims = {2, 3, 4};
+    info.type = type;
+    const NrrdHeader header = parse_nrrd_header(nrrd_header_text(info, ""));
+    EXPECT_EQ(header.info.type, type);
+    EXPECT_FALSE(header.big_endian);
+    EXPECT_TRUE(header.data_file.empty());
+  }
+}
+
+TEST(NrrdHeader, LineEndsAndCaseAndShortSpellingsDoNotMatter) {
+  const NrrdHeader header = parse_nrrd_header(
+      "NRRD0003\r\nTYPE: short\r\nDimension: 3\r\nsizes:  3 4\t5 \r\nEncoding: GZ\r\nEndian: Big\r\n"
+      "datafile: a b%d.raw\r\nlineskip: 2\r\nbyteskip: 7\r\ncontent: x\r\n");
+  EXPECT_EQ(header.info.dims, (Index3{3, 4, 5}));
+  EXPECT_EQ(header.encoding, NrrdHeader::Encoding::gzip);
+  EXPECT_TRUE(header.big_endian);
+  EXPECT_EQ(header.data_file, "a b%d.raw");
+  EXPECT_EQ(header.line_skip, 2);
+  EXPECT_EQ(header.byte_skip, 7);
+  EXPECT_EQ(header.info.nrrd_fields, "content: x\n");
+}
+
+TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
+  const std::string magic = "NRRD0004\n", type = "type: short\n", shape = "dimension: 3\nsizes: 3 4 5\n",
+                    storage = "encoding: raw\nendian: little\n";
+  const std::map<std::string, std::string> broken = {
+      {"NRRD0006\n" + type + shape + storage, "NRRD0006"},
+      {magic + shape + storage, "\"type\" is missing"},
+      {magic + "type: block\n" + shape + storage, "block"},
+      {magic + "type: int64\n" + shape + storage, "int64"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage, "dimension 3"},
+      {magic + type + "dimension: 3\nsizes: 3 4\n" + storage, "3 numbers"},
+      {magic + type + "dimension: 3\nsizes: 3 4 5x\n" + storage, "5x"},
+      {magic + type + "dimension: 3\nsizes: 3 0 5\n" + storage, "positive"},
+      {magic + type + "dimension: 3\nsizes: 3 -4 5\n" + storage, "positive"},
+      {magic + type + "dimension: 3\nsizes: 4294967296 4294967296 4294967296\n" + storage, "2^62"},
+      {magic + type + "dimension: 3\nsizes: 3 4 99999999999999999999\n" + storage, "whole number"},
+      {magic + type + shape + "encoding: raw\n", "\"endian\" is missing"},
+      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw and gzip"},
+      {magic + type + shape + "encoding: raw\nendian: middle\n", "little or big"},
+      {magic + type + shape + storage + "data file: LIST\na.raw\n", "several files"},
+      {magic + type + shape + storage + "data file: a%03d.raw 1 5 1\n", "several files"},
+      {magic + type + shape + storage + "type: short\n", "twice"},
+      {magic + type + shape + storage + "spacings: 1 1 1\nspacings: 1 1 1\n", "twice"},
+      {magic + type + shape + storage + "spacings: 1 0 1\n", "spacing is 0"},
+      {magic + type + shape + storage + "spacings: 1 1\n", "3 numbers"},
+      {magic + type + shape + storage + "space directions: (1,0,0) (0,1,0) none\n", "none"},
+      {magic + type + shape + storage + "space directions: (1,0,0) (0,1,0) (1,1,0)\n", "span"},
+      {magic + type + shape + storage + "space directions: (1,0) (0,1) (1,1)\n", "vector"},
+      {magic + type + shape + storage + "space: LPST\n", "four dimensions"},
+      {magic + type + shape + storage + "byte skip: -2\n", "byte skip"},
+      {magic + type + shape + storage + "line skip: -1\n", "line skip"},
+      {magic + type + shape + "encoding: gzip\nendian: little\nbyte skip: -1\n", "byte skip"},
+      {magic + type + shape + storage + "what is this\n", "what is this"}};
+  for (const auto& [text, says] : broken) {
+    const std::string message = message_of<BrokenInput>([&text = text] { parse_nrrd_header(text); });
+    EXPECT_NE(message.find(says), message.npos) << message << "\n" << text;
+  }
+}
+
+TEST(NrrdHeader, StorageFieldsAreNoFieldsOfTheVolume) {
+  EXPECT_THROW(geometry_of("sizes: 1 2 3\n"), BrokenInput);
+  EXPECT_THROW(geometry_of("content: x\n\nsecret\n"), BrokenInput);
+}
+
+TEST(NrrdHeader, SampleBytesNeverOverflow) {
+  EXPECT_EQ(sample_bytes({3, 4, 5}, SampleType::int16), 120u);
+  EXPECT_EQ(sample_bytes({(std::int64_t{1} << 31) - 1, 1 << 20, 2048}, SampleType::uint8),
+            ((std::uint64_t{1} << 31) - 1) << 31);
+  EXPECT_FALSE(sample_bytes({std::int64_t{1} << 31, 1 << 20, 2048}, SampleType::uint8));
+  EXPECT_FALSE(sample_bytes({INT64_MAX, INT64_MAX, INT64_MAX}, SampleType::float64));
+  EXPECT_FALSE(sample_bytes({0, 1, 1}, SampleType::uint8));
+}
+
+RC_GTEST_PROP(NrrdHeader, AnyBytesAreReadOrRefused, ()) {
+  const std::vector<std::string> pieces = {"type: ",
+                                           "short",
+                                           "uint8",
+                                           "dimension: 3",
+                                           "sizes: ",
+                                           "3 4 5",
+                                           "\n",
+                                           "\n",
+                                           "\n",
+                                           ":",
+                                           ":=",
+                                           "(1,0,0)",
+                                           "none",
+                                           "encoding: raw",
+                                           "encoding: gzip",
+                                           "endian: little",
+                                           "space directions: ",
+                                           "space origin: ",
+                                           "spacings: ",
+                                           "nan",
+                                           "-",
+                                           "99999999999999999999",
+                                           "data file: ",
+                                           "%d",
+                                           " ",
+                                           "(",
+                                           ")",
+                                           ",",
+                                           "axis mins: 0 0 0",
+                                           "#",
+                                           "\r",
+                                           std::string(1, '\0'),
+                                           "byte skip: ",
+                                           "\xff\xfe",
+                                           "centers: "};
+  std::string text = *rc::gen::element<std::string>("", "NRRD0004\n", plain);
+  const auto parts = *rc::gen::container<std::vector<std::string>>(rc::gen::elementOf(pieces));
+  for (const auto& part : parts) text += part;
+  text += *rc::gen::string<std::string>();
+  try {
+    const NrrdHeader header = parse_nrrd_header(text);
+    const NrrdHeader again = parse_nrrd_header(nrrd_header_text(header.info, ""));
+    RC_ASSERT(again.info.nrrd_fields == header.info.nrrd_fields);
+  } catch (const BrokenInput&) {
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,135 @@
+// Rows of bricks, decoded by themselves and written at their place, make the volume.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+
+#include "io/files/errors.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/run/run.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Index3 dims{50, 41, 45};
+
+class DecodedRowsTest : public TemporaryFolder {
+ protected:
+  void encode(bool grid_only) {
+    samples_ = blobs<std::int16_t>(dims, 1);
+    write_nrrd(path("a.nrrd"), dims, samples_);
+    EncodeOptions options;
+    options.cube_size = 8;
+    options.brick_edge = 2;
+    options.grid_only = grid_only;
+    encode_volume(path("a.nrrd"), std::nullopt, tag_, true, options, 2);
+    decode_volume(tag_, path("whole.raw"), VolumeFormat::raw, true, 2);
+    whole_ = file_content(path("whole.raw"));
+  }
+
+  /// All stretches of bricks that can be decoded together.
+  static std::vector<BrickRows> stretches(const BrickGrid& bricks) {
+    std::vector<BrickRows> all;
+    for (std::int64_t z = 0; z < bricks.bricks(2); ++z) {
+      all.push_back({0, bricks.bricks(1), z, bricks.bricks(2)});
+      for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
+        for (std::int64_t end = y + 1; end <= bricks.bricks(1); ++end) all.push_back({y, end, z, z + 1});
+    }
+    return all;
+  }
+
+  void decode(TagReader& reader, const BrickRows& rows, const DecodeBudget& budget,
+              const std::function<void(std::int64_t, std::span<const std::byte>)>& take) const {
+    DecodeStreams streams;
+    streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+    streams.write_rows = [&](const DecodedRows& decoded) {
+      std::size_t bytes = 0;
+      decoded.for_each_part([&](std::int64_t first, std::span<const std::byte> part) {
+        bytes += part.size();
+        take(first, part);
+      });
+      EXPECT_EQ(bytes, decoded.bytes());
+    };
+    reader.read_index();
+    reader.seek_brick(rows.first_brick(reader.parameters().bricks()));
+    run_decode_graph(reader.parameters(), rows, budget, streams);
+  }
+
+  const std::string tag_ = path("a.tag");
+  std::vector<std::int16_t> samples_;
+  std::string whole_;
+};
+
+TEST_F(DecodedRowsTest, OfAnyStretchAreThoseOfTheWhole) {
+  for (const bool grid_only : {false, true}) {
+    encode(grid_only);
+    TagReader reader(tag_);
+    const BrickGrid bricks = reader.parameters().bricks();
+    for (const BrickRows& rows : stretches(bricks))
+      for (const std::int64_t together : {1, 2, 5}) {
+        std::int64_t count = 0;
+        decode(reader, rows, {2, 3, together}, [&](std::int64_t first, std::span<const std::byte> part) {
+          count += static_cast<std::int64_t>(part.size()) / 2;
+          const std::size_t place = static_cast<std::size_t>(first) * 2;
+          ASSERT_LE(place + part.size(), whole_.size());
+          EXPECT_EQ(std::memcmp(whole_.data() + place, part.data(), part.size()), 0);
+        });
+        const Box low = bricks.owned_box({0, rows.y_low, rows.z_low}),
+                  high = bricks.owned_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
+        EXPECT_EQ(count, (Box{low.low, high.high}.count()));
+      }
+  }
+}
+
+TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
+  encode(false);
+  TagReader reader(tag_);
+  const BrickGrid bricks = reader.parameters().bricks();
+  std::vector<BrickRows> rows;
+  for (std::int64_t z = 0; z < bricks.bricks(2); ++z)
+    for (std::int64_t y = 0; y < bricks.bricks(1); ++y) rows.push_back({y, y + 1, z, z + 1});
+  std::mt19937 random(1);
+  for (const VolumeFormat format : {VolumeFormat::nrrd, VolumeFormat::nhdr, VolumeFormat::raw}) {
+    std::shuffle(rows.begin(), rows.end(), random);
+    const std::string name = format == VolumeFormat::nrrd   ? "b.nrrd"
+                             : format == VolumeFormat::nhdr ? "b.nhdr"
+                                                            : "b.raw";
+    VolumeInfo info{dims, SampleType::int16, {}, ""};
+    VolumeWriter writer = open_volume_writer(path(name), format, info, true);
+    ASSERT_TRUE(writer.can_seek());
+    for (const BrickRows& row : rows)
+      decode(reader, row, {1, 1, 1},
+             [&](std::int64_t first, std::span<const std::byte> part) { writer.write_samples(first, part); });
+    const std::uint64_t bytes = writer.bytes_written();
+    writer.commit();
+    if (format == VolumeFormat::raw) {
+      EXPECT_EQ(content("b.raw"), whole_);
+      EXPECT_EQ(bytes, whole_.size());
+    } else {
+      EXPECT_EQ(read_samples<std::int16_t>(path(name)), samples_) << name;
+    }
+  }
+}
+
+TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
+  encode(false);
+  TagReader whole(tag_);
+  const BrickGrid bricks = whole.parameters().bricks();
+  whole.read_index();
+  // In the middle of the first brick, which is the first of the file's header's end.
+  std::string damaged = file_content(tag_);
+  const std::size_t place = whole.sizes().header + 24 + whole.index().bricks[0].activity_bytes / 2;
+  damaged[place] = static_cast<char>(damaged[place] ^ 1);
+  write_content(path("damaged.tag"), damaged);
+  TagReader reader(path("damaged.tag"));
+  const auto nothing = [](std::int64_t, std::span<const std::byte>) {};
+  EXPECT_NO_THROW(decode(reader, {1, 2, 0, 1}, {1, 1, 1}, nothing));
+  EXPECT_THROW(decode(reader, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
+  EXPECT_NO_THROW(decode(reader, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,82 @@
+// Rows of bricks, encoded by themselves with as little in memory as possible, are what they are in the whole.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "io/tag/file.h"
+#include "pipeline/encode/graph.h"
+#include "tests/support/generous_budgets.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Index3 dims{50, 41, 45};
+
+CodingParameters parameters_of(int brick_edge, double mesh_error, FileMode mode) {
+  CodingParameters p;
+  p.dims = dims;
+  p.type = SampleType::int16;
+  p.mode = mode;
+  p.cube_size = 8;
+  p.brick_edge = brick_edge;
+  p.max_level = 9;
+  p.max_error = mode == FileMode::voxels ? 3 : -1;
+  p.mesh_error = mesh_error;
+  p.field_scale = 0.1;
+  return p;
+}
+
+using Bricks = std::vector<BrickBytes>;
+
+Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget) {
+  static const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
+  Bricks bricks;
+  EncodeStreams streams;
+  streams.read_slice = [&](const Box& box) {
+    EXPECT_EQ(box.size().x, dims.x);
+    EXPECT_EQ(box.size().z, 1);
+    const std::size_t size = static_cast<std::size_t>(box.count()) * 2;
+    auto bytes = std::make_shared<std::byte[]>(size);
+    std::memcpy(bytes.get(), &samples[static_cast<std::size_t>(Box::of_size(dims).offset(box.low))], size);
+    return bytes;
+  };
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    bricks.push_back({id, std::move(code.activity), std::move(code.values)});
+  };
+  run_encode_graph(parameters, rows, budget, streams);
+  return bricks;
+}
+
+class Rows : public testing::TestWithParam<std::tuple<int, double, FileMode>> {};
+
+TEST_P(Rows, GiveTheSameBricksAsTheWhole) {
+  const auto [edge, mesh_error, mode] = GetParam();
+  const CodingParameters parameters = parameters_of(edge, mesh_error, mode);
+  const BrickGrid bricks = parameters.bricks();
+  const Bricks whole = encoded(parameters, BrickRows::all(bricks), generous_encoding(parameters, 2));
+  ASSERT_EQ(static_cast<std::int64_t>(whole.size()), bricks.count());
+  std::vector<BrickRows> stretches;
+  for (std::int64_t z = 0; z < bricks.bricks(2); ++z) {
+    for (std::int64_t y = 0; y < bricks.bricks(1); ++y) stretches.push_back({y, y + 1, z, z + 1});
+    stretches.push_back({0, bricks.bricks(1), z, bricks.bricks(2)});
+    stretches.push_back({bricks.bricks(1) / 2, bricks.bricks(1), z, z + 1});
+  }
+  for (const BrickRows& rows : stretches) {
+    const Bricks part = encoded(parameters, rows, {1, 0, 1});
+    ASSERT_EQ(static_cast<std::int64_t>(part.size()), rows.count(bricks));
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const BrickBytes& expected = whole[static_cast<std::size_t>(rows.first_brick(bricks)) + i];
+      EXPECT_EQ(part[i].id, expected.id);
+      EXPECT_EQ(part[i].activity, expected.activity) << "brick " << part[i].id;
+      EXPECT_EQ(part[i].values, expected.values) << "brick " << part[i].id;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Rows,
+                         testing::Combine(testing::Values(1, 2, 3), testing::Values(-1.0, 40.0),
+                                          testing::Values(FileMode::voxels, FileMode::grid)));
+
+}  // namespace
+}  // namespace tagrid

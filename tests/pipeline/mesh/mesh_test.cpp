@@ -1,0 +1,197 @@
+#include "pipeline/mesh/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "stages/grid/lattice.h"
+#include "stages/mesh/tetrahedra.h"
+#include "stages/points/coding.h"
+#include "tests/support/meshed_volume.h"
+
+namespace tagrid {
+namespace {
+
+struct Case {
+  Index3 dims;
+  int cube_size, brick_edge;
+  bool grid_only, phantom;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& c) {
+  return out << c.dims.x << "x" << c.dims.y << "x" << c.dims.z << " S " << c.cube_size << " brick "
+             << c.brick_edge << (c.grid_only ? " grid" : " voxels") << (c.phantom ? " phantom" : " spikes");
+}
+
+// Every size with every cube and brick; modes and contents in turn, so that all pairs come up.
+std::vector<Case> all_cases() {
+  std::vector<Case> cases;
+  int row = 0;
+  for (const Index3 dims : {Index3{1, 1, 1},
+                            {1, 1, 23},
+                            {17, 1, 10},
+                            {2, 19, 3},
+                            {9, 9, 9},
+                            {10, 11, 12},
+                            {13, 17, 18},
+                            {21, 6, 25},
+                            {33, 12, 7},
+                            {5, 25, 17}}) {
+    int i = row++;
+    for (const int cube_size : {4, 8})
+      for (const int brick_edge : {1, 2}) {
+        cases.push_back({dims, cube_size, brick_edge, i % 2 == 0, i / 2 % 2 == 0});
+        ++i;
+      }
+  }
+  return cases;
+}
+
+Index3 domain_edges(const Case& c) { return Domain{c.dims, c.cube_size}.padded().high; }
+
+std::array<Index3, 3> corners(const LatticeMesh& mesh, const std::array<std::size_t, 3>& ids) {
+  return {mesh.points[ids[0]], mesh.points[ids[1]], mesh.points[ids[2]]};
+}
+
+using SortedTetrahedron = std::array<std::array<std::int64_t, 3>, 4>;
+
+std::set<SortedTetrahedron> as_set(const LatticeMesh& mesh) {
+  std::set<SortedTetrahedron> set;
+  for (std::size_t t = 0; t < mesh.size(); ++t) {
+    SortedTetrahedron key;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Index3 p = mesh.vertices(t)[i];
+      key[i] = {p.x, p.y, p.z};
+    }
+    std::sort(key.begin(), key.end());
+    set.insert(key);
+  }
+  return set;
+}
+
+class MeshLaws : public MeshedVolume, public ::testing::WithParamInterface<Case> {
+ protected:
+  MeshLaws() {
+    const Case& c = GetParam();
+    const auto seed = static_cast<std::uint64_t>(c.dims.x + 100 * c.dims.y + c.cube_size);
+    volume_ = c.phantom ? phantom_volume(c.dims, seed) : spiky_volume(c.dims, seed);
+    options_.cube_size = c.cube_size;
+    options_.brick_edge = c.brick_edge;
+    options_.grid_only = c.grid_only;
+    // A bound, so that stored values are not the original ones, and samples not what is decoded.
+    options_.max_error = 9;
+    if (!c.grid_only) options_.mesh_error = 150;
+    encoded_ = encode(volume_, options_);
+  }
+
+  // Conforming, and the whole number of root cubes is filled.
+  void expect_filled(const LatticeMesh& m) const {
+    const Index3 edges = domain_edges(GetParam());
+    std::int64_t inner_open_faces = 0;
+    const MeshFindings found =
+        check_mesh(m, [&](const auto& face) { inner_open_faces += !is_on_border(corners(m, face), edges); });
+    EXPECT_TRUE(found.good()) << found.text();
+    EXPECT_EQ(found.six_volumes, 6 * edges.x * edges.y * edges.z);
+    EXPECT_EQ(inner_open_faces, 0);
+  }
+
+  TestVolume volume_;
+  EncodeOptions options_;
+  EncodeResult encoded_;
+};
+
+TEST_P(MeshLaws, PaddedIsConformingAndFillsTheRootCubesAtEveryLevel) {
+  const int deepest = max_level(GetParam().cube_size);
+  std::uint64_t active = 0;
+  for (int level = 0; level <= deepest; ++level) {
+    SCOPED_TRACE(level);
+    const ValuedMesh m = mesh(level, true);
+    expect_filled(m);
+    active += encoded_.index.total.active[static_cast<std::size_t>(level)];
+    EXPECT_EQ(m.points.size(), active);
+    for (Index3 p : m.points) EXPECT_LE(classify(p, GetParam().cube_size).level, level);
+    const std::int64_t root =
+        std::int64_t{GetParam().cube_size} * GetParam().cube_size * GetParam().cube_size;
+    for (std::size_t t = 0; t < m.size(); ++t) EXPECT_EQ(six_volumes(m.vertices(t)) << m.levels[t], root);
+    EXPECT_LE(*std::max_element(m.levels.begin(), m.levels.end()), level);
+  }
+  EXPECT_EQ(as_set(mesh({}, true)), as_set(mesh(deepest, true)));
+}
+
+TEST_P(MeshLaws, WithoutPaddingOnlyTetrahedraOutsideTheVolumeAreMissing) {
+  for (const std::optional<int> level : {std::optional<int>(), std::optional<int>(4)}) {
+    const ValuedMesh all = mesh(level, true), kept = mesh(level, false);
+    std::set<SortedTetrahedron> expected = as_set(all);
+    const Index3 dims = GetParam().dims;
+    std::erase_if(expected, [&](const SortedTetrahedron& t) {
+      std::array<Index3, 4> v;
+      for (std::size_t i = 0; i < 4; ++i) v[i] = {t[i][0], t[i][1], t[i][2]};
+      return lies_outside_volume(v, dims);
+    });
+    EXPECT_FALSE(kept.levels.empty());
+    EXPECT_EQ(as_set(kept), expected);
+    EXPECT_EQ(kept.size(), expected.size());
+    const MeshFindings found = check_mesh(kept, [](const auto&) {});
+    EXPECT_TRUE(found.good()) << found.text();
+  }
+}
+
+TEST_P(MeshLaws, ValuesAreTheDecodedSamplesOrTheStoredPoints) {
+  const auto point_error = static_cast<std::int64_t>(encoded_.header.parameters.point_error);
+  const TestVolume decoded = decode(GetParam().dims);
+  for (const bool padded : {false, true}) {
+    const ValuedMesh m = mesh({}, padded);
+    for (std::size_t i = 0; i < m.points.size(); ++i) {
+      const Index3 p = m.points[i];
+      const std::int16_t expected =
+          GetParam().grid_only ? stored_point(volume_.nearest(p), point_error) : decoded.nearest(p);
+      ASSERT_EQ(m.values[i], expected) << p.x << " " << p.y << " " << p.z;
+      if (Box::of_size(GetParam().dims).contains(p)) {
+        ASSERT_EQ(m.values[i], decoded.nearest(p));
+      }
+    }
+  }
+}
+
+// Weights are volumes of the tetrahedra that p cuts off, in integers; one rounding, halves up.
+TEST_P(MeshLaws, TheFieldOfAGridAloneIsTheDecodedVolume) {
+  if (!GetParam().grid_only) return;
+  const TestVolume decoded = decode(GetParam().dims);
+  const ValuedMesh m = mesh({}, false);
+  std::set<std::int64_t> seen;
+  const Box box = Box::of_size(GetParam().dims);
+  for (std::size_t t = 0; t < m.size(); ++t) {
+    const auto v = m.vertices(t);
+    Box around{v[0], v[0]};
+    for (Index3 p : v)
+      for (int axis = 0; axis < 3; ++axis) {
+        around.low[axis] = std::min(around.low[axis], p[axis]);
+        around.high[axis] = std::max(around.high[axis], p[axis]);
+      }
+    around = intersection(around, box);
+    for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
+      for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
+        for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
+          std::int64_t sum = 0;
+          bool inside = true;
+          for (std::size_t i = 0; i < 4; ++i) {
+            auto part = v;
+            part[i] = {x, y, z};
+            const std::int64_t weight = six_volumes(part);
+            inside &= weight >= 0;
+            sum += weight * m.values[static_cast<std::size_t>(m.ids(t)[i])];
+          }
+          if (!inside) continue;
+          const std::int64_t whole = six_volumes(v), twice = 2 * sum + whole;
+          const std::int64_t rounded = twice / (2 * whole) - (twice % (2 * whole) < 0);
+          ASSERT_EQ(rounded, decoded.nearest({x, y, z})) << x << " " << y << " " << z;
+          seen.insert(box.offset({x, y, z}));
+        }
+  }
+  EXPECT_EQ(static_cast<std::int64_t>(seen.size()), box.count());
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, MeshLaws, ::testing::ValuesIn(all_cases()));
+
+}  // namespace
+}  // namespace tagrid

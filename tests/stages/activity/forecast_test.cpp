@@ -1,0 +1,238 @@
+// The forecast of the activity, from decoded samples: compared with its definition, written down plainly.
+#include "stages/activity/forecast.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "stages/grid/lattice.h"
+#include "tests/support/brick_samples.h"
+#include "tests/support/conforming_activity.h"
+#include "tests/support/encode_volume.h"
+
+namespace tagrid {
+namespace {
+
+CodingParameters parameters_of(Index3 dims, SampleType type, int cube_size, double field_scale) {
+  CodingParameters p;
+  p.dims = dims;
+  p.type = type;
+  p.cube_size = cube_size;
+  p.max_level = max_level(cube_size);
+  p.field_scale = field_scale;
+  return p;
+}
+
+std::size_t bit_of(const Box& box, Index3 p) {
+  const auto words_per_row = (box.size().x + 63) / 64;
+  const Index3 d = p - box.low;
+  return static_cast<std::size_t>((d.z * box.size().y + d.y) * words_per_row * 64 + d.x);
+}
+
+/// The samples that a brick owns, in voxels; elsewhere that of the nearest of them.
+using Heights = std::function<double(Index3)>;
+
+/// Derivatives of the uniform cubic B-spline with these coefficients, along the direction `e` of length |e|.
+struct End {
+  double value = 0, slope = 0, bend = 0;
+};
+End end_at(const Heights& heights, Index3 q, Index3 e) {
+  constexpr double weight[3][3] = {{1 / 6.0, 4 / 6.0, 1 / 6.0}, {-0.5, 0, 0.5}, {1, -2, 1}};
+  const auto stencil = [&](int x, int y, int z) {
+    double sum = 0;
+    for (int k = -1; k <= 1; ++k)
+      for (int j = -1; j <= 1; ++j)
+        for (int i = -1; i <= 1; ++i)
+          sum += weight[x][i + 1] * weight[y][j + 1] * weight[z][k + 1] * heights(q + Index3{i, j, k});
+    return sum;
+  };
+  const auto k = static_cast<double>(e.x * e.x + e.y * e.y + e.z * e.z);
+  const auto x = static_cast<double>(e.x), y = static_cast<double>(e.y), z = static_cast<double>(e.z);
+  return {stencil(0, 0, 0),
+          (x * stencil(1, 0, 0) + y * stencil(0, 1, 0) + z * stencil(0, 0, 1)) / std::sqrt(k),
+          (x * x * stencil(2, 0, 0) + y * y * stencil(0, 2, 0) + z * z * stencil(0, 0, 2) +
+           2 * (x * y * stencil(1, 1, 0) + x * z * stencil(1, 0, 1) + y * z * stencil(0, 1, 1))) /
+              k};
+}
+
+/// The variance of the slope of the spline through the six control points, as a multiple of the threshold.
+double bend_of(const Heights& heights, Index3 p, int cube_size, int accuracy) {
+  const PointClass c = classify(p, cube_size);
+  const BaseEdge edge = base_edge(p, c, cube_size);
+  const Index3 d = edge.right - edge.left, e{d.x / (2 * c.unit), d.y / (2 * c.unit), d.z / (2 * c.unit)};
+  const double length = std::sqrt(static_cast<double>(d.x * d.x + d.y * d.y + d.z * d.z)), third = length / 3;
+  const End left = end_at(heights, edge.left, e), right = end_at(heights, edge.right, e);
+  const double chord = (right.value - left.value) / length;
+  // Heights of the control points, relative to the chord, and the slopes of the legs between them.
+  const auto control = [&](const End& end, double step) {
+    return step * (end.slope - chord) + step * step * end.bend / 2;
+  };
+  const double points[6] = {control(left, -third),  0, control(left, third),
+                            control(right, -third), 0, control(right, third)};
+  double legs[5];
+  for (int i = 0; i < 5; ++i) legs[i] = (points[i + 1] - points[i]) / third;
+  double variance = 0;  // by Gauss's rule with three nodes a segment, exact for this polynomial
+  for (int segment = 0; segment < 3; ++segment)
+    for (const auto& [t, w] :
+         {std::pair{0.5 - std::sqrt(0.15), 5 / 18.0}, {0.5, 8 / 18.0}, {0.5 + std::sqrt(0.15), 5 / 18.0}}) {
+      const double slope = (1 - t) * (1 - t) / 2 * legs[segment] + (0.5 + t - t * t) * legs[segment + 1] +
+                           t * t / 2 * legs[segment + 2];
+      variance += w * slope * slope / 3;
+    }
+  const double stretch = 1 + chord * chord, angle = std::acos(-1.0) / accuracy;
+  return variance / (stretch * stretch) / (angle * angle / 3);
+}
+
+struct Compared {
+  std::size_t points = 0, exceeding[Forecast::levels] = {};
+};
+
+template <class T>
+Compared compare_with_definition(const oracle::Volume<T>& volume, const CodingParameters& p) {
+  Compared compared;
+  for (std::int64_t id = 0; id < p.bricks().count(); ++id) {
+    const Index3 brick = p.bricks().position(id);
+    const Box box = p.bricks().closed_box(brick), owned = p.bricks().owned_box(brick);
+    const Forecast forecast = forecast_activity<T>(volume.cut(owned), p, brick);
+    const Heights heights = [&](Index3 q) {
+      return (static_cast<double>(volume.at(owned.nearest(q))) - p.range_low) * p.field_scale;
+    };
+    // Near a threshold either side is right: what may, and what must exceed it.
+    const double thresholds[] = {0.6, 1, 1.6};
+    std::array<LatticeBits, Forecast::levels> may, must;
+    for (std::size_t level = 0; level < Forecast::levels; ++level) {
+      may[level] = must[level] = LatticeBits(box);
+      for_each_point(box, [&](Index3 q) {
+        const PointClass c = classify(q, p.cube_size);
+        if (c.odd == 0 || c.level > p.max_level || !p.domain().volume().contains(q)) return;
+        const double bend = bend_of(heights, q, p.cube_size, p.accuracy);
+        if (bend > 0.998 * thresholds[level]) may[level].set(q);
+        if (bend > 1.002 * thresholds[level]) must[level].set(q);
+      });
+      oracle::close_under_parents(may[level], p.cube_size);
+      oracle::close_under_parents(must[level], p.cube_size);
+    }
+    for_each_point(box, [&](Index3 q) {
+      if (classify(q, p.cube_size).odd == 0) return;  // nobody asks
+      ++compared.points;
+      const std::size_t value = forecast.at(bit_of(box, q));
+      for (std::size_t level = 0; level < Forecast::levels; ++level) {
+        compared.exceeding[level] += value > level;
+        ASSERT_TRUE(value <= level || may[level].test(q)) << q.x << ' ' << q.y << ' ' << q.z;
+        ASSERT_TRUE(value > level || !must[level].test(q)) << q.x << ' ' << q.y << ' ' << q.z;
+      }
+    });
+  }
+  return compared;
+}
+
+template <class T>
+oracle::Volume<T> blobs(Index3 dims, double middle, double half) {
+  return oracle::volume_of<T>(dims, [&](double x, double y, double z) {
+    return middle + half * (std::sin(0.31 * x + 0.1 * z) * std::cos(0.23 * y) + (x + y > 2 * z ? 0.5 : 0.1));
+  });
+}
+
+TEST(ActivityForecast, IsItsDefinitionForBricksOfAllShapes) {
+  for (const int cube_size : {4, 8, 16})
+    for (const Index3 dims : {Index3{1, 1, 1}, {19, 6, 30}, {5, 33, 1}, {35, 20, 18}}) {
+      SCOPED_TRACE(testing::Message() << cube_size << ": " << dims.x << ' ' << dims.y << ' ' << dims.z);
+      const auto volume = blobs<std::int16_t>(dims, 100, 1000);
+      const auto compared =
+          compare_with_definition(volume, parameters_of(dims, SampleType::int16, cube_size, 8.0 / 4096));
+      if (dims == Index3{35, 20, 18}) {
+        EXPECT_GT(compared.exceeding[2], compared.points / 50);
+        EXPECT_LT(compared.exceeding[0], compared.points);
+        EXPECT_LT(compared.exceeding[2], compared.exceeding[0]);
+      }
+    }
+}
+
+// Most rows are passed over by their bounds, and few by little.
+TEST(ActivityForecast, IsItsDefinitionWhereLittleBends) {
+  const Index3 dims{35, 38, 37};
+  for (const double half : {20.0, 60.0, 150.0}) {
+    const auto volume = blobs<std::int16_t>(dims, 100, half);
+    compare_with_definition(volume, parameters_of(dims, SampleType::int16, 16, 8.0 / 4096));
+  }
+}
+
+TEST(ActivityForecast, LongRowsAreLoadedInPieces) {
+  const Index3 dims{257, 9, 8};
+  compare_with_definition(blobs<std::uint8_t>(dims, 120, 50),
+                          parameters_of(dims, SampleType::uint8, 128, 8.0 / 256));
+}
+
+TEST(ActivityForecast, IsItsDefinitionForWideTypes) {
+  const Index3 dims{20, 17, 18};
+  CodingParameters p = parameters_of(dims, SampleType::float64, 8, 8.0 / 4096);
+  p.range_low = -1000;
+  compare_with_definition(blobs<double>(dims, 100, 1000), p);
+  p.type = SampleType::int32;
+  compare_with_definition(blobs<std::int32_t>(dims, 100, 1000), p);
+}
+
+TEST(ActivityForecast, NoPointAboveTheLevelLimitIsForecast) {
+  const Index3 dims{33, 33, 33};
+  CodingParameters p = parameters_of(dims, SampleType::int16, 16, 1);
+  p.max_level = 7;
+  const auto compared = compare_with_definition(blobs<std::int16_t>(dims, 100, 1000), p);
+  EXPECT_GT(compared.exceeding[2], 0U);
+}
+
+TEST(ActivityForecast, AConstantBrickForecastsNothing) {
+  const CodingParameters p = parameters_of({40, 40, 40}, SampleType::int16, 32, 1);
+  const std::vector<std::int16_t> samples(40 * 40 * 40, 77);
+  const Forecast forecast = forecast_activity<std::int16_t>(samples, p, {0, 0, 0});
+  EXPECT_TRUE(forecast.exists());
+  const Box box = p.bricks().closed_box({0, 0, 0});
+  for_each_point(box, [&](Index3 q) {
+    if (classify(q, 32).odd != 0) {
+      ASSERT_EQ(forecast.at(bit_of(box, q)), 0U);
+    }
+  });
+}
+
+TEST(ActivityForecast, SamplesThatAreNotFiniteForecastNothingNearThem) {
+  const Index3 dims{17, 17, 17};
+  for (const double odd : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           std::numeric_limits<double>::max()}) {
+    const CodingParameters p = parameters_of(dims, SampleType::float64, 16, 1e300);
+    const std::vector<double> samples(17 * 17 * 17, odd);
+    const Forecast forecast = forecast_activity<double>(samples, p, {0, 0, 0});
+    const Box box = p.bricks().closed_box({0, 0, 0});
+    for_each_point(box, [&](Index3 q) {
+      if (classify(q, 16).odd != 0) {
+        ASSERT_EQ(forecast.at(bit_of(box, q)), 0U);
+      }
+    });
+  }
+}
+
+// The purpose: what is forecast is mostly what the criterion and its closure make of the same samples.
+TEST(ActivityForecast, IsMostlyTheActivity) {
+  const Index3 dims{97, 65, 65};
+  const auto volume = random_volume<std::int16_t>(dims, 2);
+  const CodingParameters p = parameters_of(dims, SampleType::int16, 32, 8.0 / 65536);
+  const LatticeBits active = activity_of(volume, 32, {20, p.field_scale, p.max_level});
+  std::size_t points = 0, right = 0, on = 0;
+  for (std::int64_t id = 0; id < p.bricks().count(); ++id) {
+    const Index3 brick = p.bricks().position(id);
+    const Box box = p.bricks().closed_box(brick);
+    const Forecast forecast =
+        forecast_activity<std::int16_t>(volume.cut(p.bricks().owned_box(brick)), p, brick);
+    for_each_point(box, [&](Index3 q) {
+      ++points;
+      on += active.test(q);
+      right += active.test(q) == (forecast.at(bit_of(box, q)) >= 2);
+    });
+  }
+  EXPECT_GT(on, points / 20);
+  EXPECT_LT(on, points - points / 20);
+  EXPECT_GT(right, points - points / 20);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,256 @@
+// The criterion of the paper's section 3 on single edges: against a literal oracle, and where it must be
+// silent whatever the precision.
+#include "stages/marks/criterion.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "tests/support/oracle.h"
+
+namespace tagrid {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+
+struct Verdict {
+  bool straight, clear, violated;
+};
+
+Verdict judge(const oracle::Edge& e, int m) {
+  EdgeBatch batch{};
+  EdgeBatch::Lane lengths{};
+  batch.rise[0] = static_cast<float>(e.rise);
+  batch.slope_left[0] = static_cast<float>(e.slope_left);
+  batch.slope_right[0] = static_cast<float>(e.slope_right);
+  batch.bend_left[0] = static_cast<float>(e.bend_left);
+  batch.bend_right[0] = static_cast<float>(e.bend_right);
+  lengths[0] = static_cast<float>(e.length);
+  EdgeBatch::Flags bent{}, clear{}, violated{};
+  const CriterionParameters parameters(m);
+  const bool any = find_bent(batch, 1, lengths[0], parameters, bent);
+  EXPECT_EQ(any, bent[0] != 0);
+  rule_out(batch, lengths, 1, parameters, clear);
+  measure(batch, lengths, 1, parameters, violated);
+  return {bent[0] == 0, clear[0] != 0, violated[0] != 0};
+}
+
+bool violates(const oracle::Edge& e, int m) { return judge(e, m).violated; }
+
+// Edges as they occur, and far beyond: every magnitude from a ten thousandth to thousands.
+class RandomEdges {
+ public:
+  explicit RandomEdges(std::uint64_t seed) : random_(seed) {}
+  oracle::Edge next() {
+    oracle::Edge e;
+    e.length =
+        std::ldexp(std::sqrt(1.0 + static_cast<double>(random_() % 3)), 1 + static_cast<int>(random_() % 7));
+    e.rise = signed_magnitude() * (random_() % 2 ? e.length : 1);
+    e.slope_left = signed_magnitude();
+    // Half of the edges are nearly straight, where the threshold is.
+    e.slope_right = random_() % 2 ? signed_magnitude() : e.slope_left * (1 + 0.1 * uniform());
+    if (random_() % 2) e.rise = e.length * (e.slope_left + e.slope_right) / 2 * (1 + 0.05 * uniform());
+    e.bend_left = random_() % 4 ? signed_magnitude() : 0;
+    e.bend_right = random_() % 4 ? signed_magnitude() : e.bend_left;
+    for (double* v : {&e.length, &e.rise, &e.slope_left, &e.slope_right, &e.bend_left, &e.bend_right})
+      *v = static_cast<float>(*v);
+    return e;
+  }
+
+ private:
+  double uniform() { return std::uniform_real_distribution<double>(-1, 1)(random_); }
+  double signed_magnitude() { return (random_() % 2 ? 1 : -1) * std::pow(10, 3.5 * uniform() - 0.5); }
+  std::mt19937_64 random_;
+};
+
+TEST(Criterion, ThresholdIsThatOfTheRegularPolygon) {
+  EXPECT_NEAR(CriterionParameters(20).threshold, 1.00412F, 5e-6F);
+  for (const int m : {3, 4, 5, 8, 12, 20, 50, 100}) {
+    EXPECT_FLOAT_EQ(CriterionParameters(m).threshold, static_cast<float>(oracle::threshold(m)));
+    EXPECT_FLOAT_EQ(CriterionParameters(m).step_angle, static_cast<float>(2 * std::numbers::pi / m));
+  }
+}
+
+// Where R/C is further than 1e-4 of itself from the threshold, or 1 % of what the threshold is above one, the
+// verdict is the oracle's.
+TEST(Criterion, AgreesWithTheOracle) {
+  for (const int m : {3, 4, 7, 20, 60, 1000}) {
+    RandomEdges edges(static_cast<std::uint64_t>(m));
+    const double threshold = oracle::threshold(m);
+    const double tolerance = std::min(1e-4 * threshold, 0.01 * (threshold - 1));
+    int violating = 0, near = 0;
+    constexpr int trials = 100000;
+    for (int i = 0; i < trials; ++i) {
+      const oracle::Edge e = edges.next();
+      const double ratio = oracle::arc_over_chord(e, m);
+      const Verdict verdict = judge(e, m);
+      violating += verdict.violated;
+      ASSERT_FALSE(verdict.clear && verdict.violated) << "m " << m << " ratio " << ratio;
+      ASSERT_FALSE(verdict.straight && verdict.violated) << "m " << m << " ratio " << ratio;
+      if (std::abs(ratio - threshold) <= tolerance) {
+        ++near;
+        continue;
+      }
+      ASSERT_EQ(verdict.violated, ratio > threshold)
+          << "m " << m << " ratio " << ratio << " length " << e.length << " rise " << e.rise << " slopes "
+          << e.slope_left << ' ' << e.slope_right << " bends " << e.bend_left << ' ' << e.bend_right;
+      ASSERT_FALSE((verdict.clear || verdict.straight) && ratio > threshold);
+    }
+    // The test would be empty if one verdict were rare.
+    EXPECT_GT(violating, trials / 20) << m;
+    EXPECT_LT(violating, trials - trials / 20) << m;
+    EXPECT_LT(near, trials / 20) << m;
+  }
+}
+
+TEST(Criterion, TheQuickTestSettlesMostGentleEdges) {
+  RandomEdges edges(1);
+  int harmless = 0, clear = 0;
+  for (int i = 0; i < 20000; ++i) {
+    oracle::Edge e = edges.next();
+    e.bend_left *= 1e-3;
+    e.bend_right *= 1e-3;
+    const Verdict verdict = judge(e, 20);
+    harmless += !verdict.violated;
+    clear += verdict.clear;
+  }
+  EXPECT_GT(clear, harmless / 2);
+}
+
+// Slopes that differ from that of the chord by a third of the angle at one end are straight enough, by two
+// angles not.
+TEST(Criterion, TheFirstTestSettlesEdgesThatAreAlmostStraight) {
+  for (const int m : {3, 20, 1000}) {
+    const double angle = CriterionParameters(m).angle;
+    for (const double length : {2.0, 16.0}) {
+      const oracle::Edge almost{.length = length,
+                                .rise = 0.5 * length,
+                                .slope_left = 0.5,
+                                .bend_left = 0,
+                                .slope_right = 0.5 + angle / 3,
+                                .bend_right = angle / length / 10};
+      EXPECT_TRUE(judge(almost, m).straight);
+      oracle::Edge bent = almost;
+      bent.slope_left -= 2 * angle;
+      EXPECT_FALSE(judge(bent, m).straight);
+    }
+  }
+}
+
+// A straight line of any slope has R = C. For every m: the excess is compared, not the rounded ratio.
+RC_GTEST_PROP(Criterion, StraightEdgesNeverViolate, ()) {
+  const int m = *rc::gen::element(3, 20, 300, 2000, 30000, 1000000);
+  std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
+  const auto between = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  for (int i = 0; i < 200; ++i) {
+    oracle::Edge e;
+    e.length =
+        std::ldexp(std::sqrt(1.0 + static_cast<double>(random() % 3)), 1 + static_cast<int>(random() % 8));
+    e.slope_left = e.slope_right = between(-1, 1) * std::pow(10, between(-6, 3));
+    e.rise = e.slope_left * e.length;
+    RC_ASSERT(!violates(e, m));
+  }
+}
+
+// An arc of a circle violates when its angle is more than about 2 pi / m: what m means.
+TEST(Criterion, ArcsOfACircleAreLimitedToTheSideOfThePolygon) {
+  for (const int m : {8, 12, 20, 50, 200, 1000})
+    for (const double radius : {3.0, 20.0, 500.0})
+      for (const double turned : {-0.6, 0.0, 0.5}) {  // direction of the chord
+        const auto arc = [&](double angle) {
+          const double a = turned - angle / 2, b = turned + angle / 2;
+          oracle::Edge e;
+          e.length = radius * (std::sin(b) - std::sin(a));
+          e.rise = radius * (std::cos(a) - std::cos(b));
+          e.slope_left = std::tan(a);
+          e.slope_right = std::tan(b);
+          e.bend_left = 1 / (radius * std::pow(std::cos(a), 3));
+          e.bend_right = 1 / (radius * std::pow(std::cos(b), 3));
+          return e;
+        };
+        const double side = 2 * std::numbers::pi / m;
+        EXPECT_FALSE(violates(arc(0.8 * side), m)) << m << ' ' << radius << ' ' << turned;
+        EXPECT_TRUE(violates(arc(1.25 * side), m)) << m << ' ' << radius << ' ' << turned;
+      }
+}
+
+RC_GTEST_PROP(Criterion, IsBlindToDirectionAndSign, ()) {
+  RandomEdges edges(*rc::gen::arbitrary<std::uint64_t>());
+  for (int i = 0; i < 50; ++i) {
+    const oracle::Edge e = edges.next();
+    const double ratio = oracle::arc_over_chord(e, 20);
+    if (std::abs(ratio - oracle::threshold(20)) < 1e-4) continue;
+    const oracle::Edge upside_down{e.length,     -e.rise,        -e.slope_left,
+                                   -e.bend_left, -e.slope_right, -e.bend_right};
+    const oracle::Edge backwards{e.length, -e.rise, -e.slope_right, e.bend_right, -e.slope_left, e.bend_left};
+    RC_ASSERT(violates(e, 20) == violates(upside_down, 20));
+    RC_ASSERT(violates(e, 20) == violates(backwards, 20));
+  }
+}
+
+TEST(Criterion, NonFiniteInputViolatesNothing) {
+  for (const float bad : {infinity, -infinity, not_a_number})
+    for (int which = 0; which < 5; ++which)
+      for (const double other : {0.0, 3.0}) {
+        oracle::Edge e{8, other, -other, other, other, other};
+        double* const inputs[5] = {&e.rise, &e.slope_left, &e.slope_right, &e.bend_left, &e.bend_right};
+        *inputs[which] = bad;
+        EXPECT_FALSE(violates(e, 20)) << bad << ' ' << which;
+        EXPECT_FALSE(violates(e, 3)) << bad << ' ' << which;
+      }
+}
+
+// Heights that a silly value range makes: products of four lengths overflow, the verdicts must not suffer.
+TEST(Criterion, HugeHeightsAreJudgedLikeOthers) {
+  for (const double size : {1e6, 1e9, 1e12, 1e15}) {
+    const oracle::Edge bump{2, size, -size, 0, size, 0};
+    EXPECT_TRUE(violates(bump, 20)) << size;
+    EXPECT_FALSE(judge(bump, 20).clear) << size;
+    const oracle::Edge straight{2, 2 * size, size, 0, size, 0};
+    EXPECT_FALSE(violates(straight, 20)) << size;
+  }
+}
+
+TEST(Criterion, EveryLaneOfABatchIsJudgedAlone) {
+  RandomEdges edges(99);
+  EdgeBatch batch{};
+  EdgeBatch::Lane lengths{};
+  std::array<oracle::Edge, EdgeBatch::capacity> all;
+  for (std::size_t i = 0; i < EdgeBatch::capacity; ++i) {
+    all[i] = edges.next();
+    all[i].length = 8;
+    batch.rise[i] = static_cast<float>(all[i].rise);
+    batch.slope_left[i] = static_cast<float>(all[i].slope_left);
+    batch.slope_right[i] = static_cast<float>(all[i].slope_right);
+    batch.bend_left[i] = static_cast<float>(all[i].bend_left);
+    batch.bend_right[i] = static_cast<float>(all[i].bend_right);
+    lengths[i] = 8;
+  }
+  const CriterionParameters parameters(20);
+  for (const std::size_t count : {1U, 3U, 15U, 17U, 63U, 64U}) {
+    EdgeBatch::Flags bent{}, clear{}, violated{};
+    clear.fill(9);
+    violated.fill(9);
+    find_bent(batch, count, 8, parameters, bent);
+    rule_out(batch, lengths, count, parameters, clear);
+    measure(batch, lengths, count, parameters, violated);
+    for (std::size_t i = 0; i < EdgeBatch::capacity; ++i) {
+      const Verdict alone = judge(all[i], 20);
+      if (i < count) {
+        EXPECT_EQ(bent[i] == 0, alone.straight);
+      }
+      EXPECT_EQ(clear[i], i < count ? alone.clear : 9);
+      EXPECT_EQ(violated[i], i < count ? alone.violated : 9);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

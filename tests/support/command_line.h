@@ -1,0 +1,78 @@
+// A folder with a volume in it, and the program at hand.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+
+constexpr int usage = 64, broken_input = 65, world = 74;
+
+class CommandLine : public TemporaryFolder {
+ protected:
+  using Arguments = std::vector<std::string>;
+
+  /// Runs tagrid in the folder, with `input` on its standard input.
+  Ending tagrid(Arguments arguments, std::string_view input = {}) const {
+    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    return Process(arguments, folder_.string()).finish(input);
+  }
+  /// Runs a bash script in the folder; $TAGRID is the program. Its code is that of the first command of a
+  /// pipeline that fails.
+  Ending script(const std::string& text) const {
+    const std::string preamble = "set -o pipefail; TAGRID='" TAGRID_PROGRAM "'; ";
+    return Process({"bash", "-c", preamble + text}, folder_.string()).finish();
+  }
+
+  /// Expects an error: its code, and one line that says `what`.
+  static void expect_error(const Ending& ending, int code, std::string_view what) {
+    EXPECT_EQ(ending.code, code) << ending.err;
+    EXPECT_EQ(ending.signal, 0);
+    EXPECT_EQ(ending.err.rfind("tagrid: ", 0), 0U) << ending.err;
+    EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 1) << ending.err;
+    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+  }
+  static void expect_ok(const Ending& ending) {
+    EXPECT_EQ(ending.code, 0) << ending.err << " signal " << ending.signal;
+    EXPECT_EQ(ending.err, "");
+  }
+
+  /// A phantom in the folder, in the format of its name; 52 x 40 x 36 samples if nothing else is said.
+  void phantom(const std::string& name, const Arguments& more = {}) const {
+    Arguments arguments = {"phantom", "--dims", "52,40,36", "-o", name, "-q"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expect_ok(tagrid(arguments));
+  }
+  /// volume.nrrd, and volume.tag made of it.
+  void make_tag(const Arguments& more = {}) const {
+    phantom("volume.nrrd");
+    Arguments arguments = {"encode", "volume.nrrd"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expect_ok(tagrid(arguments));
+  }
+  nlohmann::json json_of(const std::string& name) const { return nlohmann::json::parse(content(name)); }
+
+  struct stat status_of(const std::string& name) const {
+    struct stat status = {};
+    EXPECT_EQ(stat(path(name).c_str(), &status), 0) << name;
+    return status;
+  }
+
+  const Arguments raw_ = {"--dims", "52,40,36", "--type", "int16"};
+  static Arguments with(Arguments first, const Arguments& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+  }
+};
+
+/// The samples of an attached NRRD file: what follows the blank line.
+inline std::string samples_of(const std::string& nrrd) { return nrrd.substr(nrrd.find("\n\n") + 2); }
+
+}  // namespace tagrid

@@ -1,0 +1,123 @@
+// Runs of the program of which each call on a file can be made to fail; see tests/faults/fault_injection.cpp.
+#pragma once
+
+#include <iostream>
+#include <map>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr std::size_t stride = 11;  // every call would take too long
+#else
+constexpr std::size_t stride = 1;
+#endif
+
+struct Call {
+  std::string name, path;
+
+  bool is_one_of(const std::vector<std::string>& calls) const {
+    return std::find(calls.begin(), calls.end(), name) != calls.end();
+  }
+  bool transfers() const { return is_one_of({"read", "pread", "write", "pwrite"}); }
+  bool needs_space() const {
+    return is_one_of({"open-to-write", "mkostemp", "write", "pwrite", "fsync", "link"});
+  }
+  bool can_be_interrupted() const {
+    return transfers() || is_one_of({"open", "open-to-write", "fsync", "close"});
+  }
+};
+
+struct Case {
+  std::string name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> older = {};  ///< files that are there before, to be overwritten
+  bool streams = false;                 ///< standard input and output fail as well
+
+  friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+};
+
+class FailingDisk : public CommandLine {
+ protected:
+  using Files = std::map<std::string, std::string>;
+
+  mutable int runs_ = 0;
+
+  ~FailingDisk() override {
+    std::filesystem::remove(log());
+    if (runs_ > 0) std::cout << runs_ << " runs of the program\n";
+  }
+  std::string log() const { return folder_.string() + ".calls"; }
+
+  /// Every file with its bytes. Reports tell times: they are whole, that is all.
+  Files files() const {
+    Files result;
+    for (const std::string& name : names())
+      result[name] =
+          name.ends_with(".json") && nlohmann::json::accept(content(name)) ? "JSON" : content(name);
+    return result;
+  }
+  void restore(const Files& files) const {
+    for (const std::string& name : names())
+      if (!files.contains(name)) std::filesystem::remove(path(name));
+    for (const auto& [name, bytes] : files)
+      if (bytes == "JSON")
+        file(name, "{}");
+      else if (content(name) != bytes)
+        file(name, bytes);
+  }
+
+  Ending run(const Case& c, const std::string& at, const std::string& kind, bool lasting = false) const {
+    Arguments command = {"env",
+                         "LD_PRELOAD=" TAGRID_FAULT_INJECTION,
+                         "ASAN_OPTIONS=verify_asan_link_order=0",
+                         "TMPDIR=" + folder_.string(),
+                         "TAGRID_FAULT_FOLDER=" + folder_.string(),
+                         "TAGRID_FAULT_LOG=" + (at == "-1" ? log() : ""),
+                         "TAGRID_FAULT_AT=" + at,
+                         "TAGRID_FAULT_KIND=" + kind,
+                         std::string("TAGRID_FAULT_LASTING=") + (lasting ? "1" : ""),
+                         std::string("TAGRID_FAULT_STREAMS=") + (c.streams ? "1" : ""),
+                         TAGRID_PROGRAM};
+    ++runs_;
+    const std::string input = c.arguments[1] == "-" ? content("volume.tag") : "";
+    return Process(with(command, c.arguments), folder_.string()).finish(input);
+  }
+
+  std::vector<Call> calls_of(const Case& c, Ending& ending) const {
+    std::filesystem::remove(log());
+    ending = run(c, "-1", "0");
+    std::vector<Call> calls;
+    std::ifstream lines(log());
+    for (std::string line; std::getline(lines, line);)
+      calls.push_back({line.substr(0, line.find(' ')), line.substr(line.find(' ') + 1)});
+    return calls;
+  }
+
+  /// The name that a message about a call has to say.
+  std::string expected_name(const Case& c, const Call& call) const {
+    if (call.path.find("pipe:") == 0) return "standard ";
+    const std::string name = std::filesystem::path(call.path).filename().string();
+    const bool nameless = name.starts_with("#") || name == "." || call.path == folder_.string() ||
+                          name.starts_with(".tagrid.spool");
+    if (nameless) return c.streams ? "standard output" : "new.";
+    const std::size_t mark = std::min(name.find(".part"), name.find(".old"));
+    return mark == name.npos ? name : name.substr(1, mark - 1);
+  }
+
+  /// Failures that may be passed over, because the result is right without: what was read is closed, times
+  /// and owners are kept where that is possible, older files are set aside where that is possible, and what
+  /// killed runs left is removed where that is possible.
+  bool may_be_ignored(const Call& call) const {
+    if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
+    // Nameless files: there is another way. Pipes: it is no file for certain.
+    return (call.name == "open-to-write" &&
+            std::filesystem::path(call.path).filename() == folder_.filename()) ||
+           (call.name == "open-to-write" && call.path.ends_with("/.")) ||
+           (call.name == "fstat" &&
+            (call.path.find("pipe:") == 0 || call.path.find(".part") != call.path.npos));
+  }
+};
+
+}  // namespace tagrid

@@ -1,0 +1,55 @@
+// Runs of tagrid-mpi by many processes of this machine.
+#pragma once
+
+#include "tests/support/resumed_runs.h"
+
+namespace tagrid {
+
+class MpiRuns : public ResumedRuns {
+ protected:
+  void SetUp() override {
+#ifndef TAGRID_MPI_PROGRAM
+    GTEST_SKIP() << "tagrid-mpi was not built (-DTAGRID_MPI=ON)";
+#else
+    if (std::system("mpirun --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no mpirun here";
+#endif
+  }
+  static Arguments mpirun(int processes, const Arguments& more = {}) {
+#ifdef TAGRID_MPI_PROGRAM
+    const std::string program = TAGRID_MPI_PROGRAM;
+#else
+    const std::string program;
+#endif
+    return with(with({"env", "OMPI_MCA_rmaps_base_oversubscribe=1", "mpirun", "--allow-run-as-root",
+                      "--oversubscribe", "-q", "-n", std::to_string(processes)},
+                     more),
+                {program});
+  }
+  Ending by(int processes, const Arguments& arguments, const Arguments& more = {}) const {
+    return Process(with(mpirun(processes, more), arguments), folder_.string()).finish();
+  }
+  void expect_names(const std::vector<std::string>& expected) const { EXPECT_EQ(names(), expected); }
+  /// Expects an error, told once whatever the rank that found it.
+  static void expect_one_error(const Ending& ending, int code, std::string_view what) {
+    EXPECT_EQ(ending.code, code) << ending.err;
+    const std::size_t first = ending.err.find("tagrid: ");
+    ASSERT_NE(first, std::string::npos) << ending.err;
+    EXPECT_EQ(first, ending.err.rfind("tagrid: ")) << ending.err;
+    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+  }
+  /// One rank, the second, has a disk that fails, or is killed, at some call; `lasting`: and at all after it.
+  Ending with_fault(int processes, const std::string& at, const std::string& kind, const Arguments& arguments,
+                    int victim = 1, bool lasting = false) const {
+    const std::string script =
+        "if [ \"$OMPI_COMM_WORLD_RANK\" = " + std::to_string(victim) +
+        " ]; then export LD_PRELOAD=" TAGRID_FAULT_INJECTION " TAGRID_FAULT_FOLDER=" + folder_.string() +
+        " TAGRID_FAULT_AT=" + at + " TAGRID_FAULT_KIND=" + kind +
+        " TAGRID_FAULT_LASTING=" + (lasting ? "1" : "") +
+        " ASAN_OPTIONS=verify_asan_link_order=0; fi; exec \"$0\" \"$@\"";
+    Arguments command = mpirun(processes);
+    command.insert(command.end() - 1, {"bash", "-c", script});
+    return Process(with(command, arguments), folder_.string()).finish();
+  }
+};
+
+}  // namespace tagrid

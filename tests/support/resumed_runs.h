@@ -1,0 +1,75 @@
+// Runs of `encode --resume` that are ended in all ways, and go on.
+#pragma once
+
+#include <random>
+
+#include "tests/support/failing_disk.h"
+
+namespace tagrid {
+
+inline constexpr int resumable = 75;
+
+inline unsigned long setting(const char* name, unsigned long usual) {
+  const char* given = std::getenv(name);
+  return given ? std::strtoul(given, nullptr, 10) : usual;
+}
+
+class ResumedRuns : public FailingDisk {
+ protected:
+  /// volume.nhdr, of many parts, and what comes of it.
+  void make_volume(const std::string& dims) {
+    phantom("volume.nhdr", {"--dims", dims});
+    expect_ok(tagrid(with({"encode", "volume.nhdr", "-o", "plain.tag"}, settings_)));
+    plain_ = content("plain.tag");
+    std::filesystem::remove(path("plain.tag"));
+  }
+  Arguments command(const Arguments& more = {}) const {
+    return with(with({"encode", "volume.nhdr", "-o", "new.tag", "--resume"}, settings_), more);
+  }
+
+  /// A name is never that of half a file, and beside it there is nothing but the record and temporaries.
+  void expect_no_half_file() const {
+    for (const std::string& name : names()) {
+      if (name == "new.tag") {
+        EXPECT_TRUE(content(name) == plain_) << "new.tag is not whole";
+      }
+      EXPECT_TRUE(name == "new.tag" || name.starts_with("volume.") || name.starts_with(".new.tag.parts"))
+          << name;
+    }
+  }
+  /// The record is gone, and what it was for is there.
+  void expect_result(const Ending& ending) const {
+    EXPECT_EQ(ending.code, 0) << ending.err << ending.out;
+    EXPECT_TRUE(content("new.tag") == plain_) << "new.tag is not what it is without interruptions";
+    for (const std::string& name : names()) EXPECT_FALSE(name.starts_with(".new.tag")) << name << " is left";
+  }
+  void begin_anew() const {
+    for (const std::string& name : names())
+      if (!name.starts_with("volume.")) std::filesystem::remove_all(path(name));
+  }
+  std::vector<std::string> parts() const {
+    std::vector<std::string> result;
+    if (!std::filesystem::exists(path(".new.tag.parts"))) return result;
+    for (const auto& entry : std::filesystem::directory_iterator(path(".new.tag.parts")))
+      if (std::isdigit(entry.path().filename().string()[0])) result.push_back(entry.path().string());
+    std::sort(result.begin(), result.end());
+    return result;
+  }
+  /// A run that ends in the middle, with some parts complete.
+  void make_record(const Arguments& more = {}) {
+    Ending ending;
+    const Case full{"", command(more)};
+    const std::vector<Call> calls = calls_of(full, ending);
+    begin_anew();
+    std::size_t at = 0;
+    for (std::size_t renames = 0; renames < 5; ++at) renames += calls[at].name == "rename";
+    ending = run(full, std::to_string(at), "SIGKILL");
+    ASSERT_EQ(ending.signal, SIGKILL);
+    ASSERT_GE(parts().size(), 2U);
+  }
+
+  const Arguments settings_ = {"--cube=8", "--brick=1", "--max-error=2", "-T2"};
+  std::string plain_;
+};
+
+}  // namespace tagrid

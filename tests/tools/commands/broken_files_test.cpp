@@ -1,0 +1,138 @@
+// Input that is not what it should be: exit code 65, one line, and nothing left behind.
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class BrokenFiles : public CommandLine {
+ protected:
+  /// That nothing came of it: only the files that were there before.
+  void expect_only(std::vector<std::string> expected) const { EXPECT_EQ(names(), expected); }
+};
+
+TEST_F(BrokenFiles, AMissingInputIsAFailureOfTheWorld) {
+  for (const char* command : {"encode", "decode", "info", "verify"})
+    expect_error(tagrid({command, "missing"}), world, "missing: cannot open");
+  expect_only({});
+}
+
+TEST_F(BrokenFiles, AFolderIsNoInput) {
+  expect_ok(script("mkdir folder"));
+  for (const char* command : {"encode", "decode", "info", "verify"})
+    expect_error(tagrid({command, "folder"}), world, "folder: cannot read");
+  expect_only({"folder"});
+}
+
+TEST_F(BrokenFiles, AnEmptyFile) {
+  file("empty", "");
+  for (const char* command : {"encode", "decode", "info", "verify"}) {
+    expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
+    expect_error(tagrid({command, "-"}), broken_input, "standard input: ");
+  }
+  expect_error(tagrid(with({"encode", "empty"}, raw_)), broken_input, "but 0 are present");
+  expect_error(tagrid(with({"encode", "-"}, raw_)), broken_input, "ends after 0");
+  expect_only({"empty"});
+}
+
+TEST_F(BrokenFiles, NotAVolumeAndNotATag) {
+  file("text", std::string(5000, 'x'));
+  expect_error(tagrid({"encode", "text"}), broken_input, "--dims");
+  for (const char* command : {"decode", "info", "verify"})
+    expect_error(tagrid({command, "text"}), broken_input, "not a .tag file");
+  file("header.nrrd", "NRRD0004\ntype: short\ndimension: 2\nsizes: 4 4\nencoding: raw\nendian: little\n\n");
+  expect_error(tagrid({"encode", "header.nrrd"}), broken_input, "header.nrrd: ");
+  expect_only({"header.nrrd", "text"});
+}
+
+TEST_F(BrokenFiles, DimsThatDoNotFitSayBothSizes) {
+  phantom("volume.raw");
+  const Ending ending = tagrid({"encode", "volume.raw", "--dims", "52,40,35", "--type", "int16"});
+  expect_error(ending, broken_input, std::to_string(52 * 40 * 35 * 2));
+  expect_error(ending, broken_input, std::to_string(52 * 40 * 36 * 2));
+  phantom("volume.nrrd");
+  const Ending nrrd = tagrid({"encode", "volume.nrrd", "--dims", "40,52,36", "--type", "int16"});
+  expect_error(nrrd, broken_input, "52 x 40 x 36 int16");
+  expect_error(nrrd, broken_input, "40 x 52 x 36 int16");
+  expect_only({"volume.nrrd", "volume.raw"});
+}
+
+TEST_F(BrokenFiles, VolumesThatEndTooSoonOrTooLate) {
+  phantom("volume.nrrd");
+  const std::string nrrd = content("volume.nrrd"), raw = samples_of(nrrd);
+  const std::string shorter = nrrd.substr(0, nrrd.size() - 1), longer = nrrd + "x";
+  file("short.nrrd", shorter);
+  file("long.nrrd", longer);
+  expect_error(tagrid({"encode", "short.nrrd"}), broken_input, "are present");
+  expect_error(tagrid({"encode", "long.nrrd"}), broken_input, "are present");
+  for (const char* output : {"-", "x.tag"}) {
+    expect_error(tagrid({"encode", "-", "-o", output}, shorter), broken_input, "ends after");
+    expect_error(tagrid({"encode", "-", "-o", output}, longer), broken_input, "more are present");
+    expect_error(tagrid(with({"encode", "-", "-o", output}, raw_), raw.substr(1)), broken_input,
+                 "ends after");
+    expect_error(tagrid(with({"encode", "-", "-o", output}, raw_), raw + "x"), broken_input,
+                 "more are present");
+  }
+  expect_only({"long.nrrd", "short.nrrd", "volume.nrrd"});
+}
+
+TEST_F(BrokenFiles, EveryTruncationOfATagIsFound) {
+  make_tag({"--cube", "8", "--max-error", "9"});
+  const std::string bytes = content("volume.tag");
+  for (const std::size_t size : {std::size_t{1}, std::size_t{15}, std::size_t{40}, std::size_t{160},
+                                 bytes.size() / 3, bytes.size() - 25, bytes.size() - 1}) {
+    SCOPED_TRACE(size);
+    file("short.tag", bytes.substr(0, size));
+    for (const char* command : {"decode", "info", "verify"}) {
+      expect_error(tagrid({command, "short.tag"}), broken_input, "short.tag: ");
+      expect_error(tagrid({command, "-"}, bytes.substr(0, size)), broken_input, "standard input: ");
+    }
+  }
+  expect_only({"short.tag", "volume.nrrd", "volume.tag"});
+}
+
+TEST_F(BrokenFiles, EveryFlippedBitOfATagIsFound) {
+  make_tag({"--cube", "8", "--max-error", "9"});
+  std::string bytes = content("volume.tag");
+  for (std::size_t at = 3; at < bytes.size(); at += bytes.size() / 20) {
+    SCOPED_TRACE(at);
+    bytes[at] = static_cast<char>(bytes[at] ^ 4);
+    file("flipped.tag", bytes);
+    bytes[at] = static_cast<char>(bytes[at] ^ 4);
+    for (const char* command : {"decode", "verify"})
+      expect_error(tagrid({command, "flipped.tag"}), broken_input, "flipped.tag: ");
+  }
+  expect_only({"flipped.tag", "volume.nrrd", "volume.tag"});
+}
+
+TEST_F(BrokenFiles, BytesAfterATagAreFound) {
+  make_tag();
+  const std::string longer = content("volume.tag") + "x";
+  file("long.tag", longer);
+  for (const char* command : {"decode", "info", "verify"}) {
+    expect_error(tagrid({command, "long.tag"}), broken_input, "long.tag: ");
+    EXPECT_EQ(tagrid({command, "-"}, longer).code, broken_input);
+  }
+  expect_only({"long.tag", "volume.nrrd", "volume.tag"});
+}
+
+TEST_F(BrokenFiles, APipeGetsVerifiedBricksOnly) {
+  make_tag({"--cube", "8", "--brick", "1"});
+  std::string bytes = content("volume.tag");
+  phantom("volume.raw");
+  const std::size_t middle = bytes.size() / 2;
+  bytes[middle] = static_cast<char>(bytes[middle] ^ 1);
+  const Ending ending = tagrid({"decode", "-"}, bytes);
+  expect_error(ending, broken_input, "brick");
+  EXPECT_GT(ending.out.size(), 0U);
+  EXPECT_EQ(ending.out, content("volume.raw").substr(0, ending.out.size()));
+}
+
+TEST_F(BrokenFiles, APipeForWhichThereIsTooLittleMemoryIsRefusedAtOnce) {
+  // A pipe says nothing of its size: what it is said to be is only believed as far as memory goes.
+  const Arguments huge = {"encode", "-", "--dims", "1000000000,1000000000,1", "--type", "int8"};
+  expect_error(tagrid(huge, "x"), usage, "--spool DIR");
+}
+
+}  // namespace
+}  // namespace tagrid

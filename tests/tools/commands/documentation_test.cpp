@@ -1,0 +1,133 @@
+// The manual page and the completions of shells name every option that exists, and no other.
+
+// gcc 12 with sanitizers warns of the library's own code.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+#include <regex>
+#include <set>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+using Words = std::set<std::string>;
+
+class Documentation : public CommandLine {
+ protected:
+  static constexpr const char* source = TAGRID_SOURCE_DIR;
+
+  static std::string text_of(const std::string& path) {
+    std::ifstream file(std::string(source) + "/" + path);
+    EXPECT_TRUE(file) << path;
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  static Words all_matches(const std::string& text, const std::string& pattern) {
+    const std::regex regex(pattern);
+    Words words;
+    for (std::sregex_iterator i(text.begin(), text.end(), regex), end; i != end; ++i) words.insert((*i)[1]);
+    return words;
+  }
+
+  /// The commands that `tagrid --help` lists.
+  Words commands() const {
+    const std::string help = tagrid({"--help"}).out;
+    return all_matches(help.substr(help.find("Subcommands:")), "\n  ([a-z]+) ");
+  }
+  /// The options that the program has, short and long; of itself for "".
+  Words options(const std::string& command) const {
+    const std::string help = tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out;
+    Words words = all_matches(help, "\n  (--[a-z-]+)");
+    words.merge(all_matches(help, "\n  (-[a-zA-Z])\\b"));
+    words.merge(all_matches(help, "\n  -[a-zA-Z],(--[a-z-]+)"));
+    return words;
+  }
+  Words all_options() const {
+    Words all = options("");
+    for (const std::string& command : commands()) all.merge(options(command));
+    return all;
+  }
+};
+
+TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
+  const std::string manual = text_of("docs/tagrid.1");
+  Words listed, mentioned;
+  std::istringstream lines(manual);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    bool flags = false;
+    for (std::string word; words >> word;) {
+      if (word == "Fl" || word == ".Fl") {
+        flags = true;
+      } else if (word == "Ar" || word == "Cm" || word == ".") {
+        flags = false;
+      } else if (flags && word != "," && word != "|" && word != ":" && word != ";") {
+        mentioned.insert("-" + word);
+        if (line.starts_with(".It ")) listed.insert("-" + word);
+      }
+    }
+  }
+  EXPECT_EQ(listed, all_options());
+  for (const std::string& option : mentioned) EXPECT_TRUE(listed.contains(option)) << option;
+}
+
+TEST_F(Documentation, TheManualNamesEveryCommandAndExitCode) {
+  const std::string manual = text_of("docs/tagrid.1");
+  EXPECT_EQ(all_matches(manual.substr(manual.find("The commands are"), manual.find(".Sh OPTIONS")),
+                        "\n\\.It Cm ([a-z]+)"),
+            commands());
+  const Words codes = all_matches(text_of("tools/report/exit_codes.h"), "int exit_[a-z_]+ = ([0-9]+);");
+  EXPECT_EQ(all_matches(manual, "\n\\.It ([0-9]+)\n"), codes);
+  EXPECT_GE(codes.size(), 5U);
+}
+
+TEST_F(Documentation, TheManualIsWellFormed) {
+  if (script("command -v mandoc").code != 0) GTEST_SKIP() << "mandoc is not installed";
+  EXPECT_EQ(script("mandoc -Tlint -Wwarning " + std::string(source) + "/docs/tagrid.1").out, "");
+}
+
+TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
+  const auto completed = [&](const std::string& words) {
+    const Ending ending = script(
+        "source " + std::string(source) + "/tools/completion/tagrid.bash; COMP_WORDS=(tagrid " + words +
+        "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _tagrid; printf '%s\\n' \"${COMPREPLY[@]}\"");
+    expect_ok(ending);
+    return all_matches("\n" + ending.out, "\n([^\n]+)");
+  };
+  EXPECT_EQ(completed("''"), commands());
+  EXPECT_EQ(completed("-"), options(""));
+  for (const std::string& command : commands())
+    EXPECT_EQ(completed(command + " -"), options(command)) << command;
+  EXPECT_EQ(completed("encode --ma"), (Words{"--max-error", "--max-level"}));
+  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr"}));
+  EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
+}
+
+TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
+  std::string text = text_of("tools/completion/_tagrid");
+  // What is said of an option, and what completes its value, may look like one.
+  text = std::regex_replace(text, std::regex("\\[[a-zA-Z0-9 ,.-]*\\]"), "");
+  text = std::regex_replace(text, std::regex("_arguments -[sC]|_files -g"), "");
+  const auto part = [&](const std::string& start, const std::string& end) {
+    const std::size_t at = text.find("\n" + start);
+    EXPECT_NE(at, text.npos) << start;
+    return at == text.npos ? "" : text.substr(at, text.find("\n" + end, at + 1) - at);
+  };
+  for (const std::string& command : commands()) {
+    std::string body = part("_tagrid_" + command + "() {", "}");
+    for (const char* array :
+         {"run", "memory", "spool", "report", "output", "removal", "encoding", "headerless"})
+      if (body.find("$_tagrid_" + std::string(array)) != body.npos)
+        body += array == std::string("report") ? part("_tagrid_report=(", "_tagrid_removal")
+                                               : part("_tagrid_" + std::string(array) + "=(", ")");
+    if (body.find("$_tagrid_format") != body.npos) body += part("_tagrid_format=(", "_tagrid_tag");
+    EXPECT_EQ(all_matches(body, "[ '\"{,(*)](--?[a-zA-Z][a-z-]*)"), options(command)) << command;
+  }
+  EXPECT_EQ(all_matches(part("_tagrid() {", "}"), "\n    '([a-z]+):"), commands());
+  if (script("command -v zsh").code == 0)
+    expect_ok(script("zsh -n " + std::string(source) + "/tools/completion/_tagrid"));
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,170 @@
+// Disks that fail: every call that the program makes on a file fails once, in turn. See
+// tests/faults/fault_injection.cpp.
+
+#include <cerrno>
+#include <iostream>
+
+#include "tests/support/failing_disk.h"
+
+namespace tagrid {
+namespace {
+
+class EveryCall : public FailingDisk, public testing::WithParamInterface<Case> {
+ protected:
+  EveryCall() {
+    const Arguments small = {"--dims", "23,19,21"};
+    phantom("volume.nhdr", small);
+    phantom("other.raw", small);
+    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    expect_ok(
+        script("gzip -nc volume.raw > packed.raw.gz; sed 's/raw$/gzip/; s/volume.gzip/packed.raw.gz/' "
+               "volume.nhdr > packed.nhdr"));
+    for (const std::string& name : GetParam().older) file(name, name.ends_with(".json") ? "{}" : "older");
+    before_ = files();
+    calls_ = calls_of(GetParam(), good_);
+    EXPECT_EQ(good_.code, 0) << good_.err;
+    EXPECT_FALSE(calls_.empty());
+    after_ = files();
+    restore(before_);
+    choose();
+  }
+
+  /// Every call, but of long rows of one and the same, such as a read for each slice, only some.
+  void choose() {
+    std::map<std::string, std::size_t> seen;
+    for (std::size_t i = 0; i < calls_.size(); ++i) {
+      const std::size_t number = ++seen[calls_[i].name + " " + calls_[i].path];
+      if ((number <= 12 || number % 16 == 0) && i % stride == 0) chosen_.push_back(i);
+    }
+    std::cout << GetParam().name << ": " << chosen_.size() << " of " << calls_.size() << " calls\n";
+  }
+
+  void expect_good(const Ending& ending) const {
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    EXPECT_EQ(ending.out, good_.out);
+    expect_same(files(), after_);
+  }
+  void expect_nothing_happened(const Ending& ending, const std::string& name) const {
+    expect_error(ending, world, name);
+    expect_same(files(), before_);
+  }
+  static void expect_same(const Files& now, const Files& expected) {
+    EXPECT_TRUE(now == expected);
+    if (now == expected) return;
+    for (const auto& [name, bytes] : now) {
+      if (!expected.contains(name))
+        ADD_FAILURE() << name << " is there";
+      else if (expected.at(name) != bytes)
+        ADD_FAILURE() << name << " is not as it was";
+    }
+    for (const auto& [name, bytes] : expected)
+      if (!now.contains(name)) ADD_FAILURE() << name << " is gone";
+  }
+
+  /// A file that cannot be removed is the one failure that leaves something: itself. The result is whole
+  /// then.
+  void expect_all_but_the_removal(const Ending& ending, const std::string& name) const {
+    expect_error(ending, world, name);
+    Files now = files();
+    for (const auto& [file_name, bytes] : after_) {
+      EXPECT_TRUE(bytes == "JSON" || now[file_name] == bytes) << file_name;
+    }
+    EXPECT_LE(now.size(), after_.size() + 2);
+  }
+
+  void fail_each(int error, bool lasting) {
+    for (const std::size_t i : chosen_) {
+      const Call& call = calls_[i];
+      if (lasting && !call.needs_space()) continue;
+      SCOPED_TRACE(call.name + " " + call.path + ": " + strerror(error));
+      const Ending ending = run(GetParam(), std::to_string(i + 1), std::to_string(error), lasting);
+      if (ending.code == 0 && may_be_ignored(call)) {
+        expect_good(ending);
+      } else if (call.name == "unlink") {
+        expect_all_but_the_removal(ending, expected_name(GetParam(), call));
+      } else {
+        expect_nothing_happened(ending, expected_name(GetParam(), call));
+      }
+      restore(before_);
+    }
+  }
+
+  Files before_, after_;
+  Ending good_;
+  std::vector<Call> calls_;
+  std::vector<std::size_t> chosen_;
+};
+
+TEST_P(EveryCall, ThatFailsOnceEndsTheRunAndLeavesEverythingAsItWas) { fail_each(EIO, false); }
+
+TEST_P(EveryCall, OnADiskThatIsFullFromThenOnLeavesEverythingAsItWas) { fail_each(ENOSPC, true); }
+
+TEST_P(EveryCall, ThatIsShortOrInterruptedMakesNoDifference) {
+  for (const char* kind : {"short", "EINTR"}) {
+    SCOPED_TRACE(kind);
+    const bool is_short = kind == std::string("short");
+    const auto try_at = [&](std::size_t number) {
+      expect_good(run(GetParam(), std::to_string(number), kind));
+      restore(before_);
+    };
+    try_at(0);
+    for (const std::size_t i : chosen_) {
+      SCOPED_TRACE(calls_[i].name + " " + calls_[i].path);
+      if (is_short ? calls_[i].transfers() : calls_[i].can_be_interrupted()) try_at(i + 1);
+    }
+  }
+}
+
+// Then it is not known which call it is, but the result is one of two all the same.
+TEST_P(EveryCall, OnSeveralThreadsIsAllOrNothing) {
+  Case c = GetParam();
+  for (std::string& argument : c.arguments)
+    if (argument == "-T1") argument = "-T3";
+  for (std::size_t i = 1; i <= calls_.size(); i += 5 * stride) {
+    SCOPED_TRACE(i);
+    const Ending ending = run(c, std::to_string(i), std::to_string(EIO));
+    if (ending.code == 0)
+      expect_good(ending);
+    else if (ending.err.find("cannot remove") == std::string::npos)
+      expect_nothing_happened(ending, "");
+    restore(before_);
+  }
+}
+
+const std::vector<std::string> small_grid = {"--cube", "8", "--brick", "1", "--max-error", "9", "-T1"};
+
+Case with_grid(Case c) {
+  c.arguments.insert(c.arguments.end(), small_grid.begin(), small_grid.end());
+  return c;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Command, EveryCall,
+    testing::Values(
+        with_grid({"Encode", {"encode", "volume.nhdr", "-o", "new.tag", "--json", "new.json"}}),
+        with_grid({"EncodeOver",
+                   {"encode", "volume.nhdr", "-fo", "new.tag", "--json", "new.json"},
+                   {"new.tag", "new.json"}}),
+        with_grid({"EncodeAndRemove", {"encode", "volume.nhdr", "-o", "new.tag", "--rm"}}),
+        with_grid({"EncodeHeaderless",
+                   {"encode", "other.raw", "--dims", "23,19,21", "--type", "int16", "-o", "new.tag"}}),
+        with_grid({"EncodePacked", {"encode", "packed.nhdr", "-o", "new.tag"}}),
+        with_grid({"EncodeRangeOfData", {"encode", "volume.nhdr", "--range=auto", "-o", "new.tag"}}),
+        with_grid({"EncodeToPipe", {"encode", "volume.nhdr", "-o", "-"}, {}, true}),
+        Case{"Decode", {"decode", "volume.tag", "-o", "new.nrrd", "--json", "new.json", "-T1"}},
+        Case{"DecodeDetached", {"decode", "volume.tag", "-o", "new.nhdr", "--json=new.json", "-T1"}},
+        Case{"DecodeOver",
+             {"decode", "volume.tag", "-fo", "new.nhdr", "--json=new.json", "-T1"},
+             {"new.nhdr", "new.raw", "new.json"}},
+        Case{"DecodeSamples", {"decode", "volume.tag", "-o", "new.raw", "-T1"}},
+        Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm", "-T1"}},
+        Case{"DecodeToPipe", {"decode", "-", "-T1"}, {}, true},
+        Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu", "--json", "new.json", "-T1"}},
+        Case{"MeshToPipe", {"mesh", "volume.tag", "-o", "-", "-T1"}, {}, true},
+        Case{"Verify", {"verify", "volume.tag", "--against", "volume.nhdr", "--json=new.json", "-T1"}},
+        Case{"Info", {"info", "volume.tag"}},
+        Case{"Phantom", {"phantom", "--dims", "23,19,21", "-o", "new.nhdr", "--json=new.json", "-T1"}}),
+    [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace tagrid

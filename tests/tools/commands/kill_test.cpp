@@ -1,0 +1,173 @@
+// Runs that are ended from outside, by SIGKILL, SIGTERM and SIGINT: before every call on a file in turn, and
+// at random moments. A name is never that of half a file. TAGRID_KILLS sets how many random moments are tried
+// for each signal and command, TAGRID_SEED which.
+#include <algorithm>
+#include <cstdlib>
+#include <iostream>
+#include <random>
+
+#include "tests/support/failing_disk.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::pair<int, const char*> signals[] = {
+    {SIGKILL, "SIGKILL"}, {SIGTERM, "SIGTERM"}, {SIGINT, "SIGINT"}};
+
+unsigned long setting(const char* name, unsigned long usual) {
+  const char* given = std::getenv(name);
+  return given ? std::strtoul(given, nullptr, 10) : usual;
+}
+
+class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
+ protected:
+  void make_files(const std::string& dims) {
+    phantom("volume.nhdr", {"--dims", dims});
+    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    for (const std::string& name : GetParam().older) file(name, name.ends_with(".json") ? "{}" : "older");
+    before_ = files();
+  }
+
+  static bool is_temporary(const std::string& name) {
+    return (name.starts_with(".new.") && name.find(".part") != name.npos) || is_older(name);
+  }
+  static bool is_older(const std::string& name) {
+    return name.starts_with(".new.") && name.find(".old") != name.npos;
+  }
+
+  /// Expects that every file is as it was or as a run makes it, that no input is gone before every output is
+  /// whole, and returns the temporaries.
+  std::vector<std::string> expect_whole_files() const {
+    const Files now = files();
+    std::vector<std::string> temporaries;
+    for (const auto& file : now) {
+      const std::string& name = file.first;
+      const auto holds = [&](const Files& expected) {
+        return expected.contains(name) && expected.at(name) == file.second;
+      };
+      if (is_temporary(name))
+        temporaries.push_back(name);
+      else
+        EXPECT_TRUE(holds(before_) || holds(after_)) << name << " is neither as it was nor whole";
+    }
+    bool input_is_gone = false;
+    for (const auto& [name, bytes] : before_) {
+      EXPECT_TRUE(now.contains(name) || !after_.contains(name)) << name << " is gone";
+      input_is_gone = input_is_gone || !now.contains(name);
+    }
+    for (const auto& [name, bytes] : after_)
+      EXPECT_TRUE(!input_is_gone || now.contains(name)) << "the input is gone, and there is no " << name;
+    return temporaries;
+  }
+
+  void expect_what_a_signal_leaves(int signal) const {
+    const std::vector<std::string> temporaries = expect_whole_files();
+    // The file in the making and the older one of its name, of every output.
+    const std::size_t outputs = static_cast<std::size_t>(std::count_if(
+        after_.begin(), after_.end(), [](const auto& f) { return f.first.starts_with("new."); }));
+    EXPECT_LE(temporaries.size(), signal == SIGKILL ? 2 * outputs : 0)
+        << (temporaries.empty() ? "" : temporaries[0]);
+  }
+
+  /// Runs the command once more, among what was left, and then tidies up.
+  void expect_that_the_next_run_succeeds() const {
+    Arguments command = with({TAGRID_PROGRAM}, GetParam().arguments);
+    command.push_back("-f");
+    const bool input_is_there = std::filesystem::exists(path(GetParam().arguments[1]));
+    if (input_is_there) {
+      const Ending ending = Process(command, folder_.string()).finish();
+      EXPECT_EQ(ending.code, 0) << ending.err;
+    }
+    Files now = files();
+    // Older files that were set aside are for somebody to look at.
+    const bool tidies_up = input_is_there && is_on_local_file_system();
+    std::erase_if(now, [&](const auto& f) { return tidies_up ? is_older(f.first) : is_temporary(f.first); });
+    // Of an input of two files, the second may be left where --rm was ended between them.
+    if (!input_is_there)
+      std::erase_if(now,
+                    [&](const auto& f) { return !after_.contains(f.first) && before_.contains(f.first); });
+    EXPECT_TRUE(now == after_) << "the next run is not whole, or leaves what it found";
+    restore(before_);
+  }
+
+  Files before_, after_;
+};
+
+TEST_P(Kill, BeforeAnyCallOnAFileLeavesWholeFiles) {
+  make_files("23,19,21");
+  Ending good;
+  const std::vector<Call> calls = calls_of(GetParam(), good);
+  ASSERT_EQ(good.code, 0) << good.err;
+  after_ = files();
+  restore(before_);
+  std::map<std::string, std::size_t> seen;
+  std::size_t kills = 0, left = 0;
+  for (std::size_t i = 0; i < calls.size() && !HasFailure(); ++i) {
+    // Of long rows of one and the same only some.
+    const std::size_t number = ++seen[calls[i].name + " " + calls[i].path];
+    if ((number > 4 && number % 16 != 0) || i % stride != 0) continue;
+    for (const auto& [signal, name] : signals) {
+      SCOPED_TRACE(std::string(name) + " before call " + std::to_string(i + 1) + ", " + calls[i].name + " " +
+                   calls[i].path);
+      const Ending ending = run(GetParam(), std::to_string(i + 1), name);
+      EXPECT_EQ(ending.signal, signal) << ending.err;
+      EXPECT_EQ(ending.err, "");
+      expect_what_a_signal_leaves(signal);
+      ++kills;
+      left += std::ranges::any_of(names(), is_temporary);
+      if (signal == SIGKILL)
+        expect_that_the_next_run_succeeds();
+      else
+        restore(before_);
+    }
+  }
+  std::cout << kills << " signals before " << calls.size() << " calls, " << left << " left a temporary\n";
+  EXPECT_GT(kills, 0U);
+}
+
+TEST_P(Kill, AtAnyMomentLeavesWholeFiles) {
+  make_files("64,60,56");
+  const Arguments command = with({TAGRID_PROGRAM}, GetParam().arguments);
+  const Ending good = Process(command, folder_.string()).finish();
+  ASSERT_EQ(good.code, 0) << good.err;
+  after_ = files();
+  restore(before_);
+  const unsigned long count = setting("TAGRID_KILLS", stride > 1 ? 1 : 4),
+                      seed = setting("TAGRID_SEED", std::random_device()());
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> moment(0, good.seconds);
+  std::size_t kills = 0, in_time = 0, left = 0;
+  for (unsigned long i = 0; i < count && !HasFailure(); ++i)
+    for (const auto& [signal, name] : signals) {
+      const double seconds = moment(random);
+      SCOPED_TRACE(std::string(name) + " after " + std::to_string(seconds) +
+                   " s, TAGRID_SEED=" + std::to_string(seed));
+      Process process(command, folder_.string());
+      usleep(static_cast<useconds_t>(seconds * 1e6));
+      process.send(signal);
+      const Ending ending = process.finish();
+      EXPECT_TRUE(ending.signal == signal || ending.code == 0) << ending.code << " " << ending.err;
+      ++kills;
+      in_time += ending.signal == signal;
+      left += std::ranges::any_of(names(), is_temporary);
+      expect_what_a_signal_leaves(signal);
+      expect_that_the_next_run_succeeds();
+    }
+  std::cout << kills << " signals, " << in_time << " before the end, " << left << " left a temporary\n";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, Kill,
+    testing::Values(Case{"Encode", {"encode", "volume.nhdr", "-o", "new.tag", "--cube=8", "--json=new.json"}},
+                    Case{"EncodeOver",
+                         {"encode", "volume.nhdr", "-fo", "new.tag", "--cube=8", "--json=new.json"},
+                         {"new.tag", "new.json"}},
+                    Case{"EncodeAndRemove", {"encode", "volume.nhdr", "-o", "new.tag", "--cube=8", "--rm"}},
+                    Case{"Decode", {"decode", "volume.tag", "-o", "new.nhdr", "--json=new.json"}},
+                    Case{"DecodeOver", {"decode", "volume.tag", "-fo", "new.nhdr"}, {"new.nhdr", "new.raw"}},
+                    Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm"}},
+                    Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu"}}),
+    [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace tagrid

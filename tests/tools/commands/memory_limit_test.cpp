@@ -1,0 +1,156 @@
+// -M is a promise about the resident memory of the process, whatever the shape of the volume.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+
+#include "tests/support/command_line.h"
+#include "tests/support/sanitized.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::size_t mebibyte = std::size_t{1} << 20;
+
+class MemoryLimit : public CommandLine {
+ protected:
+  void SetUp() override {
+    if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
+  }
+  /// The smallest limit, in MiB, that a run says it can keep.
+  std::size_t smallest(const Arguments& arguments) const {
+    const Ending ending = tagrid(with(arguments, {"-M", "1"}));
+    expect_error(ending, usage, "give -M ");
+    const std::size_t at = ending.err.find("give -M ");
+    return at == std::string::npos ? 0 : std::stoul(ending.err.substr(at + 8));
+  }
+  /// Runs with the smallest limit, and expects that it is kept and that nothing less was allowed.
+  std::size_t run_with_smallest(const Arguments& arguments) const {
+    const std::size_t limit = smallest(arguments);
+    expect_error(tagrid(with(arguments, {"-M", std::to_string(limit - 1) + "M"})), usage, "give -M ");
+    // What the system says of a process counts the one that started it, too: the program knows better.
+    expect_ok(tagrid(with(arguments, {"-M", std::to_string(limit) + "M", "--json", "report.json"})));
+    EXPECT_LE(json_of("report.json")["peak_memory"].get<std::size_t>(), limit * mebibyte * 11 / 10);
+    std::filesystem::remove(path("report.json"));
+    return limit;
+  }
+  /// A file of zeros, but for its ends, that takes no space.
+  void make_sparse(const std::string& name, std::size_t bytes) const {
+    write("x", name);
+    std::filesystem::resize_file(path(name), bytes - 1);
+    std::ofstream(path(name), std::ios::binary | std::ios::app) << 'y';
+  }
+  void write(const std::string& bytes, const std::string& name) const {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+  }
+};
+
+struct Shape {
+  const char* name;
+  const char* dims;
+  std::size_t samples;
+  const char* brick;
+};
+
+class MemoryLimitOfShapes : public MemoryLimit, public testing::WithParamInterface<Shape> {};
+
+TEST_P(MemoryLimitOfShapes, IsKept) {
+  const Shape& shape = GetParam();
+  make_sparse("a.raw", shape.samples * 2);
+  const Arguments encode = {"encode",  "a.raw",     "--dims", shape.dims, "--type", "int16",
+                            "--brick", shape.brick, "-f",     "-o",       "a.tag"};
+  const Arguments decode = {"decode", "a.tag", "-f", "-o", "b.raw"};
+  EXPECT_GE(shape.samples * 2, 8 * run_with_smallest(encode) * mebibyte) << "eight times the limit";
+  EXPECT_GE(shape.samples * 2, 8 * run_with_smallest(decode) * mebibyte);
+  EXPECT_EQ(script("cmp a.raw b.raw").code, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(, MemoryLimitOfShapes,
+                         testing::Values(Shape{"tall", "64,64,18000", std::size_t{64} * 64 * 18000, "1"},
+                                         Shape{"wide", "2800,2500,15", std::size_t{2800} * 2500 * 15, "1"},
+                                         Shape{"flat", "14000,10000,1", std::size_t{14000} * 10000, "2"},
+                                         Shape{"narrow", "1,10000,14000", std::size_t{14000} * 10000, "2"}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST_F(MemoryLimit, ChangesNoByte) {
+  phantom("a.raw", {"--dims", "150,230,100"});
+  const Arguments volume = {"--dims", "150,230,100", "--type", "int16", "--cube", "16", "--brick", "2"};
+  const std::string text = " --dims 150,230,100 --type int16 --cube 16 --brick 2 ";
+  expect_ok(tagrid(with({"encode", "a.raw", "-o", "a.tag"}, volume)));
+  const std::size_t limit =
+      run_with_smallest(with({"encode", "a.raw", "-f", "-o", "b.tag", "-T", "2"}, volume));
+  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  const std::string m = " -M " + std::to_string(limit) + "M ";
+
+  const Ending refused = script("cat a.raw | $TAGRID encode -" + text + m + "-o c.tag");
+  expect_error(refused, usage, "--spool DIR");
+  expect_ok(script("cat a.raw | $TAGRID encode -" + text + m + "--spool . -o c.tag"));
+  EXPECT_TRUE(content("c.tag") == content("a.tag"));
+
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw", "-T", "2"});
+  EXPECT_TRUE(content("b.raw") == content("a.raw"));
+  const std::string refusal = tagrid({"decode", "a.tag", "-o", "-", "-M", "1"}).err;
+  const std::string enough = refusal.substr(refusal.rfind("-M "));
+  const std::string decode = "$TAGRID decode a.tag -o - " + enough.substr(0, enough.find('M', 2) + 1);
+  expect_error(script(decode + " | cat > d.raw"), usage, "--spool DIR");
+  expect_ok(script(decode + " --spool . | cat > d.raw"));
+  EXPECT_TRUE(content("d.raw") == content("a.raw"));
+  expect_ok(tagrid({"verify", "a.tag", "--against", "a.raw", "--dims", "150,230,100", "--type", "int16", "-q",
+                    "-M", "20M"}));
+}
+
+TEST_F(MemoryLimit, IsKeptByNoise) {
+  std::mt19937 random(1);
+  std::string noise(std::size_t{70} * 70 * 70 * 2, '\0');
+  for (char& c : noise) c = static_cast<char>(random());
+  write(noise, "a.raw");
+  for (const Arguments& more : {Arguments{}, Arguments{"--effort", "best"}, Arguments{"--grid-only"}}) {
+    const Arguments volume = {"--dims", "70,70,70", "--type", "int16", "-f"};
+    run_with_smallest(with(with({"encode", "a.raw", "-o", "a.tag"}, volume), more));
+    run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw"});
+  }
+}
+
+TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
+  std::mt19937 random(1);
+  std::string noise(std::size_t{800} * 600 * 9, '\0');
+  for (char& c : noise) c = static_cast<char>(random());
+  write(noise, "a.raw");
+  expect_ok(tagrid({"encode", "a.raw", "--dims", "800,600,9", "--type", "uint8", "-o", "a.tag"}));
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb"});
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb", "--spool", "."});
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag"});
+  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--spool", "."});
+  run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--resume"});
+  run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});
+}
+
+// What can only be read from its beginning goes through a file, to be encoded and to be compared.
+TEST_F(MemoryLimit, IsKeptWithGzip) {
+  phantom("a.raw", {"--dims", "700,700,20"});
+  const std::string header =
+      "printf 'NRRD0004\\ntype: int16\\ndimension: 3\\nsizes: 700 700 20\\nendian: "
+      "little\\nencoding: gzip\\n\\n' > a.nrrd";
+  expect_ok(script(header + " && gzip -c a.raw >> a.nrrd && echo a.nrrd > list.tsv"));
+  const Arguments small = {"--brick", "1", "--spool", "."};
+  run_with_smallest(with({"encode", "a.nrrd", "-f", "-o", "a.tag"}, small));
+  const std::size_t limit =
+      run_with_smallest({"verify", "a.tag", "--against", "a.nrrd", "-q", "--spool", "."});
+  EXPECT_GT(smallest({"verify", "a.tag", "--against", "a.nrrd"}), limit);
+  expect_error(tagrid({"verify", "a.tag", "--against", "a.nrrd", "-M", std::to_string(limit) + "M"}), usage,
+               "--spool DIR");
+  const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir", "out", "-f"};
+  expect_ok(tagrid(with(with(convert, small), {"-M", "20M"})));
+  EXPECT_TRUE(content("out/a.tag") == content("a.tag"));
+  EXPECT_EQ(tagrid(with(convert, {"--brick", "1", "-M", "20M"})).code, broken_input);
+}
+
+TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
+  phantom("a.nrrd");
+  for (const std::string size : {"0", "-1", "5X", "1.5G", ""})
+    expect_error(tagrid({"encode", "a.nrrd", "-M", size}), usage, size.empty() ? "" : size);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,86 @@
+// tagrid mesh.
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class MeshCommand : public CommandLine {
+ protected:
+  /// The number after `name="` in the XML head of a mesh.
+  static long number(const std::string& mesh, const std::string& name) {
+    const std::size_t at = mesh.find(name + "=\"");
+    return at == mesh.npos ? -1 : std::stol(mesh.substr(at + name.size() + 2, 20));
+  }
+};
+
+TEST_F(MeshCommand, TakesItsNameFromTheInput) {
+  make_tag({"--grid-only"});
+  expect_ok(tagrid({"mesh", "volume.tag"}));
+  const std::string mesh = content("volume.vtu");
+  EXPECT_EQ(mesh.find("<?xml"), 0U);
+  EXPECT_NE(mesh.find("header_type=\"UInt64\""), mesh.npos);
+  EXPECT_GT(number(mesh, "NumberOfCells"), 1000);
+}
+
+TEST_F(MeshCommand, SameBytesFromPipesAndForAnyThreadCount) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  expect_ok(tagrid({"mesh", "volume.tag", "-T1", "-o", "one.vtu"}));
+  const std::string mesh = content("one.vtu");
+  for (const char* threads : {"2", "3", "7"})
+    EXPECT_TRUE(tagrid({"mesh", "-", "-T", threads}, content("volume.tag")).out == mesh) << threads;
+}
+
+TEST_F(MeshCommand, ALowerLevelHasFewerTetrahedraAndPaddingMore) {
+  make_tag();
+  const auto cells = [&](const Arguments& options) {
+    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
+    return number(content("x.vtu"), "NumberOfCells");
+  };
+  const long all = cells({}), some = cells({"--level", "6"}), none = cells({"--level=0"});
+  EXPECT_LT(none, some);
+  EXPECT_LT(some, all);
+  EXPECT_EQ(cells({"--level", "15"}), all);
+  EXPECT_GT(cells({"--padded"}), all);
+  EXPECT_EQ(cells({"--padded", "--level=0"}), 2 * 2 * 2 * 6) << "six tetrahedra a root cube";
+}
+
+TEST_F(MeshCommand, ReportsItsFigures) {
+  make_tag();
+  expect_ok(tagrid({"mesh", "volume.tag", "--json", "x.json"}));
+  const auto json = json_of("x.json");
+  EXPECT_EQ(json["command"], "mesh");
+  EXPECT_EQ(json["bytes_out"], content("volume.vtu").size());
+  EXPECT_EQ(json["settings"]["tetrahedra"], number(content("volume.vtu"), "NumberOfCells"));
+  EXPECT_EQ(json["settings"]["points"], number(content("volume.vtu"), "NumberOfPoints"));
+}
+
+TEST_F(MeshCommand, WrongRequestsAreRefused) {
+  make_tag();
+  for (const char* level : {"-1", "16", "x"})
+    expect_error(tagrid({"mesh", "volume.tag", "--level", level}), usage, "--level");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage, "must end in .vtu");
+  expect_error(tagrid({"mesh"}), usage, "INPUT is required");
+  expect_error(tagrid({"mesh", "missing.tag"}), world, "missing.tag");
+  expect_error(tagrid({"mesh", "volume.nrrd", "-o", "x.vtu"}), broken_input, "not a .tag file");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "no/x.vtu"}), world, "no/x.vtu");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "/dev/full"}), usage, ".vtu");
+  file("volume.vtu", "precious");
+  expect_error(tagrid({"mesh", "volume.tag"}), usage, "volume.vtu: exists already");
+  EXPECT_EQ(content("volume.vtu"), "precious");
+  expect_ok(script("cp volume.tag same.vtu"));
+  expect_error(tagrid({"mesh", "same.vtu", "-f"}), usage, "is the input itself");
+  EXPECT_EQ(names(), (std::vector<std::string>{"same.vtu", "volume.nrrd", "volume.tag", "volume.vtu"}));
+}
+
+TEST_F(MeshCommand, ADamagedFileLeavesNoMesh) {
+  make_tag({"--cube", "8", "--brick", "1"});
+  std::string bytes = content("volume.tag");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  file("bad.tag", bytes);
+  expect_error(tagrid({"mesh", "bad.tag"}), broken_input, "bad.tag: ");
+  EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "volume.nrrd", "volume.tag"}));
+}
+
+}  // namespace
+}  // namespace tagrid

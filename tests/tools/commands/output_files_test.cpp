@@ -1,0 +1,303 @@
+// What becomes of files: names, overwriting, permissions, times, removal, and what is left after failures.
+
+#include <fcntl.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+using Names = std::vector<std::string>;
+
+class OutputFiles : public CommandLine {
+ protected:
+  /// Gives a file permissions and a time that no new file has.
+  void age(const std::string& name) const {
+    const timespec times[2] = {{978307200, 0}, {1000000000, 123456000}};
+    ASSERT_EQ(utimensat(AT_FDCWD, path(name).c_str(), times, 0), 0);
+    ASSERT_EQ(chmod(path(name).c_str(), 0640), 0);
+  }
+  void expect_aged(const std::string& name) const {
+    const struct stat status = status_of(name);
+    EXPECT_EQ(status.st_mode & 0777, 0640U) << name;
+    EXPECT_EQ(status.st_mtim.tv_sec, 1000000000) << name;
+    EXPECT_EQ(status.st_mtim.tv_nsec, 123456000) << name;
+  }
+};
+
+TEST_F(OutputFiles, EncodeReplacesTheEndingByTag) {
+  phantom("volume.nrrd");
+  expect_ok(
+      script("mkdir sub && mv volume.nrrd sub && \"$TAGRID\" encode sub/volume.nrrd && ls sub/volume.tag"));
+}
+
+TEST_F(OutputFiles, DecodeReplacesTheEndingByNrrd) {
+  make_tag();
+  expect_ok(
+      script("mkdir sub && mv volume.tag sub && \"$TAGRID\" decode sub/volume.tag && ls sub/volume.nrrd"));
+}
+
+TEST_F(OutputFiles, AnOutputThatExistsNeedsForce) {
+  make_tag();
+  const std::string before = content("volume.tag");
+  expect_error(tagrid({"encode", "volume.nrrd", "--max-error=5"}), usage,
+               "volume.tag: exists already; give -f");
+  expect_error(tagrid({"decode", "volume.tag"}), usage, "volume.nrrd: exists already");
+  expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "volume.nrrd"}), usage, "exists already");
+  EXPECT_EQ(content("volume.tag"), before);
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error=5", "-f"}));
+  EXPECT_NE(content("volume.tag"), before);
+}
+
+TEST_F(OutputFiles, BothFilesOfADetachedHeaderNeedForce) {
+  make_tag();
+  file("other.raw", "precious");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "other.nhdr"}), usage, "other.raw: exists already");
+  EXPECT_EQ(content("other.raw"), "precious");
+  EXPECT_EQ(names(), (Names{"other.raw", "volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, TheInputIsNeverTheOutputByWhateverName) {
+  phantom("volume.nrrd");
+  phantom("volume.raw");
+  const std::string before = content("volume.nrrd"), raw_before = content("volume.raw");
+  expect_ok(script("ln volume.nrrd hard.nrrd; ln -s volume.nrrd soft.nrrd"));
+  for (const char* name : {"volume.nrrd", "./volume.nrrd", "hard.nrrd", "soft.nrrd"})
+    expect_error(tagrid({"encode", "volume.nrrd", "-fo", name}), usage, "is the input itself");
+  expect_error(script("\"$TAGRID\" encode - -fo volume.nrrd < volume.nrrd"), usage, "is the input itself");
+  expect_error(script("\"$TAGRID\" encode volume.nrrd -o - 1<> volume.nrrd"), usage, "is the input itself");
+  expect_error(tagrid({"encode", "volume.nrrd", "--json", "hard.nrrd", "-f"}), usage, "is the input itself");
+  expect_error(tagrid(with({"encode", "volume.raw", "-fo", "volume.raw"}, raw_)), usage,
+               "is the input itself");
+  EXPECT_EQ(content("volume.nrrd"), before);
+  EXPECT_EQ(content("volume.raw"), raw_before);
+}
+
+TEST_F(OutputFiles, TheSamplesOfADetachedHeaderAreInputToo) {
+  phantom("volume.nhdr");
+  const std::string before = content("volume.raw");
+  expect_error(tagrid({"encode", "volume.nhdr", "-fo", "volume.raw"}), usage, "is the input itself");
+  expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag"}));
+  expect_ok(script("mv volume.tag strange.raw"));
+  expect_error(tagrid({"decode", "strange.raw", "-fo", "strange.nhdr"}), usage, "is the input itself");
+  EXPECT_EQ(content("volume.raw"), before);
+}
+
+TEST_F(OutputFiles, PermissionsAndTimeOfTheInputAreKept) {
+  phantom("volume.nrrd");
+  age("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  expect_aged("volume.tag");
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "again.nhdr"}));
+  expect_aged("again.nhdr");
+  expect_aged("again.raw");
+}
+
+TEST_F(OutputFiles, PermissionsAreThoseOfTheSamplesNotOfTheirHeader) {
+  phantom("volume.nhdr");
+  age("volume.raw");
+  expect_ok(tagrid({"encode", "volume.nhdr"}));
+  expect_aged("volume.tag");
+}
+
+TEST_F(OutputFiles, FromAPipeAFileIsLikeAnyNewOne) {
+  phantom("volume.nrrd");
+  age("volume.nrrd");
+  expect_ok(script("umask 027; cat volume.nrrd | \"$TAGRID\" encode - -o pipe.tag"));
+  EXPECT_EQ(status_of("pipe.tag").st_mode & 0777, 0640U);
+  EXPECT_GT(status_of("pipe.tag").st_mtim.tv_sec, 1000000000);
+}
+
+TEST_F(OutputFiles, TheInputIsKeptUnlessItIsToBeRemoved) {
+  make_tag({"-k"});
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--rm", "--max-error", "2"}));
+  EXPECT_EQ(names(), Names{"volume.tag"});
+  expect_ok(tagrid({"decode", "volume.tag", "--rm"}));
+  EXPECT_EQ(names(), Names{"volume.nrrd"});
+  expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only"}));
+  EXPECT_EQ(names(), Names{"volume.tag"});
+}
+
+TEST_F(OutputFiles, BothFilesOfADetachedHeaderAreRemoved) {
+  phantom("volume.nhdr");
+  expect_ok(tagrid({"encode", "volume.nhdr", "--rm"}));
+  EXPECT_EQ(names(), Names{"volume.tag"});
+}
+
+TEST_F(OutputFiles, NothingIsRemovedForAnOutputThatDoesNotStay) {
+  make_tag();
+  expect_error(tagrid({"encode", "volume.nrrd", "--rm", "-o", "-"}), usage, "--rm");
+  expect_error(tagrid({"encode", "volume.nrrd", "--rm", "-o", "/dev/null"}), usage, "--rm");
+  expect_error(tagrid({"decode", "volume.tag", "--rm", "-o", "/dev/null"}), usage, "--rm");
+  expect_error(tagrid({"decode", "-", "--rm", "-o", "x.nrrd"}, content("volume.tag")), usage, "--rm");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
+  phantom("volume.raw");
+  expect_ok(script("(echo header12; cat volume.raw) > more.raw"));
+  expect_error(tagrid(with({"encode", "more.raw", "--offset", "9", "--rm"}, raw_)), usage, "would be lost");
+  EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
+}
+
+// A header that came from elsewhere must not choose what is removed.
+TEST_F(OutputFiles, SamplesInAnotherFolderThanTheirHeaderAreNotRemoved) {
+  phantom("volume.nhdr");
+  expect_ok(script("mkdir other; mv volume.raw other; sed -i s,volume.raw,other/volume.raw, volume.nhdr"));
+  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage, "another folder");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "other" / "volume.raw"));
+  expect_ok(tagrid({"encode", "volume.nhdr", "-o", "x.tag"}));
+}
+
+TEST_F(OutputFiles, NothingIsRemovedThroughALink) {
+  phantom("volume.nhdr");
+  make_tag();
+  expect_ok(
+      script("ln -s volume.nrrd link.nrrd; ln -s volume.tag link.tag; mkdir sub; mv volume.raw sub; "
+             "ln -s sub/volume.raw volume.raw"));
+  expect_error(tagrid({"encode", "link.nrrd", "-o", "x.tag", "--rm"}), usage,
+               "link.nrrd: cannot be removed: it is a symbolic link");
+  expect_error(tagrid({"decode", "link.tag", "-o", "x.nrrd", "--rm"}), usage,
+               "link.tag: cannot be removed: it is a symbolic link");
+  expect_error(tagrid({"encode", "volume.nhdr", "-o", "x.tag", "--rm"}), usage,
+               "volume.raw: cannot be removed: it is a symbolic link");
+  EXPECT_EQ(names(), (Names{"link.nrrd", "link.tag", "sub", "volume.nhdr", "volume.nrrd", "volume.raw",
+                            "volume.tag"}));
+}
+
+TEST_F(OutputFiles, NamesThatADetachedHeaderCannotSayAreRefused) {
+  make_tag();
+  for (const char* name : {"a\nb.nhdr", " a.nhdr", "LIST .nhdr", "s%03d 1 9 1.nhdr"})
+    expect_error(tagrid({"decode", "volume.tag", "-o", name}), usage, "choose another name");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+  for (const std::string name : {"a b.nhdr", "LISTE.nhdr", "100 %.nhdr", "\xff.nhdr", "a:b.nhdr"}) {
+    expect_ok(tagrid({"decode", "volume.tag", "-fo", name}));
+    expect_ok(tagrid({"encode", name, "-fo", "again.tag"}));
+    EXPECT_EQ(content("again.tag"), content("volume.tag")) << name;
+  }
+}
+
+TEST_F(OutputFiles, TheStatisticsAndTheOutputAppearTogether) {
+  make_tag();
+  expect_error(tagrid({"encode", "volume.nrrd", "-o", "x.tag", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nhdr", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.vtu", "--json", "/dev/full"}), world, "/dev/full");
+  expect_error(tagrid({"phantom", "--dims=9,9,9", "-o", "x.raw", "--json", "/dev/full"}), world, "/dev/full");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AWriteErrorIsReportedWhileTheInputIsIdle) {
+  phantom("volume.nrrd", {"--dims", "40,40,100"});
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "8", "--brick", "1"}));
+  const auto stuck = [&](Arguments arguments, const std::string& start) {
+    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    Process process(arguments, folder_.string());
+    process.feed(start);
+    // The rest never comes.
+    return process.wait();
+  };
+  expect_error(stuck({"encode", "-", "--cube=8", "--brick=1", "-o", "/dev/full"},
+                     content("volume.nrrd").substr(0, 60000)),
+               world, "/dev/full: cannot write");
+  const std::string tag = content("volume.tag");
+  expect_error(
+      stuck({"decode", "-", "-o", "/dev/full"}, tag.substr(0, std::min<std::size_t>(tag.size() / 2, 60000))),
+      world, "/dev/full: cannot write");
+}
+
+TEST_F(OutputFiles, NothingIsRemovedAfterAFailure) {
+  make_tag();
+  const std::string tag = content("volume.tag");
+  file("broken.tag", tag.substr(0, tag.size() - 1));
+  expect_error(tagrid({"decode", "broken.tag", "--rm"}), broken_input, "broken.tag");
+  expect_error(tagrid({"encode", "volume.nrrd", "--rm"}), usage, "exists already");
+  EXPECT_EQ(names(), (Names{"broken.tag", "volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AMissingFolderIsAFailureOfTheWorld) {
+  make_tag();
+  expect_error(tagrid({"encode", "volume.nrrd", "-o", "no/x.tag"}), world, "no/x.tag: cannot create");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "no/x.nrrd"}), world, "no/x.nrrd");
+  expect_error(tagrid({"encode", "volume.nrrd", "-o", "x.tag", "--json", "no/x.json"}), world, "no/x.json");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AFolderIsNoOutput) {
+  make_tag();
+  expect_ok(script("mkdir folder.nrrd"));
+  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "folder.nrrd"}), usage, "is a folder");
+  expect_error(tagrid({"decode", "volume.tag", "-fo", "folder.nrrd"}), usage, "is a folder");
+}
+
+TEST_F(OutputFiles, AFullDiskLeavesNothing) {
+  make_tag();
+  expect_error(tagrid({"decode", "volume.tag", "-o", "/dev/full"}), world, "No space left");
+  expect_error(script("\"$TAGRID\" encode volume.nrrd -o - > /dev/full"), world, "No space left");
+  // A limit on the size of files ends a write as a full disk does.
+  expect_error(script("ulimit -f 16; \"$TAGRID\" decode volume.tag -o x.nrrd"), world,
+               "x.nrrd: cannot write");
+  EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, PermissionDeniedIsAFailureOfTheWorld) {
+  // Root may do anything: then it is done as nobody, who may not be able to reach the program.
+  const bool root = geteuid() == 0;
+  const std::string run =
+      root ? "setpriv --reuid=65534 --regid=65534 --clear-groups ./program " : "./program ";
+  make_tag();
+  expect_ok(
+      script("cp \"$TAGRID\" program; chmod 755 . program; mkdir closed open; chmod 555 closed; "
+             "chmod 777 open; cp volume.nrrd secret.nrrd; chmod 000 secret.nrrd"));
+  expect_error(script(run + "decode volume.tag -o closed/x.nrrd"), world, "closed/x.nrrd: cannot create");
+  expect_error(script(run + "encode secret.nrrd -o open/y.tag"), world, "secret.nrrd: cannot open");
+  EXPECT_EQ(script("ls -A open closed").out, "closed:\n\nopen:\n");
+}
+
+TEST_F(OutputFiles, WhatAKilledRunLeftIsRemovedAndSaid) {
+  if (!is_on_local_file_system()) GTEST_SKIP() << folder_ << " is on no local file system";
+  make_tag();
+  for (const char* name :
+       {".volume.raw.partabcdef", ".volume.tag.partabcdef", ".report.json.part012345", "a.json"})
+    file(name, "x");
+  const Ending ending =
+      tagrid({"decode", "volume.tag", "-o", "volume.nhdr", "--json", "report.json", "--progress=plain"});
+  EXPECT_EQ(ending.code, 0) << ending.err;
+  EXPECT_NE(ending.err.find("removed 2 temporary files that a killed run left"), std::string::npos)
+      << ending.err;
+  EXPECT_EQ(names(), (Names{".volume.tag.partabcdef", "a.json", "report.json", "volume.nhdr", "volume.nrrd",
+                            "volume.raw", "volume.tag"}));
+}
+
+TEST_F(OutputFiles, AnInputWithTheNameOfATemporaryIsKept) {
+  phantom("volume.nrrd", {"--dims", "4,4,4"});
+  std::filesystem::rename(path("volume.nrrd"), path(".a.tag.partabcdef"));
+  expect_ok(tagrid({"encode", ".a.tag.partabcdef", "-o", "a.tag"}));
+  EXPECT_EQ(names(), (Names{".a.tag.partabcdef", "a.tag"}));
+}
+
+TEST_F(OutputFiles, ASignalRemovesTheTemporaryAndEndsTheProgram) {
+  phantom("volume.nrrd");
+  const std::string start = content("volume.nrrd").substr(0, 20000);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    Process process({TAGRID_PROGRAM, "encode", "-", "-o", "x.tag", "--json", "x.json"}, folder_.string());
+    process.feed(start);
+    for (int i = 0; names().size() < 3 && i < 1000; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    const Names present = names();
+    ASSERT_EQ(present.size(), 3U);
+    EXPECT_EQ(present[0].rfind(".x.json.part", 0), 0U);
+    EXPECT_EQ(present[1].rfind(".x.tag.part", 0), 0U);
+    process.send(signal);
+    const Ending ending = process.finish();
+    EXPECT_EQ(ending.signal, signal);
+    EXPECT_EQ(ending.err, "");
+    EXPECT_EQ(names(), Names{"volume.nrrd"});
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,150 @@
+// A volume, and what is known of it, comes back as it came in.
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class RoundTrip : public CommandLine {
+ protected:
+  /// A header for the samples of volume.raw.
+  static std::string header(const std::string& type, const std::string& storage, const std::string& more) {
+    return "NRRD0005\ntype: " + type + "\ndimension: 3\nsizes: 52 40 36\n" + storage + more + "\n";
+  }
+  std::string raw(const std::string& type) const {
+    phantom(type + ".raw", {"--type", type});
+    return content(type + ".raw");
+  }
+  static std::string byte_swapped(std::string samples, std::size_t size) {
+    for (std::size_t i = 0; i < samples.size(); i += size)
+      std::reverse(samples.begin() + static_cast<std::ptrdiff_t>(i),
+                   samples.begin() + static_cast<std::ptrdiff_t>(i + size));
+    return samples;
+  }
+  static constexpr const char* known =
+      "content: a scan\nspace: left-posterior-superior\n"
+      "space directions: (0.5,0,0) (0,0.5,0) (0,0.1,-2.25)\nspace units: \"mm\" \"mm\" \"mm\"\n"
+      "space origin: (-12.5,3,1e3)\nkinds: domain domain domain\n"
+      "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n# a remark\nModality:=CT\nkey with spaces:=a:=b\n";
+};
+
+TEST_F(RoundTrip, EveryTypeIsLosslessByDefault) {
+  for (const std::string type : {"uint8", "int8", "uint16", "int16"}) {
+    const std::string samples = raw(type);
+    const std::string base = type;
+    expect_ok(tagrid({"encode", base + ".raw", "--dims", "52,40,36", "--type", type}));
+    expect_ok(tagrid({"decode", base + ".tag", "-o", base + "-again.raw"}));
+    EXPECT_EQ(content(base + "-again.raw"), samples) << type;
+    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", base + ".tag", "--json"}).out)["type"], type);
+  }
+}
+
+TEST_F(RoundTrip, EveryVoxelIsWithinTheBound) {
+  const std::string samples = raw("int16");
+  for (const Arguments& mode : {Arguments{}, Arguments{"--grid-only"}}) {
+    expect_ok(tagrid(with(with({"encode", "int16.raw", "-f", "--max-error", "7"}, raw_), mode)));
+    const std::string decoded = tagrid({"decode", "int16.tag", "-o", "-"}).out;
+    ASSERT_EQ(decoded.size(), samples.size());
+    int worst = 0;
+    for (std::size_t i = 0; i < samples.size(); i += 2) {
+      std::int16_t a, b;
+      std::memcpy(&a, samples.data() + i, 2);
+      std::memcpy(&b, decoded.data() + i, 2);
+      worst = std::max(worst, std::abs(a - b));
+    }
+    EXPECT_LE(worst, 7);
+    EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "int16.tag", "--json"}).out)["achieved"]["max_error"],
+              worst);
+  }
+}
+
+TEST_F(RoundTrip, WhatIsKnownOfTheVolumeIsKept) {
+  const std::string samples = raw("int16"), storage = "encoding: raw\nendian: little\n";
+  file("in.nrrd", header("int16", storage, known) + samples);
+  expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
+  expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
+  const std::string out = content("out.nrrd");
+  EXPECT_NE(out.find(known), std::string::npos) << out.substr(0, 500);
+  EXPECT_EQ(samples_of(out), samples);
+}
+
+TEST_F(RoundTrip, SpacingsAndUnitsOfAnAxisAreKept) {
+  const std::string more = "spacings: 0.1 NaN 2.5\nunits: \"mm\" \"mm\" \"um\"\n";
+  file("in.nrrd", header("int16", "encoding: raw\nendian: little\n", more) + raw("int16"));
+  expect_ok(tagrid({"encode", "in.nrrd", "-o", "x.tag"}));
+  expect_ok(tagrid({"decode", "x.tag", "-o", "out.nrrd"}));
+  EXPECT_NE(content("out.nrrd").find(more), std::string::npos);
+}
+
+TEST_F(RoundTrip, TheSpacingOfHeaderlessInputIsKept) {
+  raw("int16");
+  expect_ok(tagrid(with({"encode", "int16.raw", "--spacing", "0.4,0.4,1.25"}, raw_)));
+  expect_ok(tagrid({"decode", "int16.tag"}));
+  EXPECT_NE(content("int16.nrrd").find("spacings: 0.4 0.4 1.25\n"), std::string::npos);
+}
+
+TEST_F(RoundTrip, DetachedHeadersBothWays) {
+  phantom("volume.nrrd");
+  phantom("apart.nhdr");
+  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  expect_ok(tagrid({"encode", "apart.nhdr"}));
+  EXPECT_EQ(content("apart.tag"), content("volume.tag"));
+  expect_ok(tagrid({"decode", "apart.tag", "-o", "again.nhdr"}));
+  EXPECT_NE(content("again.nhdr").find("data file: again.raw\n"), std::string::npos);
+  EXPECT_EQ(content("again.raw"), content("apart.raw"));
+}
+
+TEST_F(RoundTrip, BigEndianInputComesBackLittleEndian) {
+  const std::string samples = raw("int16");
+  file("big.nrrd", header("int16", "encoding: raw\nendian: big\n", "") + byte_swapped(samples, 2));
+  expect_ok(tagrid({"encode", "big.nrrd"}));
+  EXPECT_EQ(tagrid({"decode", "big.tag", "-o", "-"}).out, samples);
+  file("big.raw", byte_swapped(samples, 2));
+  expect_ok(tagrid(with({"encode", "big.raw", "-o", "raw.tag", "--endian", "big"}, raw_)));
+  EXPECT_EQ(tagrid({"decode", "raw.tag", "-o", "-"}).out, samples);
+}
+
+TEST_F(RoundTrip, GzipInput) {
+  const std::string samples = raw("int16");
+  file("head", header("int16", "encoding: gzip\nendian: little\n", known));
+  expect_ok(script("(cat head; gzip -c int16.raw) > packed.nrrd"));
+  expect_ok(tagrid({"encode", "packed.nrrd"}));
+  EXPECT_EQ(tagrid({"decode", "packed.tag", "-o", "-"}).out, samples);
+  EXPECT_EQ(tagrid({"encode", "-"}, content("packed.nrrd")).out, content("packed.tag"));
+  expect_ok(tagrid({"decode", "packed.tag", "-o", "out.nrrd"}));
+  EXPECT_NE(content("out.nrrd").find(known), std::string::npos);
+}
+
+TEST_F(RoundTrip, AnOffsetSkipsTheStartOfHeaderlessInput) {
+  const std::string samples = raw("int16");
+  file("offset.raw", "some header" + samples);
+  expect_ok(tagrid(with({"encode", "offset.raw", "--offset", "11"}, raw_)));
+  EXPECT_EQ(tagrid({"decode", "offset.tag", "-o", "-"}).out, samples);
+  const Ending piped = tagrid(with({"encode", "-", "--offset=11"}, raw_), content("offset.raw"));
+  EXPECT_EQ(piped.out, content("offset.tag"));
+}
+
+TEST_F(RoundTrip, TheFormatOptionOverrulesTheName) {
+  make_tag();
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "x.bin", "--format", "raw"}));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "x.raw", "--format", "nrrd"}));
+  EXPECT_EQ(content("x.raw"), content("volume.nrrd"));
+  EXPECT_EQ(content("x.bin"), samples_of(content("x.raw")));
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.tiff"}), usage, "must end in .nrrd");
+}
+
+TEST_F(RoundTrip, ThinVolumes) {
+  for (const char* dims : {"1,1,1", "1,70,1", "70,1,2", "33,33,1"}) {
+    expect_ok(tagrid({"phantom", "--dims", dims, "-fo", "thin.nrrd"}));
+    expect_ok(tagrid({"encode", "thin.nrrd", "-f"}));
+    expect_ok(tagrid({"decode", "thin.tag", "-fo", "again.nrrd"}));
+    EXPECT_EQ(content("again.nrrd"), content("thin.nrrd")) << dims;
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,142 @@
+// convert whose calls on files fail, or that is killed, before each of its calls in turn: what is there is
+// whole, no original is gone without its output, and the next run completes the work.
+#include <cerrno>
+#include <set>
+
+#include "tests/support/conversions.h"
+#include "tests/support/failing_disk.h"
+
+namespace tagrid {
+namespace {
+
+struct Fault {
+  std::string name, kind;
+  bool lasting = false;
+  int signal = 0;
+
+  friend void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
+};
+
+class ConvertFault : public Conversions<FailingDisk>, public testing::WithParamInterface<Fault> {
+ protected:
+  static constexpr const char* originals_[] = {"a.nhdr", "a.raw", "b.nrrd"};
+
+  void make_volumes() {
+    volume("a.nhdr", 1);
+    volume("b.nrrd", 2);
+    file("list.tsv", "a.nhdr\nb.nrrd\n");
+    for (const std::string name : originals_) before_[name] = content(name);
+  }
+  void restore_originals() const {
+    for (const auto& [name, bytes] : before_)
+      if (!exists(name)) file(name, bytes);
+  }
+
+  /// Runs `convert` with `more` once for each call that it makes on a file, and spoils that call; then once
+  /// more undisturbed. `prepare` makes the files that the run finds.
+  template <class Prepare, class Expect>
+  void spoil_each_call(const Arguments& more, Prepare prepare, Expect expect_after_the_next_run) {
+    const Case spoiled{"", with(command_, more)};
+    prepare();
+    Ending good;
+    const std::vector<Call> calls = calls_of(spoiled, good);
+    ASSERT_EQ(good.code, 0) << good.err;
+    for (const std::string name : {"a.tag", "b.tag"}) whole_[name] = content("out/" + name);
+    std::map<std::string, std::size_t> seen;
+    std::size_t spoilt = 0;
+    for (std::size_t i = 0; i < calls.size() && !HasFailure(); ++i) {
+      if (++seen[calls[i].name + " " + calls[i].path] > 2 || i % stride != 0) continue;
+      SCOPED_TRACE("call " + std::to_string(i + 1) + ", " + calls[i].name + " " + calls[i].path);
+      prepare();
+      const Ending ending = run(spoiled, std::to_string(i + 1), GetParam().kind, GetParam().lasting);
+      ++spoilt;
+      EXPECT_EQ(ending.signal, GetParam().signal) << ending.err;
+      if (ending.signal == 0) {
+        EXPECT_TRUE(ending.code == 0 || ending.code == broken_input || ending.code == world) << ending.code;
+        EXPECT_EQ(ending.code == 0, ending.err.empty()) << ending.err;
+      }
+      expect_whole_files();
+      const Ending next = convert(more);
+      EXPECT_EQ(next.code, 0) << next.err;
+      expect_whole_files();
+      records();  // every line is whole
+      expect_after_the_next_run();
+    }
+    std::cout << spoilt << " of " << calls.size() << " calls were spoilt\n";
+    EXPECT_GT(spoilt, 0U);
+  }
+
+  void expect_whole_files() const {
+    if (!exists("out")) return;
+    std::set<std::string> there;
+    for (const auto& entry : std::filesystem::directory_iterator(path("out"))) {
+      const std::string name = entry.path().filename().string();
+      there.insert(name);
+      if (name.ends_with(".tag")) {
+        EXPECT_TRUE(content("out/" + name) == whole_.at(name)) << name << " is not whole";
+      } else if (name != "results.jsonl") {
+        EXPECT_TRUE(GetParam().signal == SIGKILL && name.find(".part") != name.npos) << name;
+      }
+    }
+    for (const auto& [name, bytes] : before_) {
+      EXPECT_TRUE(!exists(name) || content(name) == bytes) << name;
+      EXPECT_TRUE(exists(name) || there.contains(name.substr(0, 1) + ".tag")) << name << " is gone";
+    }
+    std::istringstream lines(content("out/results.jsonl"));
+    for (std::string line; std::getline(lines, line);) {
+      const Json record = Json::parse(line, nullptr, false);
+      // Half of the last line at most.
+      EXPECT_TRUE(!record.is_discarded() || lines.eof()) << line;
+      if (record.is_discarded()) continue;
+      EXPECT_NE(record["code"], 70) << line;
+      const bool is_there = there.contains(record["output"].get<std::string>());
+      EXPECT_TRUE(is_there || record["status"] != "ok") << line;
+    }
+  }
+
+  Files before_;
+  mutable Files whole_;
+};
+
+TEST_P(ConvertFault, WhileEncodingLosesNothing) {
+  make_volumes();
+  spoil_each_call(
+      {"--skip-done"}, [&] { std::filesystem::remove_all(path("out")); },
+      [&] {
+        std::set<std::string> good;
+        for (const Json& record : records())
+          if (record["status"] == "ok") good.insert(record["output"].get<std::string>());
+        EXPECT_EQ(good, (std::set<std::string>{"a.tag", "b.tag"}));
+        for (const std::string name : originals_) EXPECT_TRUE(exists(name)) << name;
+        std::vector<std::string> there = names_in("out");
+        if (!is_on_local_file_system())
+          std::erase_if(there, [](const std::string& name) { return name.find(".part") != name.npos; });
+        EXPECT_EQ(there, (std::vector<std::string>{"a.tag", "b.tag", "results.jsonl"}));
+      });
+}
+
+TEST_P(ConvertFault, WhileOriginalsAreRemovedLosesNothing) {
+  make_volumes();
+  expect_ok(convert());
+  const std::string encoded = content("out/results.jsonl");
+  spoil_each_call(
+      {"--remove-verified"},
+      [&] {
+        restore_originals();
+        file("out/results.jsonl", encoded);
+      },
+      [&] {
+        for (const std::string name : {"a.nhdr", "b.nrrd"}) EXPECT_FALSE(exists(name)) << name;
+        EXPECT_TRUE(exists("out/a.tag") && exists("out/b.tag"));
+      });
+}
+
+INSTANTIATE_TEST_SUITE_P(By, ConvertFault,
+                         testing::Values(Fault{"Kill", "SIGKILL", false, SIGKILL},
+                                         Fault{"Term", "SIGTERM", false, SIGTERM},
+                                         Fault{"ErrorOfTheDisk", std::to_string(EIO)},
+                                         Fault{"FullDisk", std::to_string(ENOSPC), true}),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace tagrid

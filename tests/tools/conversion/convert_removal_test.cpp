@@ -1,0 +1,198 @@
+// convert --remove-verified: originals go in a pass of their own, when their outputs were found good once
+// more.
+#include "tests/support/conversions.h"
+
+namespace tagrid {
+namespace {
+
+class ConvertRemoval : public Conversions<CommandLine> {
+ protected:
+  Ending remove(const Arguments& more = {}) const {
+    return convert(this->with(Arguments{"--remove-verified"}, more));
+  }
+  /// Expects that the pass keeps the original of the only volume that is left, and says why.
+  void expect_kept(const std::string& original, const std::string& status, std::string_view why,
+                   const Arguments& more = {}) const {
+    const Ending ending = remove(more);
+    EXPECT_EQ(ending.code, broken_input) << why;
+    EXPECT_EQ(last()["status"], status) << why;
+    EXPECT_NE(last()["error"].get<std::string>().find(why), std::string::npos) << last()["error"];
+    EXPECT_TRUE(exists(original)) << why;
+  }
+};
+
+TEST_F(ConvertRemoval, OriginalsGoInAPassOfTheirOwnAndComeBackFromTheirOutputs) {
+  volumes(2);
+  volume("c.nhdr", 3);
+  file("list.tsv", "a.nrrd\nb.nrrd\tmax-error=5\nc.nhdr\n");
+  const std::string a = content("a.nrrd"), c = content("c.raw");
+  expect_ok(convert());
+  expect_ok(convert({"--skip-done"}));
+  expect_ok(convert({"-f"}));
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nhdr") && exists("c.raw"));
+  const std::string tag = content("out/a.tag");
+  expect_ok(remove({"--json", "sums.json"}));
+  EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd") || exists("c.nhdr") || exists("c.raw"));
+  EXPECT_EQ(statuses(3), "a removed, b removed, c removed");
+  EXPECT_EQ(json_of("sums.json")["removed"], 3);
+  EXPECT_EQ(json_of("sums.json")["ok"], 0);
+  EXPECT_TRUE(content("out/a.tag") == tag) << "nothing is encoded";
+  // Neither pass has anything left to do.
+  expect_ok(remove());
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(6), "a skipped, b skipped, c skipped, a skipped, b skipped, c skipped");
+  EXPECT_EQ(convert().code, broken_input);
+  expect_ok(remove());
+  expect_ok(tagrid({"decode", "out/a.tag", "-o", "a.nrrd"}));
+  expect_ok(tagrid({"decode", "out/c.tag", "-o", "c.raw"}));
+  EXPECT_TRUE(content("a.nrrd") == a);
+  EXPECT_TRUE(content("c.raw") == c);
+}
+
+TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
+  volumes(3);
+  expect_ok(convert());
+  damage("out/a.tag");
+  // A good file, of the right volume, is not what was written either.
+  expect_ok(script("$TAGRID encode b.nrrd -fo out/b.tag --max-error 3"));
+  std::filesystem::remove(path("out/c.tag"));
+  const Ending ending = remove();
+  EXPECT_EQ(ending.code, broken_input);
+  EXPECT_EQ(statuses(3), "a damaged, b damaged, c damaged");
+  EXPECT_NE(last()["error"].get<std::string>().find("c.tag: is no longer what was written"),
+            std::string::npos);
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
+  // The size of a.tag is right; a record says that the rest is not.
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(3), "a ok, b ok, c ok");
+  expect_ok(remove());
+  EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd") || exists("c.nrrd"));
+}
+
+TEST_F(ConvertRemoval, AnOutputThatDecodesToSomethingElseKeepsItsOriginal) {
+  volumes(1);
+  expect_ok(convert());
+  // The record of a file that was never right: its checksum fits, its voxels do not.
+  volume("other.nrrd", 2);
+  expect_ok(script("$TAGRID encode other.nrrd -fo out/a.tag"));
+  const Json old = last();
+  Json forged = old;
+  forged["output_xxh3"] = checksum(content("out/a.tag"));
+  file("out/results.jsonl", forged.dump() + "\n");
+  expect_kept("a.nrrd", "kept", "further apart than 0");
+}
+
+TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
+  volume("a.nhdr", 1);
+  file("list.tsv", "a.nhdr\n");
+  expect_ok(convert());
+  file("a.nhdr", content("a.nhdr") + "patient:=moved\n");
+  expect_kept("a.nhdr", "kept", "its header is no longer what was encoded");
+  volume("a.nhdr", 2);
+  expect_kept("a.raw", "kept",
+              "a.nhdr: is no longer what was encoded; it is kept, and --skip-done encodes it again");
+  file("a.raw", content("a.raw") + "x");
+  expect_kept("a.raw", "kept", "a.raw");
+}
+
+TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
+  volume("a.raw", 1, {"--type", "uint8"});
+  file("list.tsv", "a.raw\tdims=21,18,13\ttype=uint8\tmax-error=200\n");
+  expect_ok(convert());
+  std::string bytes = content("a.raw");
+  // Two voxels that were coded the same change places: every sum is as it was.
+  std::swap(bytes[0], *std::find_if(bytes.begin(), bytes.end(), [&](char b) { return b != bytes[0]; }));
+  file("a.raw", bytes);
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(last()["status"], "kept");
+  EXPECT_EQ(content("a.raw"), bytes);
+}
+
+TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
+  volumes(1);
+  expect_error(remove(), world, "out: is no folder: nothing was converted to it yet");
+  expect_ok(script("mkdir out"));
+  expect_ok(remove());
+  EXPECT_EQ(last()["status"], "skipped");
+  EXPECT_EQ(last()["error"], "no record says that it was encoded");
+  expect_ok(convert({"--max-error", "5", "--cube", "16"}));
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 2",
+              {"--max-error", "2"});
+  expect_kept("a.nrrd", "kept", "was encoded with other options: effort was not given, now best",
+              {"--effort", "best"});
+  file("list.tsv", "a.nrrd\tmax-error=0\n");
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 0");
+  expect_ok(script("mkdir other && cp a.nrrd other && echo other/a.nrrd > list.tsv"));
+  expect_kept("other/a.nrrd", "kept", "is recorded as made of");
+  // Options that were given are those of the record; others need not be repeated.
+  file("list.tsv", "a.nrrd\tmax-error=5\n");
+  expect_ok(remove());
+  EXPECT_FALSE(exists("a.nrrd"));
+}
+
+// Whoever asks for other options and is refused does not want the original to go.
+TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
+  volumes(1);
+  expect_ok(convert({"--max-error", "5"}));
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  expect_kept("a.nrrd", "kept", "the last run failed with it");
+  expect_ok(convert({"--skip-done", "--max-error", "5"}));
+  expect_ok(remove({"--max-error", "5.0"}));
+  EXPECT_FALSE(exists("a.nrrd"));
+}
+
+TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
+  volume("a.nhdr", 1);
+  volume("b.nrrd", 2);
+  volume("c.raw", 3);
+  expect_ok(
+      script("mkdir deep && mv a.raw deep && sed -i 's|a.raw|deep/a.raw|' a.nhdr && mv b.nrrd deep && "
+             "ln -s deep/b.nrrd b.nrrd && (echo 12345678; cat c.raw) > d.raw"));
+  file("list.tsv", "a.nhdr\nb.nrrd\nd.raw\tdims=21,18,13\ttype=int16\toffset=9\n");
+  expect_ok(convert());
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(statuses(3), "a kept, b kept, d kept");
+  const std::vector<Json> all = records();
+  const std::string why[] = {"may lie in another folder", "is a symbolic link", "would be lost"};
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_NE(all[3 + i]["error"].get<std::string>().find(why[i]), std::string::npos) << all[3 + i];
+  for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})
+    EXPECT_TRUE(exists(name)) << name;
+}
+
+TEST_F(ConvertRemoval, AFileThatAnotherVolumeIsInIsKept) {
+  volume("a.nhdr", 1);
+  volumes(2);
+  expect_ok(script("mkdir sub; sed 's|a.raw|../a.raw|' a.nhdr > sub/z.nhdr"));
+  // z was not encoded, and needs what a is in.
+  file("list.tsv", "a.nhdr\nb.nrrd\n");
+  expect_ok(convert());
+  file("list.tsv", "a.nhdr\nb.nrrd\nsub/z.nhdr\n");
+  EXPECT_EQ(remove({"--shard=0/1"}).code, broken_input);
+  EXPECT_EQ(statuses(3, "out/results-0-of-1.jsonl"), "a kept, b removed, z skipped");
+  EXPECT_TRUE(exists("a.raw") && exists("a.nhdr"));
+}
+
+TEST_F(ConvertRemoval, ShardsRemoveTheirOwn) {
+  volumes(3);
+  expect_ok(convert());
+  expect_ok(remove({"--shard", "1/2"}));
+  EXPECT_EQ(statuses(9, "out/results-1-of-2.jsonl"), "b removed");
+  EXPECT_TRUE(exists("a.nrrd") && !exists("b.nrrd") && exists("c.nrrd"));
+}
+
+TEST_F(ConvertRemoval, ANewVolumeUnderTheNameOfARemovedOneDoesNotReplaceItsOutput) {
+  volumes(1);
+  expect_ok(convert());
+  expect_ok(remove());
+  const std::string before = content("out/a.tag");
+  volume("a.nrrd", 9);
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_NE(last()["error"].get<std::string>().find("exists already"), std::string::npos);
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_TRUE(exists("a.nrrd"));
+  EXPECT_TRUE(content("out/a.tag") == before);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,244 @@
+// What is written on the command line, and what comes of mistakes there.
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+class Options : public CommandLine {};
+
+TEST_F(Options, HelpAndVersionEndWithSuccess) {
+  for (const char* command : {"encode", "decode", "info", "verify", "mesh", "phantom"}) {
+    const Ending help = tagrid({command, "--help"});
+    expect_ok(help);
+    EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;
+  }
+  expect_ok(tagrid({"--help"}));
+  EXPECT_EQ(tagrid({"--version"}).out.rfind("tagrid ", 0), 0U);
+}
+
+TEST_F(Options, UnknownOptionsSuggestTheNearest) {
+  expect_error(tagrid({"encode", "--max-eror", "3", "x.nrrd"}), usage, "did you mean --max-error?");
+  expect_error(tagrid({"encode", "--grid_only", "x.nrrd"}), usage, "did you mean --grid-only?");
+  expect_error(tagrid({"decode", "--fromat=raw", "x.tag"}), usage, "--fromat; did you mean --format?");
+}
+
+TEST_F(Options, UnknownOptionsFarFromAllPointToTheHelp) {
+  expect_error(tagrid({"encode", "--zyxwvu", "x.nrrd"}), usage, "see tagrid encode --help");
+  expect_error(tagrid({"-z"}), usage, "see tagrid --help");
+}
+
+TEST_F(Options, UnknownSubcommandsSuggestTheNearest) {
+  expect_error(tagrid({"encdoe", "x.nrrd"}), usage, "did you mean encode?");
+  expect_error(tagrid({"veryfi", "x.tag"}), usage, "did you mean verify?");
+}
+
+TEST_F(Options, ASubcommandAndItsInputAreRequired) {
+  expect_error(tagrid({}), usage, "tagrid --help");
+  for (const char* command : {"encode", "decode", "info", "verify"})
+    expect_error(tagrid({command}), usage, "INPUT is required");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many");
+}
+
+TEST_F(Options, ValueAfterASpaceOrAnEqualsSign) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error", "3", "-o", "space.tag"}));
+  expect_ok(tagrid({"encode", "--max-error=3", "volume.nrrd", "--output=equals.tag"}));
+  EXPECT_EQ(content("space.tag"), content("equals.tag"));
+}
+
+TEST_F(Options, ShortOptionsTakeTheirValueAtOnceAndInOneWord) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "-T2", "volume.nrrd", "-oa.tag"}));
+  expect_ok(tagrid({"encode", "-fo", "a.tag", "-qk", "volume.nrrd"}));
+}
+
+TEST_F(Options, TheLastOfRepeatedOptionsCounts) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error", "9", "--max-error", "2"}));
+  EXPECT_EQ(nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out)["max_error"], 2);
+}
+
+TEST_F(Options, NamesThatBeginWithADashComeAfterTwo) {
+  phantom("volume.nrrd");
+  expect_ok(script("cp volume.nrrd ./-x.nrrd; \"$TAGRID\" encode -o x.tag -- -x.nrrd"));
+}
+
+TEST_F(Options, ValuesOutOfRangeAreRefused) {
+  phantom("volume.nrrd");
+  const std::vector<Arguments> wrong = {{"--max-error", "-1"},
+                                        {"--max-error", "nan"},
+                                        {"--max-error", "much"},
+                                        {"--max-error", "inf"},
+                                        {"--max-error", "1e999"},
+                                        {"--max-error", "0x10"},
+                                        {"--max-error", "2,5"},
+                                        {"--max-error", " 2"},
+                                        {"--cube", "0x20"},
+                                        {"--cube", "32.0"},
+                                        {"--cube", "99999999999999999999"},
+                                        {"-T", "1025"},
+                                        {"-T", "2x"},
+                                        {"--range", "0:inf"},
+                                        {"--range", "0:1:2"},
+                                        {"--accuracy", "2"},
+                                        {"--cube", "33"},
+                                        {"--cube", "2"},
+                                        {"--cube", "512"},
+                                        {"--max-level", "16"},
+                                        {"--brick", "0"},
+                                        {"--effort", "most"},
+                                        {"--effort", "2"},
+                                        {"--range", "5"},
+                                        {"--range", "5:5"},
+                                        {"--range", "5:x"},
+                                        {"--field-scale", "0"},
+                                        {"-T", "-1"},
+                                        {"--progress", "much"},
+                                        {"--offset", "-1"},
+                                        {"--dims", "4,4"},
+                                        {"--dims", "4,,4,4", "--type", "uint8"},
+                                        {"--dims", "4,4,4,", "--type", "uint8"},
+                                        {"--dims", "4,4,2147483649", "--type", "uint8"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--offset", "20000000000G"},
+                                        {"--dims", "0,4,4", "--type", "uint8"},
+                                        {"--dims", "4,4,4", "--type", "uint9"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--endian", "middle"},
+                                        {"--dims", "4,4,4", "--type", "uint8", "--spacing", "1,0,1"}};
+  for (const Arguments& options : wrong) {
+    SCOPED_TRACE(options[0] + " " + options[1]);
+    expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
+  }
+  EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, NumbersAreDecimalWhateverTheyBeginWith) {
+  expect_ok(tagrid({"phantom", "--dims", "052,040,036", "-o", "octal.nrrd", "-T", "02"}));
+  phantom("volume.nrrd");
+  EXPECT_EQ(content("octal.nrrd"), content("volume.nrrd"));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "016", "--accuracy=020", "-o", "zero.tag"}));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "16", "--max-error", "-0", "-o", "none.tag"}));
+  EXPECT_EQ(content("zero.tag"), content("none.tag"));
+}
+
+TEST_F(Options, BytesBeforeTheSamplesCanBeCountedInKibibytes) {
+  phantom("volume.raw");
+  file("more.raw", std::string(2048, 'x') + content("volume.raw"));
+  expect_ok(tagrid(with({"encode", "volume.raw"}, raw_)));
+  expect_ok(tagrid(with({"encode", "more.raw", "--offset", "2K"}, raw_)));
+  EXPECT_EQ(content("more.tag"), content("volume.tag"));
+}
+
+TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
+  phantom("volume.nrrd");
+  const std::vector<Arguments> wrong = {{"--surface-error", "1"},
+                                        {"--surface-error", "2", "--max-error", "2"},
+                                        {"--surface-error", "1", "--max-error", "2", "--grid-only"},
+                                        {"--grid-only", "--max-level", "6", "--max-error", "2"},
+                                        {"--field-scale", "0.1", "--range", "0:9"},
+                                        {"--dims", "4,4,4"},
+                                        {"--type", "int16"},
+                                        {"--spacing", "1,1,1"},
+                                        {"--endian", "big"},
+                                        {"--keep", "--rm"}};
+  for (const Arguments& options : wrong) {
+    SCOPED_TRACE(options[0]);
+    expect_error(tagrid(with({"encode", "volume.nrrd"}, options)), usage, "");
+  }
+  EXPECT_EQ(names(), std::vector<std::string>{"volume.nrrd"});
+}
+
+TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {{"phantom", "--dims", "4,4,4", "--seed", "-1"}, "--seed: -1: must be a whole number"},
+      {{"phantom", "--dims", "4,4,4", "--seed", "99999999999999999999"}, "below 2^64"},
+      {{"encode", "x", "--dims=1,1,1", "--type=int8", "--offset=-3"}, "--offset: -3: must be a whole number"},
+      {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
+      {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
+      {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
+      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw, vdb;"}};
+  for (const auto& [arguments, message] : wrong) {
+    const Ending ending = tagrid(arguments);
+    expect_error(ending, usage, message);
+    EXPECT_LT(ending.err.size(), 140U) << ending.err;
+  }
+}
+
+TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
+  phantom("volume.nrrd", {"--type", "int16"});
+  const std::vector<Arguments> wrong = {
+      {"--type", "uint16"}, {"--endian", "big"}, {"--spacing", "1,1,2"}, {"--spacing", "0.5,1,1"}};
+  for (const Arguments& options : wrong)
+    for (const char* input : {"volume.nrrd", "-"})
+      expect_error(
+          tagrid(with({"encode", input, "-o", "x.tag", "--dims", "52,40,36", "--type", "int16"}, options),
+                 content("volume.nrrd")),
+          usage, "its NRRD header says");
+  expect_ok(tagrid(with({"encode", "volume.nrrd", "--endian=little", "--spacing=1,1,1"}, raw_)));
+}
+
+TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {
+  make_tag();
+  const auto on_terminal = [&](Arguments arguments) {
+    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    return Process(arguments, folder_.string(), Process::Output::terminal).finish();
+  };
+  expect_error(on_terminal({"encode", "volume.nrrd", "-o", "-"}), usage, "terminal");
+  expect_error(on_terminal({"encode", "volume.nrrd", "-fo", "-"}), usage, "terminal");
+  expect_error(on_terminal({"decode", "volume.tag", "-o", "-"}), usage, "terminal");
+  expect_error(on_terminal({"phantom", "--dims", "4,4,4"}), usage, "terminal");
+  expect_ok(on_terminal({"info", "volume.tag"}));
+}
+
+TEST_F(Options, QuietSaysNothingAndVerboseMore) {
+  phantom("volume.nrrd");
+  const Ending verbose = tagrid({"encode", "volume.nrrd", "-v"});
+  EXPECT_NE(verbose.err.find("ratio"), std::string::npos);
+  const Ending quiet = tagrid({"encode", "volume.nrrd", "-fqv", "--progress=bar"});
+  expect_ok(quiet);
+  EXPECT_EQ(tagrid({"verify", "volume.tag", "-q"}).out, "");
+}
+
+TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
+  phantom("volume.nrrd");
+  const Ending bar = tagrid({"encode", "volume.nrrd", "--progress=bar"});
+  EXPECT_NE(bar.err.find("MB/s"), std::string::npos);
+  EXPECT_NE(bar.err.find("left"), std::string::npos);
+  EXPECT_EQ(bar.err.substr(bar.err.size() - 4), "\r\033[K") << "the bar is cleared at the end";
+  // A line a minute: none in a short run. Automatic: none where nobody looks.
+  for (const char* style : {"plain", "none", "auto"})
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--progress", style}));
+}
+
+TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
+  phantom("volume.raw");
+  const Ending wrong = tagrid({"encode", "volume.raw", "--dims", "40,52,36", "--type", "int16"});
+  EXPECT_EQ(wrong.code, 0);
+  EXPECT_NE(wrong.err.find("--dims 52,40,36"), std::string::npos) << wrong.err;
+  expect_ok(tagrid({"encode", "volume.raw", "-fq", "--dims", "40,52,36", "--type", "int16"}));
+  expect_ok(tagrid(with({"encode", "volume.raw", "-f"}, raw_)));
+}
+
+// Files that people have: the message says what they are, and what to do with them.
+TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
+  make_tag();
+  expect_ok(script(
+      "gzip -c volume.nrrd > a.gz; (head -c 128 /dev/zero; echo DICM) > a.dcm; (head -c 344 /dev/zero; "
+      "echo n+1) > a.nii; echo ObjectType = Image > a.mha; printf 'II*\\0....' > a.tif"));
+  const std::pair<const char*, const char*> files[] = {{"volume.tag", "is a .tag file already"},
+                                                       {"a.gz", "zcat FILE | tagrid encode -"},
+                                                       {"a.dcm", "is a DICOM file"},
+                                                       {"a.nii", "is a NIfTI file"},
+                                                       {"a.mha", "is a MetaImage header"},
+                                                       {"a.tif", "TIFF"}};
+  for (const auto& [name, advice] : files) {
+    expect_error(tagrid({"encode", name, "-o", "x.tag"}), broken_input, advice);
+    expect_error(tagrid({"encode", "-"}, content(name)), broken_input, advice);
+    expect_error(tagrid({"encode", name, "-o", "x.tag", "--dims", "9,9,99", "--type", "int16"}), broken_input,
+                 advice);
+  }
+  expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag && cmp b.tag volume.tag"));
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,223 @@
+// What info, verify and --json FILE say.
+
+#include <cmath>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+using Json = nlohmann::json;
+
+class Reports : public CommandLine {
+ protected:
+  Json info(const std::string& name) const {
+    const Ending ending = tagrid({"info", name, "--json"});
+    expect_ok(ending);
+    return Json::parse(ending.out);
+  }
+
+  /// Points of levels 0 .. level of a x b x c root cubes of edge 2^K, from what a bisection adds: corners of
+  /// the cubes of a size; their centres; the centres of their faces; and again with half the size.
+  static std::uint64_t points_up_to(int level, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
+    const std::uint64_t n = std::uint64_t{1} << (level / 3);
+    a *= n, b *= n, c *= n;
+    std::uint64_t points = (a + 1) * (b + 1) * (c + 1);
+    if (level % 3 >= 1) points += a * b * c;
+    if (level % 3 == 2) points += (a + 1) * b * c + a * (b + 1) * c + a * b * (c + 1);
+    return points;
+  }
+  static void expect_keys(const Json& json, const std::vector<std::string>& keys) {
+    for (const std::string& key : keys) EXPECT_TRUE(json.contains(key)) << key;
+  }
+};
+
+TEST_F(Reports, InfoHasEveryKey) {
+  make_tag({"--max-error", "3"});
+  const Json json = info("volume.tag");
+  expect_keys(json, {"dims", "type", "cube", "accuracy", "field_scale", "range", "max_error", "effort",
+                     "mode", "levels", "bytes", "achieved"});
+  EXPECT_EQ(json["dims"], Json({52, 40, 36}));
+  EXPECT_EQ(json["type"], "int16");
+  EXPECT_EQ(json["cube"], 32);
+  EXPECT_EQ(json["accuracy"], 20);
+  EXPECT_EQ(json["range"], Json({-1024, 3072}));
+  EXPECT_EQ(json["max_error"], 3);
+  EXPECT_EQ(json["mode"], "voxels");
+  expect_keys(json["achieved"], {"max_error", "rmse", "psnr"});
+  EXPECT_EQ(json["achieved"]["max_error"], 3);
+  EXPECT_GT(json["achieved"]["psnr"], 50);
+}
+
+TEST_F(Reports, EveryEffortIsFoundInInfo) {
+  phantom("volume.nrrd");
+  for (const std::string effort : {"fast", "default", "best"}) {
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--effort", effort}));
+    EXPECT_EQ(info("volume.tag")["effort"], effort);
+    EXPECT_NE(tagrid({"info", "volume.tag"}).out.find("effort          " + effort), std::string::npos);
+  }
+}
+
+TEST_F(Reports, EffortIsAcceptedWhereItChangesNothing) {
+  phantom("volume.nrrd");
+  const auto size = [this](const std::string& effort) {
+    expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--effort", effort}));
+    return info("volume.tag")["bytes"]["values"].get<std::uint64_t>();
+  };
+  const std::uint64_t usual = size("default");
+  EXPECT_EQ(size("fast"), usual);
+  EXPECT_EQ(size("best"), usual);
+}
+
+TEST_F(Reports, OptionsAreFoundInInfo) {
+  make_tag({"--cube=16", "--accuracy=30", "--range=-500:1500", "--max-error=0"});
+  Json json = info("volume.tag");
+  EXPECT_EQ(json["cube"], 16);
+  EXPECT_EQ(json["accuracy"], 30);
+  EXPECT_EQ(json["range"], Json({-500, 1500}));
+  EXPECT_EQ(json["max_error"], 0);
+  EXPECT_EQ(json["achieved"]["rmse"], 0);
+  EXPECT_TRUE(json["achieved"]["psnr"].is_null());
+  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--field-scale", "0.25"}));
+  EXPECT_EQ(info("volume.tag")["field_scale"], 0.25);
+  EXPECT_TRUE(info("volume.tag")["range"].is_null());
+}
+
+TEST_F(Reports, AGridHasNoBoundUnlessToldSo) {
+  make_tag({"--grid-only"});
+  EXPECT_EQ(info("volume.tag")["mode"], "grid");
+  EXPECT_TRUE(info("volume.tag")["max_error"].is_null());
+  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--grid-only", "--max-error", "0"}));
+  EXPECT_EQ(info("volume.tag")["max_error"], 0);
+  EXPECT_EQ(info("volume.tag")["achieved"]["max_error"], 0);
+}
+
+TEST_F(Reports, BytesSumToTheFile) {
+  phantom("volume.nrrd");
+  for (const Arguments& options : {Arguments{"--cube=8", "--max-error=3"}, Arguments{"--grid-only"}}) {
+    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f"}, options)));
+    const Json bytes = info("volume.tag")["bytes"];
+    EXPECT_EQ(bytes["file"], content("volume.tag").size());
+    std::uint64_t sum = 0;
+    for (const char* part : {"header", "activity", "values", "index"}) {
+      EXPECT_GT(bytes[part], 0) << part;
+      sum += bytes[part].get<std::uint64_t>();
+    }
+    EXPECT_EQ(bytes["file"], sum);
+  }
+}
+
+TEST_F(Reports, LevelsAreCumulativeWithExactPointCounts) {
+  make_tag({"--cube", "16", "--max-error", "5"});
+  const Json levels = info("volume.tag")["levels"];
+  ASSERT_EQ(levels.size(), 3U * 4 + 1);
+  std::uint64_t before = 0;
+  for (int level = 0; level < 13; ++level) {
+    const Json& row = levels[static_cast<std::size_t>(level)];
+    EXPECT_EQ(row["level"], level);
+    EXPECT_EQ(row["points"], points_up_to(level, 4, 3, 3)) << level;
+    EXPECT_GE(row["active"], before);
+    EXPECT_LE(row["active"], row["points"]);
+    before = row["active"];
+  }
+  EXPECT_EQ(levels[0]["active"], 5 * 4 * 4) << "root corners are active";
+}
+
+TEST_F(Reports, ALimitedRunHasNoActivePointsAboveItsLevel) {
+  make_tag({"--grid-only", "--max-level", "7"});
+  const Json levels = info("volume.tag")["levels"];
+  EXPECT_EQ(levels[7]["active"], levels[15]["active"]);
+  EXPECT_LT(levels[6]["active"], levels[7]["active"]);
+}
+
+TEST_F(Reports, VerifyAcceptsWhatWasEncoded) {
+  make_tag({"--max-error", "3"});
+  const Ending ending = tagrid({"verify", "volume.tag", "--against", "volume.nrrd"});
+  expect_ok(ending);
+  EXPECT_NE(ending.out.find("largest error against volume.nrrd: 3\n"), std::string::npos) << ending.out;
+  phantom("volume.raw");
+  expect_ok(tagrid(with({"verify", "volume.tag", "--against", "volume.raw"}, raw_)));
+}
+
+TEST_F(Reports, VerifyFindsASingleChangedVoxel) {
+  make_tag();
+  std::string changed = content("volume.nrrd");
+  const std::size_t voxel = (11 * 40 + 31) * 52 + 17;
+  changed[changed.size() - 2 * (52 * 40 * 36 - voxel)] ^= 1;
+  file("changed.nrrd", changed);
+  expect_error(tagrid({"verify", "volume.tag", "--against", "changed.nrrd"}), broken_input, "(17, 31, 11)");
+}
+
+TEST_F(Reports, VerifyRefusesAnOriginalOfAnotherSize) {
+  make_tag();
+  phantom("other.nrrd", {"--dims", "52,40,35"});
+  expect_error(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}), broken_input, "(52, 40, 35)");
+  expect_error(tagrid({"verify", "volume.tag", "--against", "missing"}), world, "missing");
+  expect_error(tagrid(with({"verify", "volume.tag"}, raw_)), usage, "--against");
+  expect_error(tagrid({"verify", "-", "--against", "-"}), usage, "--against");
+}
+
+TEST_F(Reports, EveryCommandWritesStatistics) {
+  phantom("volume.nrrd", {"--json", "phantom.json"});
+  expect_ok(tagrid({"encode", "volume.nrrd", "--max-error=3", "-T2", "--json", "encode.json"}));
+  expect_ok(tagrid({"verify", "volume.tag", "--json=verify.json", "--against", "volume.nrrd", "-q"}));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "again.nrrd", "--json", "decode.json"}));
+  for (const std::string command : {"phantom", "encode", "verify", "decode"}) {
+    SCOPED_TRACE(command);
+    const Json json = json_of(command + ".json");
+    EXPECT_EQ(json["command"], command);
+    expect_keys(json, {"input", "output", "settings", "achieved", "threads"});
+    EXPECT_EQ(json["dims"], Json({52, 40, 36}));
+    EXPECT_EQ(json["type"], "int16");
+    EXPECT_GT(json["seconds"], 0);
+    EXPECT_NEAR(json["voxels_per_second"].get<double>() * json["seconds"].get<double>(), 52 * 40 * 36, 1);
+  }
+  const Json encode = json_of("encode.json"), decode = json_of("decode.json");
+  EXPECT_EQ(encode["bytes_in"], content("volume.nrrd").size());
+  EXPECT_EQ(encode["bytes_out"], content("volume.tag").size());
+  EXPECT_EQ(encode["threads"], 2);
+  EXPECT_EQ(encode["settings"]["max_error"], 3);
+  EXPECT_EQ(encode["achieved"]["max_error"], 3);
+  EXPECT_EQ(decode["bytes_in"], content("volume.tag").size());
+  EXPECT_EQ(decode["bytes_out"], content("again.nrrd").size());
+  EXPECT_EQ(decode["achieved"], encode["achieved"]);
+  EXPECT_TRUE(json_of("phantom.json")["input"].is_null());
+}
+
+TEST_F(Reports, StatisticsCountBothFilesOfADetachedHeaderAndPackedBytes) {
+  phantom("volume.nhdr");
+  expect_ok(tagrid({"encode", "volume.nhdr", "--json", "a.json"}));
+  EXPECT_EQ(json_of("a.json")["bytes_in"], content("volume.nhdr").size() + content("volume.raw").size());
+  const Ending piped = tagrid({"encode", "-", "-o", "b.tag", "--json", "-"}, content("volume.tag"));
+  expect_error(piped, broken_input, "standard input");
+  EXPECT_EQ(piped.out, "");
+}
+
+TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {
+  phantom("volume.nrrd");
+  const Ending ending = tagrid({"encode", "volume.nrrd", "--json", "-"});
+  expect_ok(ending);
+  EXPECT_EQ(Json::parse(ending.out)["output"], "volume.tag");
+  expect_error(tagrid({"encode", "volume.nrrd", "-fo", "-", "--json", "-"}), usage, "--json");
+  expect_ok(tagrid({"verify", "volume.tag", "--json", "-"}));
+  EXPECT_TRUE(Json::accept(tagrid({"verify", "volume.tag", "--json", "-"}).out));
+}
+
+TEST_F(Reports, StatisticsAppearWhenTheRunWasGood) {
+  make_tag();
+  file("kept.json", "{}");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nrrd", "--json", "kept.json"}), usage, "kept.json");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.nrrd", "--json", "x.nrrd"}), usage, "is the output");
+  file("bad.tag", content("volume.tag").substr(0, 200));
+  expect_error(tagrid({"decode", "bad.tag", "-o", "x.nrrd", "--json", "x.json"}), broken_input, "bad.tag");
+  EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "kept.json", "volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(Reports, FileNamesNeedNotBeText) {
+  phantom("volume\xff.nrrd");
+  expect_ok(tagrid({"encode", "volume\xff.nrrd", "-o", "x.tag", "--json", "x.json"}));
+  EXPECT_EQ(json_of("x.json")["output"], "x.tag");
+}
+
+}  // namespace
+}  // namespace tagrid
