@@ -15,7 +15,7 @@
 // A string is its length (u32) and its characters. Metadata are their number (u32), then of each its name,
 // the name of its type, the bytes of its value and their number (u32). Nodes come depth first. A node begins
 // with its masks: which entries are children, and which of the others are active; then come its values, see
-// io/vdb_values.h. The entry of (x, y, z) has number (x * n + y) * n + z: here z is the fastest.
+// io/vdb/values.h. The entry of (x, y, z) has number (x * n + y) * n + z: here z is the fastest.
 #pragma once
 
 #include <array>

@@ -24,7 +24,7 @@ struct PartOrder {
   std::string folder;          ///< where the parts are
   Bytes record;                ///< of the run, see RunRecord
   Resources resources{0};      ///< of each rank; 0 threads: as many as it may run on
-  int code_after_signal = -1;  ///< see io/temporaries.h: the run can be continued
+  int code_after_signal = -1;  ///< see io/files/temporaries.h: the run can be continued
 };
 
 /// Where the blocks of a part begin in the file, and the checksum that precedes them there.

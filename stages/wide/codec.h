@@ -1,7 +1,7 @@
 // The values of every voxel of one brick of uint32, int32, float32 or float64, each within a bound of the
 // original, as bytes and back. What voxel_codec is for the narrow types.
 //
-// Every sample becomes a number (wide_numbers.h): an integer itself, a float its key where nothing may be
+// Every sample becomes a number (numbers.h): an integer itself, a float its key where nothing may be
 // lost or else a fixed-point number. The numbers are coded closed loop, like narrow samples; a float whose
 // number would not lead back to it within its bound escapes, as do all that are not finite: its bits are
 // stored.

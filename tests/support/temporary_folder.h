@@ -54,7 +54,7 @@ class TemporaryFolder : public ::testing::Test {
     return result;
   }
 
-  /// Whether what killed runs leave can be told from what is in use; see io/abandoned_files.h.
+  /// Whether what killed runs leave can be told from what is in use; see io/files/abandoned_files.h.
   bool is_on_local_file_system() const {
     const int descriptor = open(folder_.c_str(), O_RDONLY);
     const bool local = is_local(descriptor);

@@ -45,8 +45,8 @@ std::string number_wanted() {
     return "a finite number";
 }
 
-/// An option with a number as its value (T, or std::optional<T>), read as tools/numbers.h says; anything else
-/// is a UsageError. The option parser's own conversion takes 020 for 16.
+/// An option with a number as its value (T, or std::optional<T>), read as tools/options/numbers.h says;
+/// anything else is a UsageError. The option parser's own conversion takes 020 for 16.
 template <class Value>
 CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
                                const std::string& description) {

@@ -1,4 +1,4 @@
-// What the exit code tells a script; the numbers are those of sysexits.h.
+// What the exit code tells a script; the numbers are those of <sysexits.h>.
 #pragma once
 
 namespace tagrid {

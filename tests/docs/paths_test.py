@@ -1,0 +1,67 @@
+"""Documents and comments name files that exist: every path between backticks, every path and file name in a comment."""
+
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+FOLDERS = ("stages", "io", "pipeline", "tools", "tests", "docs", "cmake")
+SOURCES = {".h", ".cpp", ".py", ".sh", ".cmake", ".sbatch", ".txt"}
+ENDINGS = ("", ".h", ".cpp", ".py", ".md")
+
+BACKTICKS = re.compile(r"`([^`\n]+)`")
+COMMENT = re.compile(r"(?://|#(?!include|pragma|if|el|en|de|un))(.*)")
+PATH = re.compile(rf"(?<![\w./~-])((?:{'|'.join(FOLDERS)})/[\w./*<>-]*[\w*>/])")
+FILE_NAME = re.compile(r"(?<![\w./<-])([a-z]\w*\.(?:h|cpp))\b")
+
+
+def all_files():
+    folders = [ROOT / folder for folder in FOLDERS]
+    files = [path for folder in folders for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    return files + [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
+
+
+NAMES = {path.name for path in all_files()}
+
+
+def exists(path):
+    """Also without its ending (a unit), with * for several, and with <what> for whatever there is."""
+    pattern = re.sub(r"<[^>]*>", "*", path.rstrip("/"))
+    return any(True for ending in ENDINGS for _ in ROOT.glob(pattern + ending))
+
+
+def wrong_names(text):
+    """What `text` names and is not there."""
+    wrong = [path for path in PATH.findall(text) if not exists(path)]
+    return wrong + [name for name in FILE_NAME.findall(text) if name not in NAMES]
+
+
+def names_in(path):
+    """The lines of a file with the text in which names are looked for."""
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        if path.suffix == ".md":
+            # A command has its own words.
+            yield from ((number, name) for name in BACKTICKS.findall(line) if " " not in name)
+        elif found := COMMENT.search(line):
+            yield number, found[1]
+
+
+class Paths(unittest.TestCase):
+    def test_what_documents_and_comments_name_is_there(self):
+        wrong = []
+        for path in all_files():
+            if path.suffix not in SOURCES | {".md"}:
+                continue
+            for number, text in names_in(path):
+                wrong += [f"{path.relative_to(ROOT)}:{number}: there is no {name}" for name in wrong_names(text)]
+        self.assertEqual(wrong, [], "\n" + "\n".join(wrong))
+
+    def test_a_wrong_name_is_found(self):
+        for text in ("stages/nothing", "see io/nothing.h.", "as in nothing_at_all.cpp", "tests/<room>/nothing_test.cpp"):
+            self.assertEqual(len(wrong_names(text)), 1, text)
+        for text in ("stages/", "see tests/docs/paths_test.py.", "tests/docs/paths_test", "stages/w*", "as in domain.cpp"):
+            self.assertEqual(wrong_names(text), [], text)
+
+
+if __name__ == "__main__":
+    unittest.main()
