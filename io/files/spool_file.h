@@ -31,8 +31,8 @@ class SpoolFile {
   /// Bytes written so far, gaps included.
   std::uint64_t size() const { return size_; }
   /// Calls use(std::span<std::byte>) for all bytes, in order, part by part; `use` may change what it is
-  /// given. REQUIRES: no write() after the first call, but
-  /// for clear().
+  /// given. REQUIRES: no write() after the first call, except after
+  /// clear().
   template <class Use>
   void read_back(Use use) {
     for (std::uint64_t position = 0; position < size_;) {

@@ -1,10 +1,10 @@
 // A part of a .tag file in a file of its own: its blocks as they will be in the whole, and what has to be
 // known of them there. docs/design.md says what for; byte by byte (all little endian):
 //
-//   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum
-//   (8) blocks  as in the .tag file, but each ends in its own checksum table   of every brick: bytes of
-//   activity (4) and values (4), own checksum (8), statistics tail    bytes before the table (8), checksum of
-//   head, table and that number (8), "TAGDONE\n"
+//   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum (8)
+//   blocks  as in the .tag file, but each ends in its own checksum
+//   table   of every brick: bytes of activity (4) and values (4), own checksum (8), statistics
+//   tail    bytes before the table (8), checksum of head, table and that number (8), "TAGDONE\n"
 //
 // These files live as long as a run does, and are read by the program that wrote them only: the format may
 // change with every version.
