@@ -114,7 +114,7 @@ TEST_F(MpiConvert, FoldersAndNamesOfOutputsAreThoseOfOneProcess) {
     std::map<std::string, std::string> found;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
       if (entry.path().extension() == ".tag")
-        found[entry.path().lexically_relative(path("out")).string()] = content(entry.path());
+        found[entry.path().lexically_relative(path("out")).string()] = content(entry.path().string());
     return found;
   };
   expect_ok(convert({"--keep-folders"}));
