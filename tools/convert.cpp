@@ -101,7 +101,7 @@ struct ConvertCommand {
     try {
       require_own_folders(options.output_dir, line.output);
       return true;
-    } catch (const UsageError&) {
+    } catch (const std::exception&) {
       return false;
     }
   }

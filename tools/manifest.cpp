@@ -79,7 +79,9 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
-  TakenOutputs taken;
+  TakenOutputs taken(naming == OutputNaming::with_folders
+                         ? "give it another name in a column output=NAME"
+                         : "give it another name in a column output=NAME, or give --keep-folders");
   std::set<OptionTexts> seen;
   std::string text;
   for (std::size_t number = 1;; ++number, text.clear()) {

@@ -79,23 +79,18 @@ std::string output_mirroring(const std::string& listed) {
 }
 
 void TakenOutputs::take(const std::string& output, std::size_t line) {
-  const auto refuse = [&](const char* what, std::size_t other) {
-    throw UsageError(
-        fmt::format("{} would be {} of line {}, too; name it differently in a column output=NAME, "
-                    "or keep the folders of the list with --keep-folders",
-                    output, what, other));
-  };
   // As records have it: names that differ in bytes that are no text would be one in there.
   const fs::path name = json_text(output);
-  const auto [file, is_new] = files_.emplace(name.string(), line);
-  if (!is_new) refuse("the output", file->second);
+  if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
+    throw UsageError(
+        fmt::format("{} would be the output of line {}, too; {}", output, file->second, advice_));
   if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-    refuse("a folder of the output", folder->second);
+    throw UsageError(fmt::format("{} would be a folder of the output of line {}, too; {}", output,
+                                 folder->second, advice_));
   for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
-    if (const auto other = files_.find(folder.string()); other != files_.end())
-      throw UsageError(
-          fmt::format("{} cannot be: {} is the output of line {}, and no folder; choose another name", output,
-                      folder.string(), other->second));
+    if (const auto file = files_.find(folder.string()); file != files_.end())
+      throw UsageError(fmt::format("{} cannot be: {} is the output of line {}, and no folder; {}", output,
+                                   folder.string(), file->second, advice_));
     folders_.emplace(folder.string(), line);
   }
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <utility>
 
 namespace tagrid {
 
@@ -18,10 +19,14 @@ std::string output_mirroring(const std::string& listed);
 /// The outputs of a list so far, of which no two may be the same file, and none may be a folder of another.
 class TakenOutputs {
  public:
+  /// `advice` ends every message.
+  explicit TakenOutputs(std::string advice) : advice_(std::move(advice)) {}
+
   /// Throws UsageError that names the earlier line if `output` and an earlier one cannot both be.
   void take(const std::string& output, std::size_t line);
 
  private:
+  std::string advice_;
   std::map<std::string, std::size_t> files_, folders_;  ///< and their first lines
 };
 

@@ -138,6 +138,16 @@ TEST_F(ConvertOutputs, AFileInThePlaceOfAFolderFailsThatVolumeAlone) {
   EXPECT_EQ(content("out/x"), "precious\n");
 }
 
+TEST_F(ConvertOutputs, AFolderThatCannotBeMadeFailsThatVolumeAlone) {
+  volumes(2);
+  file("list.tsv", "a.nrrd\toutput=" + std::string(300, 'x') + "/a\nb.nrrd\toutput=y/b\n");
+  for (const char* option : {"-f", "--skip-done"}) {
+    EXPECT_EQ(convert({option}).code, broken_input);
+    EXPECT_EQ(records()[records().size() - 2]["code"], world);
+  }
+  EXPECT_EQ(last()["status"], "skipped");
+}
+
 TEST_F(ConvertOutputs, WhatIsDoneIsKnownByItsPathAndNotByItsName) {
   patients();
   expect_ok(convert({"--keep-folders"}));
