@@ -17,12 +17,12 @@ namespace {
 // The file and the volume as this rank sees them.
 class PartDecoder {
  public:
-  explicit PartDecoder(const DecodeOrder& order)
+  PartDecoder(const Ranks& ranks, const DecodeOrder& order)
       : start_(order.start),
         reader_(order.input),
         file_(order.file, order.name),
         parts_(parts_of(reader_.parameters().bricks())),
-        plan_(plan_decoding(reader_.parameters(), of_this_rank(order.resources))) {
+        plan_(plan_decoding(reader_.parameters(), of_this_rank(ranks, order.resources))) {
     reader_.read_index();
   }
 
@@ -42,7 +42,7 @@ class PartDecoder {
     streams.write_rows = [&](const DecodedRows& decoded) {
       decoded.for_each_part([&](std::int64_t first, std::span<const std::byte> samples) {
         output_works.run([&] { write(first, samples); });
-        shared.done += static_cast<std::int64_t>(samples.size());
+        shared.add_done(static_cast<std::int64_t>(samples.size()));
       });
     };
     output_works.rethrow_after([&] { run_decode_graph(parameters, rows, plan_.budget, streams); });
@@ -69,7 +69,7 @@ class PartDecoder {
 
 void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progress) {
   std::unique_ptr<PartDecoder> decoder;
-  all_do(ranks, [&] { decoder = std::make_unique<PartDecoder>(order); });
+  all_do(ranks, [&] { decoder = std::make_unique<PartDecoder>(ranks, order); });
   SharedWork shared;
   shared.count = decoder->count();
   shared.work = [&](std::int64_t part) { decoder->decode(part, shared); };
@@ -88,7 +88,7 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
   const CodingParameters& parameters = reader.parameters();
   reader.read_index();
   const VolumeInfo info = volume_info_of(reader.header());
-  const std::uint64_t memory = plan_decoding(parameters, of_this_rank(resources)).memory;
+  const std::uint64_t memory = plan_decoding(parameters, of_this_rank(ranks, resources)).memory;
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), {}, true);
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   const DecodeOrder order{input, writer.temporary(), samples_path(output, format), writer.samples_start(),

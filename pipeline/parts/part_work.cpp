@@ -45,12 +45,12 @@ std::int64_t sample_bytes_of(const CodingParameters& parameters, const BrickRows
 // The input as this rank sees it.
 class PartEncoder {
  public:
-  PartEncoder(const PartOrder& order, const PartsOfRun& parts)
+  PartEncoder(const Ranks& ranks, const PartOrder& order, const PartsOfRun& parts)
       : parts_(parts),
         parameters_(parts.header().parameters),
         reader_(open_volume(order.input, order.source)),
-        plan_(
-            plan_encoding(parameters_, of_this_rank(order.resources), true, memory_besides_parts(reader_))) {
+        plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
+                            memory_besides_parts(reader_))) {
     if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
     // Else what precedes a part has to be decompressed for each.
@@ -67,7 +67,7 @@ class PartEncoder {
     };
     streams.write_brick = [&](std::int64_t id, BrickCode code) {
       if (shared.stop) throw Stopped();
-      shared.done += static_cast<std::int64_t>(code.statistics.samples * size_of(parameters_.type));
+      shared.add_done(static_cast<std::int64_t>(code.statistics.samples * size_of(parameters_.type)));
       output_works.run([&] {
         writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
       });
@@ -108,9 +108,9 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 
 }  // namespace
 
-Resources of_this_rank(Resources given) {
+Resources of_this_rank(const Ranks& ranks, Resources given) {
   if (given.threads == 0) given.threads = available_threads();
-  given.processes = ranks().on_this_machine();
+  given.processes = ranks.on_this_machine();
   return given;
 }
 
@@ -143,7 +143,7 @@ void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress)
     parts = std::make_unique<PartsOfRun>(order.folder, order.record);
     if (!status_of(order.folder))
       throw WorldError(order.folder + ": is not here; all ranks need the same folder of the output");
-    encoder = std::make_unique<PartEncoder>(order, *parts);
+    encoder = std::make_unique<PartEncoder>(ranks, order, *parts);
   });
   SharedWork shared;
   shared.count = parts->count();
@@ -151,8 +151,8 @@ void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress)
     if (!is_complete(*parts, part))
       encoder->encode(part, shared);
     else
-      shared.done +=
-          sample_bytes_of(parts->header().parameters, parts->rows()[static_cast<std::size_t>(part)]);
+      shared.add_done(
+          sample_bytes_of(parts->header().parameters, parts->rows()[static_cast<std::size_t>(part)]));
   };
   if (progress)
     shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };

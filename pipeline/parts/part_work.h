@@ -41,7 +41,7 @@ struct PlaceOrder {
 };
 
 /// What this rank may take where each may take `given`.
-Resources of_this_rank(Resources given);
+Resources of_this_rank(const Ranks& ranks, Resources given);
 
 /// What reading parts of a volume takes besides their samples. It is open twice, once to look after the run;
 /// where rows come as whole slices only, there is one of those.

@@ -4,89 +4,13 @@
 #include <stdexcept>
 
 #include "io/files/temporaries.h"
+#include "pipeline/parts/order_members.h"
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {
 namespace {
 
 enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
-
-template <class Fields, class Given>
-void describe_resources(Fields& fields, Given& resources) {
-  fields(resources.threads);
-  if (fields.present(resources.memory)) fields(*resources.memory);
-  fields(resources.spool);
-}
-
-template <class Fields, class Raw>
-void describe_raw(Fields& fields, Raw& raw) {
-  if (!fields.present(raw)) return;
-  fields(raw->dims.x);
-  fields(raw->dims.y);
-  fields(raw->dims.z);
-  auto type = static_cast<std::uint8_t>(raw->type);
-  fields(type);
-  if constexpr (!std::is_const_v<Raw>) raw->type = static_cast<SampleType>(type);
-  if (fields.present(raw->big_endian)) fields(*raw->big_endian);
-  if (fields.present(raw->spacing))
-    for (auto& distance : *raw->spacing) fields(distance);
-  fields(raw->offset);
-}
-
-template <class Fields, class Given>
-void describe_source(Fields& fields, Given& source) {
-  describe_raw(fields, source.raw);
-  fields(source.vdb_grid);
-}
-
-}  // namespace
-
-// Not in the nameless namespace, where packed_order() would not find them.
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, PartOrder>
-void describe(Fields& fields, Order& order) {
-  fields(order.input);
-  describe_source(fields, order.source);
-  fields(order.folder);
-  fields(order.record);
-  describe_resources(fields, order.resources);
-  fields(order.code_after_signal);
-}
-
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, PlaceOrder>
-void describe(Fields& fields, Order& order) {
-  fields(order.folder);
-  fields(order.record);
-  fields(order.file);
-  fields(order.name);
-  const std::size_t count = fields.size(order.places);
-  for (std::size_t i = 0; i < count; ++i) {
-    fields(order.places[i].position);
-    fields(order.places[i].checksum_before);
-  }
-}
-
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, DecodeOrder>
-void describe(Fields& fields, Order& order) {
-  fields(order.input);
-  fields(order.file);
-  fields(order.name);
-  fields(order.start);
-  describe_resources(fields, order.resources);
-}
-
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, VerifyOrder>
-void describe(Fields& fields, Order& order) {
-  fields(order.input);
-  fields(order.original);
-  describe_source(fields, order.source);
-  describe_resources(fields, order.resources);
-}
-
-namespace {
 
 // An order ends with its task.
 void send(Ranks& ranks, Task task, Bytes order) {

@@ -1,100 +1,198 @@
-// What ranks send each other, as bytes: one description of it serves both directions.
+// What ranks send each other, as bytes: one walk over a value writes it and reads it.
 //
-// A description is a function describe(fields, order) that calls fields(member) for every member, in the same
-// order, with OrderWriter or OrderReader as fields.
+// A struct is sent with all of its members, in their order. Nobody lists them: members_of() takes them from
+// the struct, and needs to know only how many there are. member_count says that beside the struct, or in
+// order_members.h, and a wrong count does not compile. So a new member cannot be forgotten.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "io/bytes/byte_fields.h"
+#include "stages/volume/statistics.h"
 
 namespace tagrid {
 
+template <class Struct>
+inline constexpr std::size_t member_count = 0;
+
+/// References to all members of a struct, in their order.
+template <class Struct>
+auto members_of(Struct& of) {
+  constexpr std::size_t count = member_count<std::remove_const_t<Struct>>;
+  static_assert(count > 0 && count <= 9, "member_count does not say how many members there are");
+  if constexpr (count == 1) {
+    auto& [a] = of;
+    return std::tie(a);
+  } else if constexpr (count == 2) {
+    auto& [a, b] = of;
+    return std::tie(a, b);
+  } else if constexpr (count == 3) {
+    auto& [a, b, c] = of;
+    return std::tie(a, b, c);
+  } else if constexpr (count == 4) {
+    auto& [a, b, c, d] = of;
+    return std::tie(a, b, c, d);
+  } else if constexpr (count == 5) {
+    auto& [a, b, c, d, e] = of;
+    return std::tie(a, b, c, d, e);
+  } else if constexpr (count == 6) {
+    auto& [a, b, c, d, e, f] = of;
+    return std::tie(a, b, c, d, e, f);
+  } else if constexpr (count == 7) {
+    auto& [a, b, c, d, e, f, g] = of;
+    return std::tie(a, b, c, d, e, f, g);
+  } else if constexpr (count == 8) {
+    auto& [a, b, c, d, e, f, g, h] = of;
+    return std::tie(a, b, c, d, e, f, g, h);
+  } else {
+    auto& [a, b, c, d, e, f, g, h, i] = of;
+    return std::tie(a, b, c, d, e, f, g, h, i);
+  }
+}
+
 class OrderWriter {
  public:
+  static constexpr bool reads = false;
   template <class Number>
-  requires std::is_arithmetic_v<Number>
-  void operator()(const Number& number) { fields_.put(number); }
-  void operator()(const bool& truth) { fields_.put(static_cast<std::uint8_t>(truth)); }
-  void operator()(const std::string& text) {
-    size_of_list(text.size());
-    fields_.put_bytes(std::as_bytes(std::span(text)));
+  void number(const Number& number) {
+    fields_.put(number);
   }
-  void operator()(const std::vector<std::byte>& bytes) {
-    size_of_list(bytes.size());
-    fields_.put_bytes(bytes);
+  void bytes(std::span<const std::byte> bytes) { fields_.put_bytes(bytes); }
+  std::size_t size(std::size_t size) {
+    fields_.put(static_cast<std::uint64_t>(size));
+    return size;
   }
-  template <class T>
-  std::size_t size(const std::vector<T>& list) {
-    size_of_list(list.size());
-    return list.size();
-  }
-  template <class T>
-  bool present(const std::optional<T>& value) {
-    fields_.put(static_cast<std::uint8_t>(value.has_value()));
-    return value.has_value();
-  }
-  std::vector<std::byte>& bytes() { return fields_.bytes(); }
+  std::vector<std::byte>& result() { return fields_.bytes(); }
 
  private:
-  void size_of_list(std::size_t size) { fields_.put(static_cast<std::uint64_t>(size)); }
-
   FieldWriter fields_;
 };
 
 class OrderReader {
  public:
-  explicit OrderReader(FieldReader& fields) : fields_(fields) {}
+  static constexpr bool reads = true;
+  explicit OrderReader(std::span<const std::byte> bytes) : fields_(bytes) {}
   template <class Number>
-  requires std::is_arithmetic_v<Number>
-  void operator()(Number& number) { number = fields_.get<Number>(); }
-  void operator()(bool& truth) { truth = fields_.get<std::uint8_t>() != 0; }
-  void operator()(std::string& text) {
-    const auto bytes = fields_.get_bytes(fields_.get<std::uint64_t>());
-    text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  void number(Number& number) {
+    number = fields_.get<Number>();
   }
-  void operator()(std::vector<std::byte>& to) {
-    const auto bytes = fields_.get_bytes(fields_.get<std::uint64_t>());
-    to.assign(bytes.begin(), bytes.end());
+  void bytes(std::span<std::byte> to) {
+    const auto from = fields_.get_bytes(to.size());
+    std::copy(from.begin(), from.end(), to.begin());
   }
-  template <class T>
-  std::size_t size(std::vector<T>& list) {
-    list.resize(fields_.get<std::uint64_t>());
-    return list.size();
+  /// Of a list, whose elements take a byte at least.
+  std::size_t size(std::size_t) {
+    const auto size = fields_.get<std::uint64_t>();
+    if (size > fields_.left()) fail();
+    return size;
   }
-  template <class T>
-  bool present(std::optional<T>& value) {
-    if (fields_.get<std::uint8_t>() == 0) return false;
-    value.emplace();
-    return true;
+  void finish() const {
+    if (!fields_.complete()) fail();
   }
 
  private:
-  FieldReader& fields_;
+  [[noreturn]] static void fail() { throw std::logic_error("what another rank sent cannot be read"); }
+
+  FieldReader fields_;
 };
+
+namespace order_fields {
+
+template <template <class...> class Template, class Type>
+inline constexpr bool is_a = false;
+template <template <class...> class Template, class... Arguments>
+inline constexpr bool is_a<Template, Template<Arguments...>> = true;
+
+template <class Type>
+inline constexpr bool is_array = false;
+template <class Type, std::size_t size>
+inline constexpr bool is_array<std::array<Type, size>> = true;
+
+template <class Type>
+inline constexpr bool is_bytes =
+    std::is_same_v<Type, std::string> || std::is_same_v<Type, std::vector<std::byte>>;
+
+}  // namespace order_fields
+
+/// Writes `value`, which is const, with an OrderWriter; reads it with an OrderReader. Numbers, enumerations,
+/// text, bytes, optional values, arrays, lists and maps, and structs of all these.
+template <class Fields, class Value>
+void walk(Fields& fields, Value& value) {
+  using Plain = std::remove_const_t<Value>;
+  using namespace order_fields;
+  // Sends what stands for the value, and on reading makes the value of it.
+  [[maybe_unused]] const auto as = [&](auto sent, auto made_of) {
+    walk(fields, sent);
+    if constexpr (Fields::reads) value = made_of(sent);
+  };
+  if constexpr (std::is_same_v<Plain, bool>) {
+    as(static_cast<std::uint8_t>(value), [](std::uint8_t truth) { return truth != 0; });
+  } else if constexpr (std::is_same_v<Plain, Uint128>) {
+    as(std::array{static_cast<std::uint64_t>(value), static_cast<std::uint64_t>(value >> 64)},
+       [](const std::array<std::uint64_t, 2>& halves) { return Uint128{halves[1]} << 64 | halves[0]; });
+  } else if constexpr (std::is_enum_v<Plain>) {
+    using Number = std::underlying_type_t<Plain>;
+    as(static_cast<Number>(value), [](Number number) { return static_cast<Plain>(number); });
+  } else if constexpr (std::is_arithmetic_v<Plain>) {
+    fields.number(value);
+  } else if constexpr (is_bytes<Plain>) {
+    const std::size_t size = fields.size(value.size());
+    if constexpr (Fields::reads) {
+      value.resize(size);
+      fields.bytes(std::as_writable_bytes(std::span(value)));
+    } else {
+      fields.bytes(std::as_bytes(std::span(value)));
+    }
+  } else if constexpr (is_a<std::optional, Plain>) {
+    bool present = value.has_value();
+    walk(fields, present);
+    if constexpr (Fields::reads) present ? void(value.emplace()) : value.reset();
+    if (present) walk(fields, *value);
+  } else if constexpr (is_a<std::vector, Plain>) {
+    const std::size_t size = fields.size(value.size());
+    if constexpr (Fields::reads) value.resize(size);
+    for (auto& element : value) walk(fields, element);
+  } else if constexpr (is_a<std::map, Plain>) {
+    as(std::vector<std::pair<typename Plain::key_type, typename Plain::mapped_type>>(value.begin(),
+                                                                                     value.end()),
+       [](const auto& pairs) { return Plain(pairs.begin(), pairs.end()); });
+  } else if constexpr (order_fields::is_array<Plain>) {
+    for (auto& element : value) walk(fields, element);
+  } else if constexpr (is_a<std::pair, Plain>) {
+    walk(fields, value.first);
+    walk(fields, value.second);
+  } else {
+    std::apply([&](auto&... member) { (walk(fields, member), ...); }, members_of(value));
+  }
+}
 
 /// `order` as bytes.
 template <class Order>
 std::vector<std::byte> packed_order(const Order& order) {
   OrderWriter writer;
-  describe(writer, order);
-  return std::move(writer.bytes());
+  walk(writer, order);
+  return std::move(writer.result());
 }
 
-/// The order that is in all of `bytes`, which another rank packed.
+/// The order that is in all of `bytes`, which another rank packed. Throws std::logic_error where there is
+/// none.
 template <class Order>
 Order unpacked_order(std::span<const std::byte> bytes) {
   Order order;
-  FieldReader fields(bytes);
-  OrderReader reader(fields);
-  describe(reader, order);
-  if (!fields.complete()) throw std::logic_error("what another rank sent cannot be read");
+  OrderReader reader(bytes);
+  walk(reader, order);
+  reader.finish();
   return order;
 }
 

@@ -2,17 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
-#include <new>
-#include <stdexcept>
 #include <string>
-#include <system_error>
 #include <thread>
 
+#include "io/files/error_kinds.h"
 #include "io/files/errors.h"
+#include "pipeline/ranks/messages.h"
 
 namespace tagrid {
 namespace {
@@ -22,65 +20,41 @@ std::unique_ptr<Ranks>& the_ranks() {
   return started;
 }
 
-enum class Kind : std::uint8_t { none, stopped, usage, broken, closed, world, memory, bug };
-
-struct Failure {
-  Kind kind = Kind::none;
-  std::string message;
+/// What ranks tell each other of how their work ended.
+struct Outcome {
+  enum class State : std::uint8_t { well, stopped, failed } state = State::well;
+  SortedError error;
 };
 
-Failure described(const std::exception_ptr& exception) {
+}  // namespace
+
+template <>
+inline constexpr std::size_t member_count<SortedError> = 2;
+template <>
+inline constexpr std::size_t member_count<Outcome> = 2;
+
+namespace {
+
+Outcome outcome_of(const std::exception_ptr& exception) {
   if (!exception) return {};
   try {
     std::rethrow_exception(exception);
   } catch (const Stopped&) {
-    return {Kind::stopped, ""};
-  } catch (const UsageError& error) {
-    return {Kind::usage, error.what()};
-  } catch (const BrokenInput& error) {
-    return {Kind::broken, error.what()};
-  } catch (const ClosedPipe& error) {
-    return {Kind::closed, error.what()};
-  } catch (const WorldError& error) {
-    return {Kind::world, error.what()};
-  } catch (const std::bad_alloc&) {
-    return {Kind::memory, ""};
-  } catch (const std::system_error& error) {
-    return {Kind::world, error.what()};
-  } catch (const std::exception& error) {
-    return {Kind::bug, error.what()};
+    return {Outcome::State::stopped, {ErrorKind::bug, "the work was stopped"}};
   } catch (...) {
-    return {Kind::bug, "something that is no exception was thrown"};
+    constexpr std::size_t longest_message = 4000;
+    SortedError error = sorted_error(exception);
+    error.message.resize(std::min(error.message.size(), longest_message));
+    return {Outcome::State::failed, error};
   }
 }
 
-Bytes packed(const Failure& failure) {
-  Bytes bytes = {static_cast<std::byte>(failure.kind)};
-  for (const char c : failure.message.substr(0, 4000)) bytes.push_back(static_cast<std::byte>(c));
-  return bytes;
-}
-
-Failure unpacked(const Bytes& bytes) {
-  if (bytes.empty()) return {};
-  Failure failure{static_cast<Kind>(bytes[0]), ""};
-  for (std::size_t i = 1; i < bytes.size(); ++i) failure.message += static_cast<char>(bytes[i]);
-  return failure;
-}
-
-[[noreturn]] void raise_failure(const Failure& failure) {
-  switch (failure.kind) {
-    case Kind::usage:
-      throw UsageError(failure.message);
-    case Kind::broken:
-      throw BrokenInput(failure.message);
-    case Kind::closed:
-      throw ClosedPipe(failure.message);
-    case Kind::world:
-      throw WorldError(failure.message);
-    case Kind::memory:
-      throw std::bad_alloc();
-    default:
-      throw std::runtime_error(failure.message);
+// One process needs no thread that looks on, and has nobody to agree with.
+void do_alone(SharedWork& shared) {
+  shared.looks_at_once = true;
+  for (std::int64_t item = 0; item < shared.count; ++item) {
+    shared.work(item);
+    if (shared.take) shared.take(shared.account);
   }
 }
 
@@ -90,28 +64,46 @@ Ranks& ranks() { return *the_ranks(); }
 void start_ranks(std::unique_ptr<Ranks> started) { the_ranks() = std::move(started); }
 
 void Ranks::attend(const std::function<void()>& work, const std::function<void()>& look) {
+  using Clock = std::chrono::steady_clock;
   std::mutex mutex;
   std::condition_variable ended;
   bool done = false;
-  std::exception_ptr failure;
-  std::thread worker([&] {
-    try {
-      work();
-    } catch (...) {
-      failure = std::current_exception();
+  std::exception_ptr of_work, of_look;
+  {
+    // Joined whatever is thrown here.
+    const std::jthread worker([&] {
+      try {
+        work();
+      } catch (...) {
+        of_work = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      done = true;
+      ended.notify_one();
+    });
+    std::unique_lock lock(mutex);
+    auto next_look = Clock::now() + look_interval;
+    while (!ended.wait_for(lock, patience(), [&] { return done; })) {
+      lock.unlock();
+      pass_messages();
+      if (!of_look && Clock::now() >= next_look) {
+        next_look += look_interval;
+        try {
+          look();
+        } catch (...) {
+          of_look = std::current_exception();
+        }
+      }
+      lock.lock();
     }
-    const std::lock_guard lock(mutex);
-    done = true;
-    ended.notify_one();
-  });
-  std::unique_lock lock(mutex);
-  for (int waits = 1; !ended.wait_for(lock, std::chrono::milliseconds(2), [&] { return done; }); ++waits) {
-    pass_messages();
-    if (waits % 16 == 0) look();
   }
-  lock.unlock();
-  worker.join();
-  if (failure) std::rethrow_exception(failure);
+  if (of_look) std::rethrow_exception(of_look);
+  if (of_work) std::rethrow_exception(of_work);
+}
+
+void SharedWork::add_done(std::int64_t amount) {
+  done += amount;
+  if (looks_at_once && look) look({.taken = 0, .done = done, .failed = false});
 }
 
 void agree(Ranks& ranks, std::exception_ptr failure) {
@@ -119,22 +111,25 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
     if (failure) std::rethrow_exception(failure);
     return;
   }
-  Failure chosen;
-  const std::vector<Bytes> all = ranks.gather(packed(described(failure)));
+  using State = Outcome::State;
+  Outcome chosen;
+  const std::vector<Bytes> all = ranks.gather(packed_order(outcome_of(failure)));
   for (std::size_t rank = 0; rank < all.size(); ++rank) {
-    Failure its = unpacked(all[rank]);
-    if (its.kind == Kind::none || (its.kind == Kind::stopped && chosen.kind != Kind::none)) continue;
-    if (chosen.kind != Kind::none && chosen.kind != Kind::stopped) continue;
-    if (rank > 0 && !its.message.empty()) its.message = fmt::format("rank {}: {}", rank, its.message);
+    auto its = unpacked_order<Outcome>(all[rank]);
+    // The first that failed; where none did, one that was stopped.
+    if (its.state <= chosen.state) continue;
+    if (rank > 0 && its.state == State::failed)
+      its.error.message = fmt::format("rank {}: {}", rank, its.error.message);
     chosen = std::move(its);
   }
-  Bytes bytes = packed(chosen);
+  Bytes bytes = packed_order(chosen);
   ranks.broadcast(bytes);
-  chosen = unpacked(bytes);
-  if (chosen.kind != Kind::none) raise_failure(chosen);
+  chosen = unpacked_order<Outcome>(bytes);
+  if (chosen.state != State::well) throw_sorted(chosen.error);
 }
 
 void share_out(Ranks& ranks, SharedWork& shared) {
+  if (ranks.count() == 1) return do_alone(shared);
   std::exception_ptr failure;
   // The exception that is being handled. What was thrown because of `stop` is not what failed.
   const auto fail = [&] {
@@ -160,12 +155,20 @@ void share_out(Ranks& ranks, SharedWork& shared) {
     if (numbers.failed) shared.stop = true;
     if (shared.look) shared.look(numbers);
   };
+  // Whatever it throws, the work is told to stop, and is waited for.
+  const auto look_or_fail = [&] {
+    try {
+      look();
+    } catch (...) {
+      fail();
+    }
+  };
   ranks.begin_counting();
   try {
     while (!shared.stop) {
       const std::int64_t item = ranks.next();
       if (item >= shared.count) break;
-      ranks.attend([&] { shared.work(item); }, look);
+      ranks.attend([&] { shared.work(item); }, look_or_fail);
       look();
       if (!shared.take) continue;
       if (ranks.rank() == 0)

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -53,12 +55,14 @@ class Ranks {
   virtual void listen_to_the_end(const Hear&) {}
 
   /// Does `work`, which must not call any member, in a thread of its own, and calls `look` now and then
-  /// meanwhile. Throws on what `work` throws.
-  virtual void attend(const std::function<void()>& work, const std::function<void()>& look);
+  /// meanwhile. When the work has ended, throws what `look` threw, which is then not called again, or `work`.
+  void attend(const std::function<void()>& work, const std::function<void()>& look);
 
  protected:
-  /// Called every few milliseconds while this rank works.
+  static constexpr std::chrono::milliseconds look_interval{32};
+  /// Called every patience() while this rank works: how long other ranks may have to wait for an answer.
   virtual void pass_messages() {}
+  virtual std::chrono::milliseconds patience() const { return look_interval; }
 
  private:
   SharedNumbers numbers_;
@@ -79,11 +83,16 @@ struct SharedWork {
   /// they come, before the rank goes on to its next item.
   Bytes account;
   std::function<void(const Bytes& account)> take = {};
-  /// Called now and then by the thread that called share_out().
+  /// Called now and then by the thread that called share_out(); by add_done() where there is one process,
+  /// which works in the thread that called share_out().
   std::function<void(const SharedNumbers&)> look = {};
-  /// Added up over all ranks in SharedNumbers::done; incremented by `work`.
-  std::atomic<std::int64_t> done{0};
   std::atomic<bool> stop{false};
+
+  /// By `work`, one thread at a time: adds to SharedNumbers::done.
+  void add_done(std::int64_t amount);
+
+  std::atomic<std::int64_t> done{0};  ///< by this rank, so far
+  bool looks_at_once = false;         ///< share_out() sets it for one process
 };
 void share_out(Ranks& ranks, SharedWork& work);
 

@@ -10,6 +10,7 @@
 #include "io/files/system_call.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/conversion.h"
+#include "tools/conversion/output_names.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
 #include "tools/report/run_report.h"
@@ -32,13 +33,14 @@ struct ConvertCommand {
   std::string manifest, shard;
   EncodingOptions encoding;
   ConversionOptions options;
-  bool remove_verified = false;
+  bool remove_verified = false, keep_folders = false;
 
   void execute(const OptionTexts& given) const {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Also where no volume is left for them.
     encoding_of(given);
-    const std::vector<ManifestLine> lines = read_manifest(manifest, given);
+    const std::vector<ManifestLine> lines =
+        read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
                      options.output_dir);
     if (!remove_verified)
@@ -90,9 +92,19 @@ struct ConvertCommand {
     std::vector<std::string> inputs, outputs;
     for (const ManifestLine& line : lines) {
       inputs.push_back(line.input);
-      outputs.push_back(options.output_dir + "/" + line.output);
+      if (is_below_output_dir(line)) outputs.push_back(options.output_dir + "/" + line.output);
     }
     remove_abandoned(options.run, inputs, outputs);
+  }
+
+  /// Where it is not, the line fails; nothing is removed elsewhere before.
+  bool is_below_output_dir(const ManifestLine& line) const {
+    try {
+      require_own_folders(options.output_dir, line.output);
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
   }
 
   void make_output_dir() const {
@@ -114,6 +126,10 @@ Action add_convert_command(CLI::App& app) {
   command->add_option("--output-dir", state->options.output_dir, "Folder of the outputs and their records")
       ->required()
       ->option_text("DIR")
+      ->group(group);
+  command
+      ->add_flag("--keep-folders", state->keep_folders,
+                 "Outputs in the folders of the list: 2019/knee.nhdr to DIR/2019/knee.tag")
       ->group(group);
   command->add_option("--shard", state->shard, "Part i of n equal parts of the list, counted from 0")
       ->option_text("i/n")

@@ -13,7 +13,8 @@ _tagrid_options() {
     verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
-      echo "$run $memory --spool $encoding --manifest --output-dir --shard --skip-done --remove-verified -f --force"
+      echo "$run $memory --spool $encoding --manifest --output-dir --keep-folders --shard --skip-done
+        --remove-verified -f --force"
       ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;

@@ -18,7 +18,10 @@ LineRecord::LineRecord(const ManifestLine& line)
              {"error", nullptr},
              {"code", exit_ok},
              {"version", TAGRID_VERSION},
-             {"options", line.options}}) {}
+             {"options", line.options}}) {
+  for (const char* key : output_keys) json_[key] = nullptr;
+  json_["seconds"] = json_["finished"] = nullptr;
+}
 
 void LineRecord::fail() {
   const Failure failure = current_failure();

@@ -9,7 +9,8 @@
 
 namespace tagrid {
 
-/// The record of a line, begun when its work begins.
+/// The record of a line, begun when its work begins. It has all keys from then on: those of which nothing is
+/// known are null.
 class LineRecord {
  public:
   explicit LineRecord(const ManifestLine& line);

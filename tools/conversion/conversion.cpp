@@ -26,54 +26,18 @@ struct DoneLine {
   std::string record, error;
 };
 
-template <class Fields>
-void describe_texts(Fields& fields, const OptionTexts& texts) {
-  std::vector<std::pair<std::string, std::string>> list(texts.begin(), texts.end());
-  fields.size(list);
-  for (const auto& [name, value] : list) {
-    fields(name);
-    fields(value);
-  }
-}
-
-void describe_texts(OrderReader& fields, OptionTexts& texts) {
-  std::vector<std::pair<std::string, std::string>> list;
-  fields.size(list);
-  for (auto& [name, value] : list) {
-    fields(name);
-    fields(value);
-  }
-  texts = {list.begin(), list.end()};
-}
-
 }  // namespace
 
-// Not in the nameless namespace, where packed_order() would not find them.
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, ConversionOrder>
-void describe(Fields& fields, Order& order) {
-  fields(order.options.output_dir);
-  fields(order.options.overwrite);
-  fields(order.options.skip_done);
-  fields(order.options.run.threads);
-  fields(order.options.run.quiet);
-  if (fields.present(order.options.run.memory)) fields(*order.options.run.memory);
-  fields(order.options.run.spool);
-  const std::size_t count = fields.size(order.lines);
-  for (std::size_t i = 0; i < count; ++i) {
-    fields(order.lines[i].input);
-    fields(order.lines[i].output);
-    describe_texts(fields, order.lines[i].options);
-  }
-}
-
-template <class Fields, class Order>
-requires std::is_same_v<std::remove_const_t<Order>, DoneLine>
-void describe(Fields& fields, Order& line) {
-  fields(line.index);
-  fields(line.record);
-  fields(line.error);
-}
+template <>
+inline constexpr std::size_t member_count<ManifestLine> = 4;
+template <>
+inline constexpr std::size_t member_count<RunOptions> = 7;
+template <>
+inline constexpr std::size_t member_count<ConversionOptions> = 4;
+template <>
+inline constexpr std::size_t member_count<ConversionOrder> = 2;
+template <>
+inline constexpr std::size_t member_count<DoneLine> = 3;
 
 namespace {
 

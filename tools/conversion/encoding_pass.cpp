@@ -10,6 +10,7 @@
 #include "io/formats/volume_reader.h"
 #include "io/tag/file.h"
 #include "pipeline/verify/verify.h"
+#include "tools/conversion/output_names.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -48,6 +49,11 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["status"] = "ok";
 }
 
+void skip(const KnownOutput& known, ordered_json& record) {
+  add_output(known, record);
+  record["status"] = "skipped";
+}
+
 }  // namespace
 
 void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
@@ -57,10 +63,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                 {}};
   const KnownOutput* known = options_.skip_done ? known_.find(line.output) : nullptr;
   const bool is_there = known && has_bytes(volume.output, known->bytes_out);
-  if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input)) {
-    record["status"] = "skipped";
-    return;
-  }
+  if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input))
+    return skip(*known, record);
+  require_own_folders(options_.output_dir, line.output);
   look_at({volume.input});  // a pipe would be waited for
   const VolumeReader reader = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(reader.files());
@@ -69,10 +74,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
     const bool same_options =
         known->options == line.options || is_same_encoding(encoding_of(known->options), volume.asked, reader);
-    if (same_options && known->input_files == volume.files) {
-      record["status"] = "skipped";
-      return;
-    }
+    if (same_options && known->input_files == volume.files) return skip(*known, record);
     if (!same_options && !options_.overwrite)
       throw UsageError(
           fmt::format("{}: was encoded with other options: {}; give -f, and a list of those that are to be "
@@ -82,10 +84,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   // A run that was killed between naming an output and recording it, and records that were lost, leave
   // outputs that nobody knows. They are good, or somebody else's.
   const bool replace = options_.overwrite || is_ours;
-  if (options_.skip_done && !replace && status_of_name(volume.output))
-    adopt(volume, record);
-  else
-    encode(volume, replace, record);
+  if (options_.skip_done && !replace && status_of_name(volume.output)) return adopt(volume, record);
+  make_own_folders(options_.output_dir, line.output);
+  encode(volume, replace, record);
 }
 
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
+#include "tools/conversion/output_names.h"
 
 namespace tagrid {
 namespace {
@@ -40,7 +40,7 @@ std::string absolute_name(const fs::path& path) {
 }
 
 ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
-                        const OptionTexts& given) {
+                        const OptionTexts& given, OutputNaming naming) {
   ManifestLine line;
   const fs::path path = folder / columns[0];
   if (path.filename().empty()) throw UsageError(fmt::format("{}: is not the name of a file", columns[0]));
@@ -50,7 +50,6 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   if (looks_like_columns && !status_of_name(line.input))
     throw UsageError(fmt::format("{}: is no file; if these are columns, separate them by tabs, not by spaces",
                                  columns[0]));
-  line.output = path.stem().string() + ".tag";
   line.options = given;
   for (std::size_t i = 1; i < columns.size(); ++i) {
     // Tables of spreadsheets end in empty columns.
@@ -58,45 +57,56 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     const std::size_t equals = columns[i].find('=');
     if (equals == 0 || equals >= columns[i].size() - 1)
       throw UsageError(fmt::format("{}: must be option=value", columns[i]));
-    line.options[columns[i].substr(0, equals)] = columns[i].substr(equals + 1);
+    const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
+    if (name == "output")
+      line.output = output_called(value);
+    else
+      line.options[name] = value;
   }
+  if (line.output.empty())
+    line.output =
+        naming == OutputNaming::with_folders ? output_mirroring(columns[0]) : path.stem().string() + ".tag";
   return line;
 }
 
 }  // namespace
 
-std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given) {
+std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
+                                        OutputNaming naming) {
   FileBytes file(path);
   // A pipe is in no folder that anybody means: <(...) of a shell is one in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();
   std::vector<ManifestLine> lines;
-  std::map<std::string, std::size_t> taken;
+  TakenOutputs taken(naming == OutputNaming::with_folders
+                         ? "give it another name in a column output=NAME"
+                         : "give it another name in a column output=NAME, or give --keep-folders");
   std::set<OptionTexts> seen;
   std::string text;
   for (std::size_t number = 1;; ++number, text.clear()) {
     try {
       if (!file.read_line(text, longest_line)) throw UsageError("is too long");
-      if (text.empty()) return lines;
+      if (text.empty()) break;
       if (number == 1 && text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
       if (text.find('\0') != text.npos) throw UsageError("holds a zero byte: this is no text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
-      ManifestLine line = parse_line(columns_of(text), folder, given);
+      ManifestLine line = parse_line(columns_of(text), folder, given, naming);
       line.number = number;
       // Most lines have the same options.
       if (seen.insert(line.options).second) encoding_of(line.options);
-      if (const auto [other, is_new] = taken.emplace(json_text(line.output), number); !is_new)
-        throw UsageError(
-            fmt::format("{} would be the output of line {}, too; name a volume differently, or "
-                        "use two manifests and two folders",
-                        line.output, other->second));
+      taken.take(line.output, number);
       lines.push_back(std::move(line));
     } catch (const UsageError& error) {
       throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, error.what()));
     }
   }
+  if (lines.empty())
+    throw UsageError(file.name() +
+                     ": names no volume; a list has the path of a volume in each line, and lines "
+                     "that begin with # do not count");
+  return lines;
 }
 
 std::string json_text(const std::string& bytes) {

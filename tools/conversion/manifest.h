@@ -12,15 +12,22 @@ namespace tagrid {
 struct ManifestLine {
   std::size_t number = 0;  ///< in the file, from 1
   std::string input;       ///< absolute
-  std::string output;      ///< its name in the folder of the outputs: STEM.tag
+  std::string output;      ///< its path below the folder of the outputs: STEM.tag, or as was asked for
   OptionTexts options;     ///< those of all lines, and over them those of this line
 };
 
+/// How the outputs of volumes are called for which no column says it.
+enum class OutputNaming {
+  by_stem,      ///< 2019/knee.nhdr is knee.tag
+  with_folders  ///< it is 2019/knee.tag
+};
+
 /// Reads the manifest at `path`, or the standard input for "-". Empty lines and those that begin with '#' are
-/// none. Relative paths start at the folder of the manifest, or the current one where it comes from the
-/// standard input. `given` are the options of all lines. Throws UsageError for an option that cannot be, and
-/// for two lines with one output; WorldError.
-std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given);
+/// passed over. Relative paths start at the folder of the manifest, or the current one if it comes from the
+/// standard input. `given` are the options of all lines. Throws UsageError if a line has an option or an
+/// output that cannot be, if two lines have one output, and if there is no volume; WorldError.
+std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
+                                        OutputNaming naming);
 
 /// `bytes` as text of JSON can hold them: file names may be of any bytes.
 std::string json_text(const std::string& bytes);

@@ -65,6 +65,12 @@ ordered_json json_of(const std::vector<InputFile>& files) {
   return json;
 }
 
+void add_output(const KnownOutput& known, ordered_json& record) {
+  const ordered_json earlier = ordered_json::parse(known.record);
+  for (const char* key : output_keys)
+    if (const auto found = earlier.find(key); found != earlier.end()) record[key] = *found;
+}
+
 KnownOutputs::KnownOutputs(const std::string& folder) {
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {

@@ -2,6 +2,7 @@
 // JSON; README.md says what is in it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -45,6 +46,13 @@ struct KnownOutput {
   bool failed_since = false;
   std::string record;  ///< all of it, as its line
 };
+
+/// The keys of a record that say what the output is; null where that is not known.
+inline constexpr std::array output_keys = {"dims",      "type",        "settings",   "achieved",   "bytes_in",
+                                           "bytes_out", "input_files", "input_xxh3", "output_xxh3"};
+
+/// Says in `record` what the output is, as an earlier record has it.
+void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 
 /// The outputs that the records in a folder tell of: of this run's file and of all others there, whatever the
 /// number of shards was.

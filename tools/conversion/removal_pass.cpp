@@ -10,6 +10,7 @@
 #include "io/formats/volume_reader.h"
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/input_removal.h"
+#include "tools/conversion/output_names.h"
 
 namespace tagrid {
 namespace {
@@ -52,7 +53,10 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   const bool is_gone = known && known->state == KnownOutput::State::removed && !status_of_name(line.input);
   if (!known || is_gone) {
     record["status"] = "skipped";
-    if (!known) record["error"] = "no record says that it was encoded";
+    if (known)
+      add_output(*known, record);
+    else
+      record["error"] = "no record says that it was encoded";
     return {};
   }
   record["status"] = "kept";
@@ -60,11 +64,12 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
     throw UsageError(
         fmt::format("{}: {} is recorded as made of {}; with --skip-done it is compared and recorded",
                     line.input, line.output, known->input));
+  add_output(*known, record);
   if (known->failed_since)
     throw UsageError(line.input +
                      ": the last run failed with it; it is kept until one with --skip-done does not");
-  record.update(ordered_json::parse(known->record));
-  record["status"] = "kept";
+  record["options"] = known->options;
+  require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
   require_same_options(line, *known);
   verify(line, *known, record);

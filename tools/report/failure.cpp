@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <new>
-#include <stdexcept>
-#include <system_error>
+#include <exception>
 
+#include "io/files/error_kinds.h"
 #include "io/files/errors.h"
 #include "tools/report/exit_codes.h"
 
@@ -17,25 +16,22 @@ constexpr const char* out_of_memory = "out of memory; a smaller --brick, or fewe
 }  // namespace
 
 Failure current_failure() {
-  try {
-    throw;
-  } catch (const UsageError& error) {
-    return {exit_usage, error.what()};
-  } catch (const BrokenInput& error) {
-    return {exit_broken_input, error.what()};
-  } catch (const ClosedPipe&) {
-    return {exit_world, ""};
-  } catch (const WorldError& error) {
-    return {exit_world, error.what()};
-  } catch (const std::bad_alloc&) {
-    return {exit_world, out_of_memory};
-  } catch (const std::length_error&) {
-    return {exit_world, out_of_memory};
-  } catch (const std::system_error& error) {
-    return {exit_world, error.what()};
-  } catch (const std::exception& error) {
-    return {exit_bug, fmt::format("this is a bug: {}; please report it", error.what())};
+  const SortedError error = sorted_error(std::current_exception());
+  switch (error.kind) {
+    case ErrorKind::usage:
+      return {exit_usage, error.message};
+    case ErrorKind::broken_input:
+      return {exit_broken_input, error.message};
+    case ErrorKind::closed_pipe:
+      return {exit_world, ""};
+    case ErrorKind::world:
+      return {exit_world, error.message};
+    case ErrorKind::memory:
+      return {exit_world, out_of_memory};
+    case ErrorKind::bug:
+      break;
   }
+  return {exit_bug, fmt::format("this is a bug: {}; please report it", error.message)};
 }
 
 }  // namespace tagrid

@@ -128,7 +128,10 @@ class MpiRanks : public Ranks {
   }
 
  protected:
-  // Numbers of rank 0 are at hand for others only while it looks after them.
+  // The shared numbers are those of rank 0, which others reach only while it passes messages.
+  std::chrono::milliseconds patience() const override {
+    return rank_ == 0 ? std::chrono::milliseconds(2) : look_interval;
+  }
   void pass_messages() override {
     int waiting = 0;
     MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, MPI_COMM_WORLD, &waiting, MPI_STATUS_IGNORE);

@@ -95,8 +95,43 @@ TEST_F(MpiConvert, WhatCannotBeIsRefusedOnceBeforeAnythingIsDone) {
   file("list.tsv", "a.nrrd\n");
   expect_ok(convert_by(3));
   EXPECT_EQ(statuses(), "a ok");
+  expect_ok(convert_by(2, {"--shard=1/2"}));
   file("list.tsv", "");
-  expect_ok(convert_by(2));
+  expect_error(convert_by(2), usage, "list.tsv: names no volume");
+}
+
+TEST_F(MpiConvert, FoldersAndNamesOfOutputsAreThoseOfOneProcess) {
+  std::string list;
+  for (const std::string folder : {"x", "x/y", "z"}) {
+    std::filesystem::create_directories(path(folder));
+    for (const std::string name : {"knee.nrrd", "skull.nrrd"}) {
+      volume(folder + "/" + name, static_cast<int>(list.size()) + 1);
+      list += folder + "/" + name + (list.empty() ? "\toutput=x/first/knee" : "") + "\n";
+    }
+  }
+  file("list.tsv", list);
+  const auto files = [&] {
+    std::map<std::string, std::string> found;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))
+      if (entry.path().extension() == ".tag")
+        found[entry.path().lexically_relative(path("out")).string()] = content(entry.path().string());
+    return found;
+  };
+  expect_ok(convert({"--keep-folders"}));
+  const auto alone = files();
+  const Records expected = timeless();
+  EXPECT_EQ(alone.size(), 6U);
+  EXPECT_TRUE(alone.contains("x/first/knee.tag") && alone.contains("x/y/skull.tag"));
+  std::filesystem::remove_all(path("out"));
+  expect_ok(convert_by(3, {"--keep-folders"}));
+  EXPECT_TRUE(files() == alone);
+  EXPECT_EQ(timeless(), expected);
+  std::filesystem::remove(path("out/x/y/skull.tag"));
+  expect_ok(convert_by(2, {"--keep-folders", "--skip-done"}));
+  EXPECT_TRUE(files() == alone);
+  EXPECT_EQ(records().size(), 12U);
+  expect_ok(convert_by(2, {"--keep-folders", "--remove-verified"}));
+  EXPECT_FALSE(exists("x/knee.nrrd") || exists("z/skull.nrrd"));
 }
 
 TEST_F(MpiConvert, ARankThatIsKilledEndsTheJobAndLosesNothing) {

@@ -1,0 +1,54 @@
+#include "io/files/error_kinds.h"
+
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+
+SortedError sorted_error(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const UsageError& error) {
+    return {ErrorKind::usage, error.what()};
+  } catch (const BrokenInput& error) {
+    return {ErrorKind::broken_input, error.what()};
+  } catch (const ClosedPipe& error) {
+    return {ErrorKind::closed_pipe, error.what()};
+  } catch (const WorldError& error) {
+    return {ErrorKind::world, error.what()};
+  } catch (const std::bad_alloc& error) {
+    return {ErrorKind::memory, error.what()};
+  } catch (const std::length_error& error) {
+    // A container was asked for more than any memory holds.
+    return {ErrorKind::memory, error.what()};
+  } catch (const std::system_error& error) {
+    return {ErrorKind::world, error.what()};
+  } catch (const std::exception& error) {
+    return {ErrorKind::bug, error.what()};
+  } catch (...) {
+    return {ErrorKind::bug, "something that is no exception was thrown"};
+  }
+}
+
+void throw_sorted(const SortedError& error) {
+  switch (error.kind) {
+    case ErrorKind::usage:
+      throw UsageError(error.message);
+    case ErrorKind::broken_input:
+      throw BrokenInput(error.message);
+    case ErrorKind::closed_pipe:
+      throw ClosedPipe(error.message);
+    case ErrorKind::world:
+      throw WorldError(error.message);
+    case ErrorKind::memory:
+      throw std::bad_alloc();
+    case ErrorKind::bug:
+      break;
+  }
+  throw std::runtime_error(error.message);
+}
+
+}  // namespace tagrid

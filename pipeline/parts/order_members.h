@@ -1,0 +1,39 @@
+// How many members the structs have that ranks send each other: see order_fields.h. A count that is not right
+// does not compile.
+#pragma once
+
+#include "pipeline/parts/decode_parts.h"
+#include "pipeline/parts/part_work.h"
+#include "pipeline/parts/verify_parts.h"
+#include "pipeline/ranks/messages.h"
+
+namespace tagrid {
+
+template <>
+inline constexpr std::size_t member_count<Index3> = 3;
+template <>
+inline constexpr std::size_t member_count<RawDescription> = 5;
+template <>
+inline constexpr std::size_t member_count<SourceDescription> = 2;
+template <>
+inline constexpr std::size_t member_count<Resources> = 4;
+
+template <>
+inline constexpr std::size_t member_count<PartOrder> = 6;
+template <>
+inline constexpr std::size_t member_count<PartPlace> = 2;
+template <>
+inline constexpr std::size_t member_count<PlaceOrder> = 5;
+template <>
+inline constexpr std::size_t member_count<DecodeOrder> = 5;
+template <>
+inline constexpr std::size_t member_count<VerifyOrder> = 4;
+
+template <>
+inline constexpr std::size_t member_count<Statistics> = 9;
+template <>
+inline constexpr std::size_t member_count<OpenFace> = 3;
+template <>
+inline constexpr std::size_t member_count<Findings> = 2;
+
+}  // namespace tagrid

@@ -1,0 +1,48 @@
+// What an exception means is decided in one place, and survives being sent.
+#include "io/files/error_kinds.h"
+
+#include <gtest/gtest.h>
+
+#include <new>
+#include <stdexcept>
+#include <system_error>
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+template <class Thrown>
+SortedError sorted(const Thrown& thrown) {
+  return sorted_error(std::make_exception_ptr(thrown));
+}
+
+TEST(ErrorKinds, EveryExceptionHasOne) {
+  EXPECT_EQ(sorted(UsageError("x")), (SortedError{ErrorKind::usage, "x"}));
+  EXPECT_EQ(sorted(BrokenInput("x")), (SortedError{ErrorKind::broken_input, "x"}));
+  EXPECT_EQ(sorted(ClosedPipe("x")), (SortedError{ErrorKind::closed_pipe, "x"}));
+  EXPECT_EQ(sorted(WorldError("x")), (SortedError{ErrorKind::world, "x"}));
+  EXPECT_EQ(sorted(std::logic_error("x")), (SortedError{ErrorKind::bug, "x"}));
+  EXPECT_EQ(sorted(std::out_of_range("x")), (SortedError{ErrorKind::bug, "x"}));
+  EXPECT_EQ(sorted(std::system_error(std::make_error_code(std::errc::io_error))).kind, ErrorKind::world);
+  EXPECT_EQ(sorted(std::bad_alloc()).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(std::bad_array_new_length()).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(std::length_error("x")).kind, ErrorKind::memory);
+  EXPECT_EQ(sorted(42).kind, ErrorKind::bug);
+}
+
+TEST(ErrorKinds, WhatIsThrownAgainIsOfTheSameKind) {
+  for (const ErrorKind kind : {ErrorKind::usage, ErrorKind::broken_input, ErrorKind::closed_pipe,
+                               ErrorKind::world, ErrorKind::memory, ErrorKind::bug}) {
+    try {
+      throw_sorted({kind, "x"});
+    } catch (...) {
+      const SortedError again = sorted_error(std::current_exception());
+      EXPECT_EQ(again.kind, kind);
+      EXPECT_TRUE(again.message == "x" || kind == ErrorKind::memory) << again.message;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,139 @@
+// Orders of rank 0, obeyed by ranks that are threads: the files of one process, and one failure for all.
+#include "pipeline/parts/work_orders.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "io/files/errors.h"
+#include "pipeline/parts/encode_parts.h"
+#include "pipeline/run/run.h"
+#include "tests/support/fake_ranks.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+class WorkOrders : public TemporaryFolder {
+ protected:
+  WorkOrders() {
+    write_nrrd(path("a.nrrd"), dims_, blobs<std::int16_t>(dims_, 1));
+    options_.cube_size = 8;
+    options_.brick_edge = 2;
+    options_.max_error = 3;
+    encode_volume(path("a.nrrd"), std::nullopt, path("one.tag"), true, options_, 1);
+    decode_volume(path("one.tag"), path("one.raw"), VolumeFormat::raw, true, 1);
+  }
+
+  /// Rank 0 does `work` and dismisses the others, which serve; `work` may throw.
+  void by(int count, const std::function<void(Ranks&)>& work) const {
+    std::atomic<int> served{0};
+    std::exception_ptr thrown;
+    FakeRanks(count).run([&](Ranks& ranks) {
+      if (ranks.rank() > 0) {
+        EXPECT_EQ(serve(
+                      ranks, [](std::uint64_t) {}, [](const Bytes&) { ADD_FAILURE(); }),
+                  7);
+        ++served;
+        return;
+      }
+      try {
+        work(ranks);
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+      dismiss(ranks, 7);
+    });
+    EXPECT_EQ(served, count - 1);
+    if (thrown) std::rethrow_exception(thrown);
+  }
+  EncodeResult encode(Ranks& ranks, const std::string& output) const {
+    PartsOptions parts;
+    parts.resources = Resources(1);
+    return encode_in_parts(ranks, path("a.nrrd"), std::nullopt, output, true, options_, parts);
+  }
+
+  static constexpr Index3 dims_{50, 41, 60};
+  EncodeOptions options_;
+};
+
+TEST_F(WorkOrders, AnyNumberOfRanksMakesTheFilesOfOneProcess) {
+  for (const int count : {1, 2, 3, 8}) {
+    by(count, [&](Ranks& ranks) {
+      encode(ranks, path("a.tag"));
+      EXPECT_TRUE(content("a.tag") == content("one.tag")) << count;
+      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1));
+      EXPECT_TRUE(content("a.raw") == content("one.raw")) << count;
+      const VerifyResult found =
+          verify_by_ranks(ranks, path("a.tag"), path("a.nrrd"), std::nullopt, Resources(1));
+      EXPECT_EQ(found.header.parameters.dims, dims_);
+    });
+    EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.raw", "a.tag", "one.raw", "one.tag"}));
+  }
+}
+
+TEST_F(WorkOrders, ProgressOfOneProcessIsToldWhileItWorksAndNeverFallsOrPassesTheEnd) {
+  std::vector<std::uint64_t> seen;
+  by(1, [&](Ranks& ranks) {
+    PartsOptions parts;
+    parts.resources = Resources(1);
+    encode_in_parts(ranks, path("a.nrrd"), std::nullopt, path("a.tag"), true, options_, parts,
+                    [&](std::uint64_t done, std::uint64_t total) {
+                      EXPECT_EQ(total, static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
+                      EXPECT_LE(done, total);
+                      seen.push_back(done);
+                    });
+  });
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_GT(std::set<std::uint64_t>(seen.begin(), seen.end()).size(), 10U);
+  EXPECT_EQ(seen.back(), static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
+}
+
+TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
+  std::string bytes = content("one.tag");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  file("bad.tag", bytes);
+  by(3, [&](Ranks& ranks) {
+    EXPECT_THROW(
+        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1)),
+        BrokenInput);
+    EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", std::nullopt, Resources(1)), BrokenInput);
+    // What comes after a failure is done as if nothing had been.
+    encode(ranks, path("a.tag"));
+    EXPECT_TRUE(content("a.tag") == content("one.tag"));
+  });
+  EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.tag", "bad.tag", "one.raw", "one.tag"}));
+}
+
+TEST_F(WorkOrders, AnotherOriginalIsFoundByTheRankThatLooksAtIt) {
+  auto samples = blobs<std::int16_t>(dims_, 1);
+  samples[12345] = static_cast<std::int16_t>(samples[12345] + 9);
+  write_nrrd(path("other.nrrd"), dims_, samples);
+  by(3, [&](Ranks& ranks) {
+    EXPECT_THROW(verify_by_ranks(ranks, path("one.tag"), path("other.nrrd"), std::nullopt, Resources(1)),
+                 BrokenInput);
+  });
+}
+
+TEST_F(WorkOrders, ALimitOnMemoryReachesTheOthersAndSoDoOrdersOfTheProgram) {
+  std::atomic<std::uint64_t> limits{0}, obeyed{0};
+  FakeRanks(3).run([&](Ranks& ranks) {
+    if (ranks.rank() > 0) {
+      serve(
+          ranks, [&](std::uint64_t limit) { limits += limit; },
+          [&](const Bytes& order) { obeyed += order.size(); });
+      return;
+    }
+    Resources resources(1);
+    resources.memory = std::uint64_t{1} << 30;
+    verify_by_ranks(ranks, path("one.tag"), "", std::nullopt, resources);
+    send_order(ranks, Bytes(21));
+    dismiss(ranks, 0);
+  });
+  EXPECT_EQ(limits, std::uint64_t{2} << 30);
+  EXPECT_EQ(obeyed, 42U);
+}
+
+}  // namespace
+}  // namespace tagrid

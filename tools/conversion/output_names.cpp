@@ -1,0 +1,113 @@
+#include "tools/conversion/output_names.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
+#include "tools/conversion/manifest.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* ending = ".tag";
+
+bool goes_up(const fs::path& path) {
+  return std::ranges::any_of(path, [](const fs::path& step) { return step == ".."; });
+}
+
+/// Such a folder would be taken for records, or stand in their way.
+void refuse_records(const std::string& given, const fs::path& output) {
+  const std::string first = output.begin()->string();
+  if (first.starts_with("results") && first.ends_with(".jsonl"))
+    throw UsageError(
+        fmt::format("{}: {} is a name of records; choose another name for the folder", given, first));
+}
+
+/// Calls use(folder) for every folder of `output` below `root`, the outermost first.
+template <class Use>
+void for_each_folder(const std::string& root, const std::string& output, Use use) {
+  fs::path folder = root;
+  for (const fs::path& step : fs::path(output).parent_path()) use((folder /= step).string());
+}
+
+/// Whether it is there.
+bool is_own_folder(const std::string& folder) {
+  const auto status = status_of_name(folder);
+  if (status && S_ISLNK(status->st_mode))
+    throw UsageError(folder +
+                     ": is a symbolic link, and outputs stay below the folder of the outputs; put a folder "
+                     "there, or choose another output");
+  if (status && !S_ISDIR(status->st_mode)) throw UsageError(folder + ": is no folder; choose another output");
+  return status.has_value();
+}
+
+}  // namespace
+
+std::string output_called(const std::string& name) {
+  const fs::path path = name;
+  if (path.is_absolute())
+    throw UsageError(fmt::format("output={}: must be a path below the folder of the outputs", name));
+  if (goes_up(path)) throw UsageError(fmt::format("output={}: must not have a ..", name));
+  fs::path output = path.lexically_normal();
+  if (output.filename().empty() || output == ".")
+    throw UsageError(fmt::format("output={}: is not the name of a file", name));
+  if (output.extension() != ending) output += ending;
+  refuse_records("output=" + name, output);
+  return output.string();
+}
+
+std::string output_mirroring(const std::string& listed) {
+  const fs::path path = listed;
+  // A .. may lead through a link, so that the name does not tell in which folder the volume is.
+  if (path.is_absolute() || goes_up(path))
+    throw UsageError(
+        fmt::format("{}: --keep-folders needs a relative path without ..; say its output in a column "
+                    "output=NAME",
+                    listed));
+  const fs::path normal = path.lexically_normal();
+  const fs::path output = normal.parent_path() / (normal.stem().string() + ending);
+  refuse_records(listed, output);
+  return output.string();
+}
+
+void TakenOutputs::take(const std::string& output, std::size_t line) {
+  // As records have it: names that differ in bytes that are no text would be one in there.
+  const fs::path name = json_text(output);
+  if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
+    throw UsageError(
+        fmt::format("{} would be the output of line {}, too; {}", output, file->second, advice_));
+  if (const auto folder = folders_.find(name.string()); folder != folders_.end())
+    throw UsageError(fmt::format("{} would be a folder of the output of line {}, too; {}", output,
+                                 folder->second, advice_));
+  for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
+    if (const auto file = files_.find(folder.string()); file != files_.end())
+      throw UsageError(fmt::format("{} cannot be: {} is the output of line {}, and no folder; {}", output,
+                                   folder.string(), file->second, advice_));
+    folders_.emplace(folder.string(), line);
+  }
+}
+
+void require_own_folders(const std::string& root, const std::string& output) {
+  for_each_folder(root, output, is_own_folder);
+}
+
+void make_own_folders(const std::string& root, const std::string& output) {
+  for_each_folder(root, output, [](const std::string& folder) {
+    // Another process may make it at the same time; it is on the disk when either of them says so.
+    if (!is_own_folder(folder) && mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
+      throw world_error("cannot create the folder", folder, errno);
+    is_own_folder(folder);
+    if (const int error = sync_folder(folder_of(folder)); error != 0)
+      throw world_error("cannot write the folder of", folder, error);
+  });
+}
+
+}  // namespace tagrid
