@@ -15,6 +15,7 @@ void describe(Fields& fields, Order& found) {
   auto& counted = found.counted;
   for (auto& points : counted.active) fields(points);
   fields(counted.samples);
+  fields(counted.finite);
   fields(counted.max_error);
   auto low = static_cast<std::uint64_t>(counted.sum_squared_error),
        high = static_cast<std::uint64_t>(counted.sum_squared_error >> 64);

@@ -11,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/conversion.h"
 #include "tools/human_bytes.h"
+#include "tools/input_removal.h"
 #include "tools/process.h"
 #include "tools/run_report.h"
 
@@ -37,7 +38,8 @@ struct ConvertCommand {
   void execute(const OptionTexts& given) const {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Also where no volume is left for them.
-    encoding_of(given);
+    const Encoding asked = encoding_of(given);
+    if (remove_verified) refuse_without_bound(asked.options, "--remove-verified");
     const std::vector<ManifestLine> lines = read_manifest(manifest, given);
     RunReport report(options.run, options.overwrite, "convert", manifest, options.output_dir);
     if (!remove_verified)
@@ -61,7 +63,7 @@ struct ConvertCommand {
          {"bytes_out", sums.bytes_out}});
     report.keep();
     const char* wrong = remove_verified ? "kept" : "failed";
-    if (options.run.is_watched()) say(summary(sums, wrong) + "\n");
+    if (options.run.is_watched()) say_line(summary(sums, wrong));
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
@@ -125,6 +127,7 @@ Action add_convert_command(CLI::App& app) {
                  "Encode nothing; verify what was encoded once more, and remove the originals")
       ->excludes(skip)
       ->group(group);
+  add_trust_option(*command, state->options.trust_description);
   command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
   add_encoding_options(*command, state->encoding);
   add_run_options(*command, state->options.run);

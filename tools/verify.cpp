@@ -5,6 +5,7 @@
 #include "io/errors.h"
 #include "pipeline/verify_parts.h"
 #include "tools/commands.h"
+#include "tools/printable.h"
 #include "tools/report.h"
 #include "tools/run_report.h"
 #include "tools/shared_options.h"
@@ -40,9 +41,10 @@ struct VerifyCommand {
         {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
     report.keep();
     if (run.quiet || run.json == "-") return;
-    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
-               result.active_points);
-    if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
+    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", printable(input),
+               result.bricks, result.active_points);
+    if (result.max_error)
+      fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
   }
 
   VerifyResult verify(const SourceDescription& source) const {
