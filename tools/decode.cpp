@@ -26,6 +26,8 @@ struct DecodeCommand {
 
   void execute() const {
     const std::string path = output.path.empty() ? default_output() : output.path;
+    // An NRRD file that is to be decoded would be told that it is its own output, and not what it is.
+    if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);

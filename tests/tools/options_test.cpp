@@ -85,6 +85,7 @@ TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {
     expect_error(tagrid({command, "-"}, content("volume.vdb")), broken_input,
                  "but an OpenVDB file; encode it first");
   }
+  expect_error(tagrid({"decode", "volume.nrrd"}), broken_input, "but an NRRD volume; encode it first");
   expect_ok(tagrid({"encode", "volume.nrrd"}));
   expect_ok(tagrid({"info", "volume.tag"}));
 }

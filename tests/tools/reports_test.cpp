@@ -286,8 +286,7 @@ TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
   expect_ok(tagrid({"verify", "v.tag", "-q"}));
   // Nor where they do not come back.
   expect_ok(tagrid(with({"encode", "v.raw", "-qf", "--grid-only"}, raw)));
-  const Json achieved = info("v.tag")["achieved"];
-  if (achieved["rmse"].is_number()) EXPECT_LT(achieved["rmse"].get<double>(), 1e300);
+  EXPECT_LT(info("v.tag")["achieved"]["rmse"].get<double>(), 100);
   expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
   expect_ok(tagrid({"verify", "v.tag", "-q"}));
 }
