@@ -46,6 +46,7 @@ void require_plain_file(const std::string& header_name, const std::string& data_
 }
 
 std::string why_no_volume(FileBytes& file) {
+  if (file.peek(1).empty()) return "is empty, and no volume";
   const std::string_view advice = advice_on_format(file.peek(other_formats_peek));
   if (!advice.empty()) return std::string(advice);
   return "not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
@@ -129,14 +130,23 @@ void VolumeReader::check_against(const RawDescription& raw, const NrrdHeader& he
   if (raw.big_endian && size_of(info_.type) > 1 && *raw.big_endian != header.big_endian)
     throw UsageError(fmt::format("{}: its NRRD header says endian {}; leave out --endian", name,
                                  header.big_endian ? "big" : "little"));
-  if (raw.spacing && *raw.spacing != info_.geometry.spacing)
-    throw UsageError(name + ": its NRRD header says another spacing, or none; leave out --spacing");
+  if (raw.spacing && *raw.spacing != info_.geometry.spacing) {
+    const auto& [x, y, z] = info_.geometry.spacing;
+    throw UsageError(
+        info_.geometry.has_spacing
+            ? fmt::format("{}: its NRRD header says the spacing {}, {}, {}; leave out --spacing", name, x, y,
+                          z)
+            : name +
+                  ": its NRRD header says no spacing; leave out --spacing, or give the header a line "
+                  "\"spacings: x y z\"");
+  }
 }
 
 void VolumeReader::open_raw(const RawDescription& raw) {
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
                      ": sizes must be positive, and the volume below 2^62 bytes");
+  headerless_ = true;
   info_.dims = raw.dims;
   info_.type = raw.type;
   if (raw.spacing) info_.nrrd_fields = spacings_line(*raw.spacing);
@@ -199,6 +209,7 @@ void VolumeReader::check_size() const {
                                   samples_expected(), present));
   if (gzip_ || present == expected) return;
   // What was said of it is wrong, or it is another file than it was taken for.
+  if (size == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), samples_expected()));
   const std::string_view advice = start_ == 0 ? advice_on_format(file_->peek(other_formats_peek)) : "";
   throw BrokenInput(fmt::format("{}: {}, but {} are present{}{}", file_->name(), samples_expected(), present,
                                 advice.empty() ? "" : "; it ", advice));

@@ -65,6 +65,8 @@ class VolumeReader {
   const std::vector<std::string>& files() const { return files_; }
   /// Whether the files hold more than a header and these samples: bytes that are skipped.
   bool holds_other_bytes() const { return holds_other_bytes_; }
+  /// Whether somebody else had to say how the samples lie: nothing in the file did.
+  bool headerless() const { return headerless_; }
   /// Bytes read so far, of all files, since the last rewind; of an OpenVDB file, all that it has.
   std::uint64_t bytes_read() const {
     if (vdb_) return vdb_->file_size();
@@ -100,6 +102,7 @@ class VolumeReader {
   std::vector<std::string> files_;
   std::uint64_t detached_header_bytes_ = 0;
   bool holds_other_bytes_ = false;
+  bool headerless_ = false;
 };
 
 /// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one

@@ -12,13 +12,30 @@
 
 namespace tagrid {
 
+std::string_view ending_of(VolumeFormat format) {
+  switch (format) {
+    case VolumeFormat::nrrd:
+      return ".nrrd";
+    case VolumeFormat::nhdr:
+      return ".nhdr";
+    case VolumeFormat::vdb:
+      return ".vdb";
+    default:
+      return ".raw";
+  }
+}
+
+std::optional<VolumeFormat> format_with_ending(const std::string& path) {
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  for (const VolumeFormat format :
+       {VolumeFormat::nrrd, VolumeFormat::nhdr, VolumeFormat::raw, VolumeFormat::vdb})
+    if (extension == ending_of(format)) return format;
+  return std::nullopt;
+}
+
 VolumeFormat format_from_name(const std::string& path) {
   if (path == "-") return VolumeFormat::raw;
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
-  if (extension == ".nrrd") return VolumeFormat::nrrd;
-  if (extension == ".nhdr") return VolumeFormat::nhdr;
-  if (extension == ".raw") return VolumeFormat::raw;
-  if (extension == ".vdb") return VolumeFormat::vdb;
+  if (const auto format = format_with_ending(path)) return *format;
   throw UsageError(
       path +
       ": the name of a volume must end in .nrrd (header and samples), .nhdr (header, samples in a "

@@ -21,6 +21,11 @@ enum class VolumeFormat {
   vdb,   ///< A grid in an OpenVDB file.
 };
 
+/// How names of files of the format end: ".nrrd" and so on.
+std::string_view ending_of(VolumeFormat format);
+/// The format whose ending the name has.
+std::optional<VolumeFormat> format_with_ending(const std::string& path);
+
 /// The format that a file's name asks for: .nrrd, .nhdr, .raw or .vdb, and raw for "-". Throws UsageError for
 /// others.
 VolumeFormat format_from_name(const std::string& path);

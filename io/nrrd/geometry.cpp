@@ -108,6 +108,45 @@ void check_space(const Fields& fields) {
     throw BrokenInput("NRRD header: the space " + quoted(space) + " has four dimensions; 3 are supported");
 }
 
+/// A volume has one number at each position, and each of its axes is one of positions. The standard's other
+/// kinds say what the samples along an axis are instead: parts of one value (colors, vectors, tensors,
+/// complex numbers), members of a list, or moments. A grid across these would interpolate between red and
+/// green. "none" and "???" say nothing, like a header without kinds; "domain" is what writers use for space.
+void check_kinds(std::string_view value) {
+  const auto kinds = words_of(value);
+  if (kinds.size() != 3)
+    throw BrokenInput(
+        fmt::format("NRRD header: kinds: {}: must be 3 words, one for each axis", quoted(value)));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string kind = lower_case(kinds[axis]);
+    if (kind == "domain" || kind == "space" || kind == "none" || kind == "???") continue;
+    throw BrokenInput(fmt::format(
+        "NRRD header: kinds: axis {} is of the kind {}: this is not a volume of single values. All three "
+        "axes must be of the kind domain or space, or of none; take one component or moment first, with unu "
+        "slice, for example",
+        axis, quoted(kinds[axis])));
+  }
+}
+
+/// Strings in quotes, with \\" for a quote in them. What is not such a list says nothing: units are not
+/// needed to place a sample.
+void read_units(std::string_view value, Geometry& geometry) {
+  std::array<std::string, 3> units;
+  for (std::string& unit : units) {
+    const std::size_t open = value.find_first_not_of(" \t");
+    if (open == value.npos || value[open] != '"') return;
+    value.remove_prefix(open + 1);
+    for (; !value.empty() && value.front() != '"'; value.remove_prefix(1)) {
+      if (value.front() == '\\' && value.size() > 1) value.remove_prefix(1);
+      unit += value.front();
+    }
+    if (value.empty()) return;
+    value.remove_prefix(1);
+    if (unit == "???" || lower_case(unit) == "none") unit.clear();
+  }
+  if (words_of(value).empty()) geometry.units = units;
+}
+
 /// Axis mins are where the first sample begins, unless samples are said to be points.
 void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geometry) {
   const Vector mins = three_numbers("axis mins", value);
@@ -126,9 +165,14 @@ void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geom
 Geometry geometry_of(std::string_view nrrd_fields) {
   const Fields fields = fields_of(nrrd_fields);
   check_space(fields);
+  if (const auto value = find(fields, "kinds")) check_kinds(*value);
   Geometry geometry;
   if (const auto value = find(fields, "spacings")) read_spacings(*value, geometry);
   if (const auto value = find(fields, "space directions")) read_directions(*value, geometry);
+  geometry.space = find(fields, "space").value_or("");
+  // Those of the axes are of their spacings; with directions, lengths are in units of the space.
+  if (const auto value = find(fields, geometry.has_directions ? "space units" : "units"))
+    read_units(*value, geometry);
   if (const auto value = find(fields, "space origin")) {
     std::string_view rest = *value;
     geometry.origin = take_vector("space origin", rest);

@@ -88,7 +88,12 @@ SampleType type_of(std::string_view value) {
 
 Index3 dims_of(const Fields& fields) {
   const std::string_view dimension = required(fields, "dimension");
-  if (dimension != "3") refuse("dimension", dimension, "only volumes of dimension 3 are supported");
+  if (dimension != "3")
+    refuse("dimension", dimension,
+           dimension == "4"
+               ? "a volume has 3 axes, and this is more than one: its components (colors, vectors) "
+                 "or moments; take one of them first, with unu slice, for example"
+               : "a volume has 3 axes; only dimension 3 is supported");
   const std::string_view sizes = required(fields, "sizes");
   const auto words = words_of(sizes);
   if (words.size() != 3) refuse("sizes", sizes, "must be 3 numbers");

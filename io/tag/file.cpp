@@ -1,5 +1,7 @@
 #include "io/tag/file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -11,6 +13,8 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/header.h"
+#include "io/vdb/reader.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/lattice.h"
 
@@ -40,7 +44,21 @@ void TagWriter::finish() {
   out_.write(file_end(parameters_, index_, out_.position(), last_checksum_, header_checksum_));
 }
 
+namespace {
+
+/// What a file is that should have been encoded before.
+std::string_view kind_of_volume(FileBytes& file) {
+  if (begins_nrrd(file.peek(9))) return "an NRRD volume";
+  return begins_vdb(file.peek(8)) ? "an OpenVDB file" : "";
+}
+
+}  // namespace
+
 TagReader::TagReader(const std::string& path) : bytes_(path) {
+  if (const std::string_view volume = kind_of_volume(bytes_); !volume.empty())
+    throw BrokenInput(fmt::format("{}: this is not a .tag file, but {}; encode it first, with tagrid encode",
+                                  name(), volume));
+  if (bytes_.peek(1).empty()) throw BrokenInput(name() + ": this is not a .tag file: it is empty");
   std::vector<std::byte> bytes(tag_preamble_size);
   const std::size_t got = bytes_.read(bytes.data(), bytes.size());
   if (got < bytes.size())

@@ -32,7 +32,7 @@ std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool f
   fields.put(index.total.low);
   fields.put(index.total.high);
   fields.put(index.total.sum);
-  fields.put(index.total.samples);
+  fields.put(index.total.finite);
   // By columns: they compress better.
   for (const auto& brick : index.bricks) fields.put(brick.activity_bytes);
   for (const auto& brick : index.bricks) fields.put(brick.value_bytes);
@@ -60,7 +60,7 @@ Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int l
   index.total.low = reader.get<double>();
   index.total.high = reader.get<double>();
   index.total.sum = reader.get<double>();
-  index.total.samples = reader.get<std::uint64_t>();
+  index.total.finite = reader.get<std::uint64_t>();
   index.bricks.assign(bricks, {});
   for (auto& brick : index.bricks) brick.activity_bytes = reader.get<std::uint32_t>();
   for (auto& brick : index.bricks) brick.value_bytes = reader.get<std::uint32_t>();

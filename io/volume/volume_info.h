@@ -23,6 +23,10 @@ struct Geometry {
   std::array<double, 3> origin = {0, 0, 0};
   /// directions[axis] is the way in the world from a sample to the next one along `axis`.
   std::array<std::array<double, 3>, 3> directions = {};
+  /// What the coordinates are called, such as "left-posterior-superior" or "LPS"; "" where that is not known.
+  std::string space;
+  /// Of the axes, where there are no directions, else of the coordinates; "" where one is not known.
+  std::array<std::string, 3> units;
   bool has_spacing = false;  ///< The source gave spacings, or directions.
   bool has_origin = false;
   bool has_directions = false;

@@ -59,8 +59,9 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
     errors.max_error = std::max(errors.max_error, error);
     if constexpr (std::is_integral_v<T>)
       errors.sum_squared_error += static_cast<Uint128>(error) * static_cast<Uint128>(error);
-    else
+    else if (std::isfinite(original[i]))
       errors.sum_squared_real = Statistics::limited(errors.sum_squared_real + error * error);
+    errors.finite += is_finite(original[i]);
     if (error <= tightest) continue;
     const Index3 p{i % parameters_.dims.x, rows_.low.y + i / parameters_.dims.x, rows_.low.z};
     if (error > bound || is_active(p))

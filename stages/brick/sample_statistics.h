@@ -80,8 +80,8 @@ void measure_floats(std::span<const T> original, std::span<const T> decoded, Sta
     const auto v = static_cast<double>(original[i]);
     const double error = sample_error(original[i], decoded[i]);
     brick.max_error = std::max(brick.max_error, error);
-    brick.sum_squared_real = Statistics::limited(brick.sum_squared_real + error * error);
     if (!std::isfinite(v)) continue;
+    brick.sum_squared_real = Statistics::limited(brick.sum_squared_real + error * error);
     brick.low = std::min(brick.low, v);
     brick.high = std::max(brick.high, v);
     brick.sum = Statistics::limited(brick.sum + v);

@@ -16,9 +16,10 @@ struct Statistics {
   /// Active points of each level, 0 .. 3K, among the lattice points that the brick owns: (low, high] of its
   /// closed box, padding included, the first brick of an axis also the low face.
   std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
-  double max_error = 0;                                  ///< largest |decoded - original|
-  Uint128 sum_squared_error = 0;                         ///< of integer samples, exactly
-  double sum_squared_real = 0;                           ///< of floats; at most the largest double
+  /// Largest |decoded - original|; infinite where a sample that is not finite did not come back bit by bit.
+  double max_error = 0;
+  Uint128 sum_squared_error = 0;  ///< of integer samples, exactly
+  double sum_squared_real = 0;    ///< of originals that are finite floats; at most the largest double
   double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
   double high = -std::numeric_limits<double>::infinity();
   double sum = 0;             ///< of the original samples that are finite

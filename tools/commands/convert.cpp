@@ -10,6 +10,7 @@
 #include "io/files/system_call.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/conversion.h"
+#include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
@@ -38,7 +39,8 @@ struct ConvertCommand {
   void execute(const OptionTexts& given) const {
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Also where no volume is left for them.
-    encoding_of(given);
+    const Encoding asked = encoding_of(given);
+    if (remove_verified) refuse_without_bound(asked.options, "--remove-verified");
     const std::vector<ManifestLine> lines =
         read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
@@ -64,7 +66,7 @@ struct ConvertCommand {
          {"bytes_out", sums.bytes_out}});
     report.keep();
     const char* wrong = remove_verified ? "kept" : "failed";
-    if (options.run.is_watched()) say(summary(sums, wrong) + "\n");
+    if (options.run.is_watched()) say_line(summary(sums, wrong));
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
@@ -142,6 +144,7 @@ Action add_convert_command(CLI::App& app) {
                  "Encode nothing; verify what was encoded once more, and remove the originals")
       ->excludes(skip)
       ->group(group);
+  add_trust_option(*command, state->options.trust_description);
   command->add_flag("-f,--force", state->options.overwrite, "Overwrite outputs that exist");
   add_encoding_options(*command, state->encoding);
   add_run_options(*command, state->options.run);

@@ -25,7 +25,9 @@ struct DecodeCommand {
   bool remove = false;
 
   void execute() const {
-    const std::string path = output.path.empty() ? output_beside(input, ".nrrd") : output.path;
+    const std::string path = output.path.empty() ? default_output() : output.path;
+    // An NRRD file that is to be decoded would be told that it is its own output, and not what it is.
+    if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
@@ -44,8 +46,16 @@ struct DecodeCommand {
     });
     report.keep();
     if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
-    if (run.verbosity > 0 && !run.quiet) say(summary(result) + "\n" + memory_summary(result.memory) + "\n");
+    if (run.verbosity > 0 && !run.quiet) {
+      say_line(summary(result));
+      say_line(memory_summary(result.memory));
+    }
     remove_files(removed_after);
+  }
+
+  std::string default_output() const {
+    const VolumeFormat asked = volume_format_option(format).value_or(VolumeFormat::nrrd);
+    return output_beside(input, std::string(ending_of(asked)));
   }
 
   DecodeResult decode(const std::string& path, VolumeFormat chosen,

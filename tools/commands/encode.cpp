@@ -28,7 +28,7 @@ struct EncodeCommand {
   OutputOptions output;
   RunOptions run;
   EncodingOptions encoding;
-  bool remove = false, resume = false;
+  bool remove = false, trust_description = false, resume = false;
 
   void execute() const {
     if (output.path.empty() && input.ends_with(".tag"))
@@ -38,15 +38,16 @@ struct EncodeCommand {
     refuse_terminal_input(input);
     refuse_terminal(path, "compressed bytes");
     const Encoding asked = encoding.checked();
+    if (remove) refuse_without_bound(asked.options, "--rm");
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_volume(input, asked.source, path, "leave out --rm");
+    if (remove) removed_after = files_to_remove(asked, path);
     remove_abandoned(run, {input}, {path});
     // The report of a run that goes on may be there already.
     const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
     RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
     if (!resume) warn_of_record(path);
-    if (asked.source.raw) warn_of_order(run, input, *asked.source.raw);
+    if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
 
     const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
       if (remove) verify_encoding(input, asked.source, written.temporary, run.resources());
@@ -55,9 +56,21 @@ struct EncodeCommand {
                     achieved_json(written.index)});
     });
     report.keep();
-    if (run.verbosity > 0 && !run.quiet)
-      say(summary(result) + "\n" + memory_summary(result.memory, result.times_read) + "\n");
+    warn_of_range(run, input, asked.options, result);
+    if (run.verbosity > 0 && !run.quiet) {
+      say_line(summary(result));
+      say_line(memory_summary(result.memory, result.times_read));
+    }
     remove_files(removed_after);
+  }
+
+  std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
+    const char* advice = "leave out --rm";
+    auto files = removable_volume(input, asked.source, path, advice);
+    const VolumeReader volume = open_volume(input, asked.source);
+    const double max_error = parameters_but_scale(asked.options, volume).max_error;
+    require_replaceable(input, {max_error, volume.headerless(), trust_description}, advice);
+    return files;
   }
 
   EncodeResult encode(const Encoding& asked, const std::string& path,
@@ -76,7 +89,7 @@ struct EncodeCommand {
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
     if (!run.is_watched()) return {};
     return [](std::int64_t there, std::int64_t parts) {
-      say(fmt::format("tagrid: going on: {} of {} parts are there\n", there, parts));
+      say_line(fmt::format("tagrid: going on: {} of {} parts are there", there, parts));
     };
   }
 
@@ -111,6 +124,7 @@ Action add_encode_command(CLI::App& app) {
   add_memory_option(*command, state->run);
   add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
+  add_trust_option(*command, state->trust_description);
   command->add_flag("--resume", state->resume,
                     "Keep what is done in .NAME.parts, and go on with it after an interruption");
   return [state] { state->execute(); };

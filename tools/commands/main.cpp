@@ -31,7 +31,7 @@ constexpr const char* version = "tagrid " TAGRID_VERSION;
 #endif
 
 int fail(int code, const std::string& message) {
-  say(fmt::format("tagrid: {}\n", message));
+  say_line("tagrid: " + message);
   return code;
 }
 
@@ -85,7 +85,8 @@ int guarded_run(int argc, char** argv) {
 void tell_of_mpi(int code) {
   const char* count = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
-    say("tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi\n");
+    say_line(
+        "tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi");
 }
 #else
 /// Rank 0 is the program, and speaks for all; the others do as it says.

@@ -36,7 +36,7 @@ struct MeshCommand {
     });
     report.keep();
     if (run.verbosity > 0 && !run.quiet)
-      say(fmt::format("{} points, {} tetrahedra\n", result.points, result.tetrahedra));
+      say_line(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra));
   }
 
   MeshResult mesh(const std::string& path, const BeforeNaming<MeshResult>& before_naming) const {

@@ -7,6 +7,7 @@
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
+#include "tools/report/printable.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
@@ -40,9 +41,10 @@ struct VerifyCommand {
         {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
     report.keep();
     if (run.quiet || run.json == "-") return;
-    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
-               result.active_points);
-    if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
+    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", printable(input),
+               result.bricks, result.active_points);
+    if (result.max_error)
+      fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
   }
 
   VerifyResult verify(const SourceDescription& source) const {

@@ -7,14 +7,14 @@ _tagrid_options() {
   local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
     --max-level --range --field-scale --brick --vdb-grid"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $encoding --resume" ;;
+    encode) echo "$run $memory --spool $output $removal $encoding --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
     info) echo "$run" ;;
     verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
       echo "$run $memory --spool $encoding --manifest --output-dir --keep-folders --shard --skip-done
-        --remove-verified -f --force"
+        --remove-verified --trust-description -f --force"
       ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;

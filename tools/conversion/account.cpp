@@ -50,8 +50,8 @@ void ConversionAccount::settle(const ManifestLine& line, const std::string& reco
     sums_.bytes_out += json.at("bytes_out").get<std::uint64_t>();
   }
   const bool bad = json.at("code").get<int>() != exit_ok;
-  if (bad) say(fmt::format("tagrid: {}\n", error));
-  if (!bad && run_.verbosity > 0 && !run_.quiet) say(fmt::format("{}: {}\n", line.input, status));
+  if (bad) say_line("tagrid: " + error);
+  if (!bad && run_.verbosity > 0 && !run_.quiet) say_line(line.input + ": " + status);
 }
 
 }  // namespace tagrid

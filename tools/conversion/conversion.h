@@ -20,9 +20,10 @@ std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>&
 
 struct ConversionOptions {
   std::string output_dir;
-  bool overwrite = false;  ///< outputs that exist
-  bool skip_done = false;  ///< what a record says was done before
-  RunOptions run;          ///< threads and memory: of each rank
+  bool overwrite = false;          ///< outputs that exist
+  bool skip_done = false;          ///< what a record says was done before
+  bool trust_description = false;  ///< that the options say how headerless samples lie, if originals go
+  RunOptions run;                  ///< threads and memory: of each rank
 };
 
 /// What came of the lines, and bytes of those that were encoded or removed.

@@ -19,6 +19,7 @@ struct EncodingPass::Volume {
   std::string input, output;
   Encoding asked;
   std::vector<InputFile> files;
+  bool headerless = false;
 };
 
 namespace {
@@ -32,8 +33,8 @@ bool has_bytes(const std::string& path, std::uint64_t bytes) {
 
 /// Adds what an output is to its record, which says from then on that it is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
-              std::uint64_t bytes_out, std::uint64_t input_checksum, std::uint64_t output_checksum,
-              ordered_json& record) {
+              bool headerless, std::uint64_t bytes_out, std::uint64_t input_checksum,
+              std::uint64_t output_checksum, ordered_json& record) {
   const CodingParameters& parameters = header.parameters;
   std::uint64_t bytes_in = 0;
   for (const InputFile& file : files) bytes_in += file.bytes;
@@ -43,6 +44,7 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["bytes_in"] = bytes_in;
   record["bytes_out"] = bytes_out;
   record["input_files"] = json_of(files);
+  record["headerless"] = headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
   record["achieved"] = achieved_json(index);
@@ -60,7 +62,8 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   Volume volume{line.input,
                 (std::filesystem::path(options_.output_dir) / line.output).string(),
                 encoding_of(line.options),
-                {}};
+                {},
+                false};
   const KnownOutput* known = options_.skip_done ? known_.find(line.output) : nullptr;
   const bool is_there = known && has_bytes(volume.output, known->bytes_out);
   if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input))
@@ -69,6 +72,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   look_at({volume.input});  // a pipe would be waited for
   const VolumeReader reader = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(reader.files());
+  volume.headerless = reader.headerless();
   const bool is_ours =
       known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
@@ -92,7 +96,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
   if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
   const SourceDescription& source = volume.asked.source;
-  if (source.raw) warn_of_order(options_.run, volume.input, *source.raw);
+  if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
   std::uint64_t input_checksum = 0, output_checksum = 0;
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
                       std::filesystem::path(volume.input).filename().string(), 1);
@@ -108,8 +112,9 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
         input_checksum = checksum_of_samples(open_volume(volume.input, source));
         output_checksum = checksum_of_file(written.temporary);
       });
-  describe(result.header, result.index, volume.files, result.file_bytes, input_checksum, output_checksum,
-           record);
+  warn_of_range(options_.run, volume.input, volume.asked.options, result);
+  describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes, input_checksum,
+           output_checksum, record);
 }
 
 void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
@@ -121,7 +126,7 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made of another volume, or with other options");
     const VerifyResult found = verify_file(volume.output, volume.input, source, options_.run.resources());
-    describe(found.header, found.index, volume.files, found.bytes_in,
+    describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
              checksum_of_samples(open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     throw UsageError(

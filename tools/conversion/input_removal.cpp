@@ -53,6 +53,26 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   return reader.files();
 }
 
+void require_replaceable(const std::string& input, const Replacement& by, const char* advice) {
+  if (by.max_error < 0)
+    refuse(input, "nothing bounds the error of its encoding, and most voxels could not come back", advice);
+  if (by.max_error > 0 && by.headerless && !by.trusted)
+    refuse(input,
+           "it has no header, and if its type, byte order or dims were not what the command says, a lossy "
+           "encoding would destroy it; compare what decode gives with the original, then give "
+           "--trust-description",
+           fmt::format("or {}", advice).c_str());
+}
+
+void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
+  if (!options.grid_only || options.max_error) return;
+  throw UsageError(fmt::format(
+      "{}: a grid without a bound is no replacement for a volume: most voxels could not come back; {}, or "
+      "leave out {}",
+      option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E",
+      option));
+}
+
 void remove_files(const std::vector<std::string>& files) {
   for (const std::string& file : files)
     if (unlink(file.c_str()) != 0) throw world_error("cannot remove", file, errno);

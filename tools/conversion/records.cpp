@@ -37,6 +37,7 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
   for (const auto& file : record.at("input_files"))
     known.input_files.push_back({file.at("path").get<std::string>(), file.at("bytes").get<std::uint64_t>(),
                                  file.at("modified_ns").get<std::int64_t>()});
+  known.headerless = record.at("headerless").get<bool>();
   known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
   known.input_checksum = record.at("input_xxh3").get<std::string>();
   known.output_checksum = record.at("output_xxh3").get<std::string>();

@@ -39,6 +39,7 @@ struct KnownOutput {
   std::string input;
   OptionTexts options;
   std::vector<InputFile> input_files;
+  bool headerless = false;  ///< the options said how its samples lie
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   double finished = 0;  ///< seconds since 1970

@@ -8,6 +8,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
 #include "io/formats/volume_reader.h"
+#include "io/tag/file.h"
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
@@ -104,6 +105,9 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
     record["status"] = "damaged";
     throw BrokenInput(output + ": is no longer what was written; the original is kept");
   }
+  // Whatever the options are now: what counts is what was made.
+  const double max_error = TagReader(output).parameters().max_error;
+  require_replaceable(line.input, {max_error, known.headerless, options_.trust_description}, "it is kept");
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   // Within the bound is not enough: a later version of the original may be so, too.
   if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)

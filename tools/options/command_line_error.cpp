@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "tools/options/suggestion.h"
 
@@ -30,6 +31,42 @@ std::string unknown(const std::string& what, const std::string& word, const std:
   return fmt::format("unknown {} {}; {}", what, word, advice);
 }
 
+/// "-T2" is -T, "--threads=2" is --threads.
+std::string name_of_option(const std::string& word) {
+  return word.starts_with("--") ? word.substr(0, word.find('=')) : word.substr(0, 2);
+}
+
+/// A word before the command that would be an option after it.
+std::optional<std::string> before_the_command(const CLI::App& app) {
+  const std::vector<CLI::App*> given = app.get_subcommands();
+  const auto takes = [](const CLI::App* command, const std::string& name) {
+    return command->get_option_no_throw(name) != nullptr;
+  };
+  for (const std::string& word : app.remaining()) {
+    if (word.size() < 2 || word[0] != '-') continue;
+    const std::string name = name_of_option(word);
+    const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+    if (!given.empty() && takes(given.front(), name))
+      return fmt::format("{}: options come after the command: tagrid {} {} ...", name,
+                         given.front()->get_name(), name);
+    if (given.empty() && std::ranges::any_of(commands, [&](const CLI::App* c) { return takes(c, name); }))
+      return fmt::format("{}: options come after a command, such as encode: tagrid encode {} ...", name,
+                         name);
+  }
+  return std::nullopt;
+}
+
+std::string too_many(const CLI::App& command, const std::string& word, const std::string& help) {
+  const std::string name = command.get_name();
+  if (command.get_option_no_throw("INPUT") == nullptr)
+    return fmt::format("{}: {}: one argument too many; see {}", name, word, help);
+  const char* several = name == "encode" ? "for several use tagrid convert, or a loop of the shell"
+                                         : "for several use a loop of the shell";
+  return fmt::format(
+      "{}: {}: one argument too many: one input is taken, {}, and a name with blanks needs quotes", name,
+      word, several);
+}
+
 }  // namespace
 
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
@@ -40,12 +77,13 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
       given.empty() ? "tagrid --help" : fmt::format("tagrid {} --help", command.get_name());
   // A word that was not understood explains all that followed from it.
   const std::vector<std::string> words = app.remaining(true);
+  if (const auto misplaced = before_the_command(app)) return *misplaced;
   const auto option =
       std::find_if(words.begin(), words.end(), [](const auto& w) { return w.size() > 1 && w[0] == '-'; });
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
   if (given.empty() && !words.empty()) return unknown("subcommand", words.front(), help, subcommands_of(app));
-  if (!words.empty()) return fmt::format("{}{}: one argument too many; see {}", where, words.front(), help);
+  if (!words.empty()) return too_many(command, words.front(), help);
   std::string what = error.what();
   std::replace(what.begin(), what.end(), '\n', ' ');
   return fmt::format("{}{}; see {}", where, what, help);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "pipeline/encode/dims_order.h"
+#include "pipeline/encode/likelier_reading.h"
 #include "tools/options/command_line_error.h"
 #include "tools/options/suggestion.h"
 #include "tools/options/vdb_options.h"
@@ -159,13 +159,52 @@ std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
   return "";
 }
 
-void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description) {
-  const auto likelier = run.quiet ? std::nullopt : likelier_dims(input, description);
+namespace {
+
+std::string in_words(SampleType type, bool big_endian) {
+  const char* order = size_of(type) == 1 ? "" : big_endian ? " --endian big" : " --endian little";
+  return fmt::format("--type {}{}", name_of(type), order);
+}
+
+std::string doubt(const RawDescription& given, const LikelierReading& likelier) {
+  const std::string as_given = in_words(given.type, given.big_endian.value_or(false));
+  if (likelier.sample_bytes == size_of(given.type))
+    return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
+                       in_words(likelier.type, likelier.big_endian), as_given);
+  return fmt::format(
+      "looks far more like samples of {} byte{} than with {}; check the type, and dims that fit it",
+      likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
+}
+
+}  // namespace
+
+void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
+  if (run.quiet) return;
+  // Of samples that are none no order of dims is better than another.
+  if (const auto reading = likelier_reading(input, description))
+    return warn(run, input + ": " + doubt(description, *reading));
+  const auto likelier = likelier_dims(input, description);
   if (!likelier) return;
   const Index3 &given = description.dims, &other = *likelier;
   warn(run, fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order, "
                         "x is the fastest",
                         input, other.x, other.y, other.z, given.x, given.y, given.z));
+}
+
+void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                   const EncodeResult& result) {
+  constexpr double far_more = 4;
+  const CodingParameters& p = result.header.parameters;
+  // Ranges of wide types are those of the data.
+  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type)) return;
+  const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
+  if (!(high - low > far_more * (p.range_high - p.range_low))) return;
+  warn(run,
+       fmt::format("{}: its samples lie between {} and {}, and the grid was made for {} .. {}, the range by "
+                   "default of {}: it is finer, and the file larger, than may be wanted; {}--range lo:hi "
+                   "gives the span that matters",
+                   input == "-" ? "standard input" : input, low, high, p.range_low, p.range_high,
+                   name_of(p.type), input == "-" ? "" : "--range auto takes that of the samples, "));
 }
 
 }  // namespace tagrid

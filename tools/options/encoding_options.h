@@ -8,6 +8,7 @@
 
 #include "io/formats/volume_reader.h"
 #include "pipeline/encode/options.h"
+#include "pipeline/run/run.h"
 #include "tools/options/shared_options.h"
 
 namespace tagrid {
@@ -46,7 +47,11 @@ bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& 
 /// The first option in which two differ, in words.
 std::string difference_of(const OptionTexts& was, const OptionTexts& now);
 
-/// Says so where the dims of a headerless file are probably in the wrong order.
-void warn_of_order(const RunOptions& run, const std::string& input, const RawDescription& description);
+/// Says so where the type, the byte order, or the order of the dims of a headerless file is probably wrong.
+void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
+
+/// Says so where the grid was made for the usual range of a type, and the samples span far more.
+void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
+                   const EncodeResult& result);
 
 }  // namespace tagrid

@@ -105,6 +105,12 @@ void add_removal_options(CLI::App& command, bool& remove) {
       ->excludes(keep);
 }
 
+void add_trust_option(CLI::App& command, bool& trust) {
+  command.add_flag(
+      "--trust-description", trust,
+      "Remove headerless input after a lossy encoding, too: --dims, --type and --endian are right");
+}
+
 void add_output_options(CLI::App& command, OutputOptions& options) {
   command.add_option("-o,--output", options.path, "Output; - is the standard output")->option_text("FILE");
   command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
@@ -119,12 +125,22 @@ void add_format_option(CLI::App& command, std::string& format) {
       ->option_text("nrrd|nhdr|raw|vdb");
 }
 
+std::optional<VolumeFormat> volume_format_option(const std::string& format) {
+  return format.empty() ? std::nullopt : format_with_ending("volume." + format);
+}
+
 VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
+  const auto asked = volume_format_option(format);
   // A device or a named pipe is like the standard output.
-  if (format.empty()) return is_regular_output(output) ? format_from_name(output) : VolumeFormat::raw;
-  if (format == "nrrd") return VolumeFormat::nrrd;
-  if (format == "vdb") return VolumeFormat::vdb;
-  return format == "nhdr" ? VolumeFormat::nhdr : VolumeFormat::raw;
+  const bool is_file = output != "-" && is_regular_output(output);
+  if (!asked) return is_file ? format_from_name(output) : VolumeFormat::raw;
+  const auto named = format_with_ending(output);
+  if (is_file && named && named != asked)
+    throw UsageError(fmt::format(
+        "--format {}: {} has the name of another format, and who reads it would be "
+        "misled; leave out --format, or name it {}",
+        format, output, std::filesystem::path(output).replace_extension(ending_of(*asked)).string()));
+  return *asked;
 }
 
 SampleType sample_type_option(const std::string& name) {
@@ -168,7 +184,20 @@ Index3 dims_option(const std::string& dims) {
 std::optional<RawDescription> RawOptions::description() const {
   const bool nothing = dims.empty() && type.empty() && endian.empty() && spacing.empty() && offset.empty();
   if (nothing) return std::nullopt;
-  if (dims.empty() || type.empty()) throw UsageError("headerless input needs both --dims and --type");
+  if (dims.empty() || type.empty()) {
+    std::vector<std::string> given;
+    for (const auto& [name, value] : {std::pair("--dims", &dims),
+                                      {"--type", &type},
+                                      {"--endian", &endian},
+                                      {"--spacing", &spacing},
+                                      {"--offset", &offset}})
+      if (!value->empty()) given.emplace_back(name);
+    const std::string options = fmt::format("{}", fmt::join(given, ", "));
+    throw UsageError(fmt::format(
+        "{}: headerless input needs both --dims and --type; an NRRD or OpenVDB file says itself how "
+        "its samples lie: leave out {}",
+        options, options));
+  }
   RawDescription raw;
   raw.dims = dims_option(dims);
   raw.type = sample_type_option(type);
@@ -202,7 +231,7 @@ void refuse_terminal_input(const std::string& input) {
 }
 
 void warn(const RunOptions& options, const std::string& message) {
-  if (!options.quiet) say(fmt::format("tagrid: warning: {}\n", message));
+  if (!options.quiet) say_line("tagrid: warning: " + message);
 }
 
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
@@ -215,8 +244,8 @@ void remove_abandoned(const RunOptions& options, const std::vector<std::string>&
   std::erase_if(outputs, [](const std::string& path) { return path.empty() || path == "-"; });
   const std::size_t removed = remove_abandoned_files(outputs);
   if (removed > 0 && options.is_watched())
-    say(fmt::format("tagrid: removed {} that a killed run left beside the output\n",
-                    removed == 1 ? "a temporary file" : fmt::format("{} temporary files", removed)));
+    say_line(fmt::format("tagrid: removed {} that a killed run left beside the output",
+                         removed == 1 ? "a temporary file" : fmt::format("{} temporary files", removed)));
 }
 
 std::string output_beside(const std::string& input, const std::string& ending) {

@@ -81,6 +81,9 @@ void add_json_option(CLI::App& command, RunOptions& options);
 /// -k, --rm
 void add_removal_options(CLI::App& command, bool& remove);
 
+/// --trust-description
+void add_trust_option(CLI::App& command, bool& trust);
+
 struct OutputOptions {
   std::string path;
   bool overwrite = false;
@@ -105,7 +108,10 @@ struct RawOptions {
 /// --format
 void add_format_option(CLI::App& command, std::string& format);
 
-/// The format that --format asks for, or where it was not given (""), the name of the output.
+/// The format that --format asks for; nothing where it was not given ("").
+std::optional<VolumeFormat> volume_format_option(const std::string& format);
+/// The same, or where it was not given, that of the name of the output. Throws UsageError where a file's name
+/// says another format.
 VolumeFormat volume_format_option(const std::string& format, const std::string& output);
 
 /// The type that --type names; throws UsageError with those that exist.

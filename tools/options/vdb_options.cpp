@@ -55,8 +55,8 @@ void tell_of_tolerance(const RunOptions& run, const std::string& output, const V
           ? fmt::format("; every voxel is within {} of the original, {} + {}", *summary.max_error,
                         *summary.max_error - summary.tolerance, summary.tolerance)
           : "";
-  say(fmt::format("tagrid: {}: voxels within {} of the background, {}, became the background{}\n", output,
-                  summary.tolerance, summary.background, bound));
+  say_line(fmt::format("tagrid: {}: voxels within {} of the background, {}, became the background{}", output,
+                       summary.tolerance, summary.background, bound));
 }
 
 }  // namespace tagrid

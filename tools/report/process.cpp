@@ -14,6 +14,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/temporaries.h"
+#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {
@@ -79,7 +80,9 @@ std::uint64_t peak_memory() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-void say(std::string_view text) {
+void say_line(std::string_view text) { say_to_terminal(printable(text) + "\n"); }
+
+void say_to_terminal(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stderr) < text.size()) std::clearerr(stderr);
 }
 

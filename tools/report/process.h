@@ -23,8 +23,11 @@ void give_back_freed_memory(std::uint64_t limit);
 /// The most memory that this process had so far, resident, in bytes.
 std::uint64_t peak_memory();
 
-/// Writes to the standard error. That nobody hears it is no failure.
-void say(std::string_view text);
+/// Writes a line for people to the standard error, as printable() has it. That nobody hears it is no failure.
+void say_line(std::string_view text);
+/// The same of text that a terminal is to act on, as it is: every part of it that came from outside has to be
+/// printable().
+void say_to_terminal(std::string_view text);
 
 /// Writes out what the standard output still holds. Throws WorldError, ClosedPipe where nobody reads it.
 void flush_standard_output();

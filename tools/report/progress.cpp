@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "tools/report/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -25,10 +26,10 @@ ProgressStyle shown_style(ProgressStyle style, bool quiet) {
 }
 
 ProgressMeter::ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes)
-    : style_(shown_style(style, quiet)), what_(std::move(what)), unit_bytes_(unit_bytes) {}
+    : style_(shown_style(style, quiet)), what_(printable(what)), unit_bytes_(unit_bytes) {}
 
 ProgressMeter::~ProgressMeter() {
-  if (drawn_) say("\r\033[K");
+  if (drawn_) say_to_terminal("\r\033[K");
 }
 
 void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_point now) {
@@ -42,12 +43,12 @@ void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_
   const std::string left = part > 0 ? duration(seconds / part - seconds) : "?";
   const std::string line = fmt::format("{} {:3.0f} %  {:.1f} MB/s  {} left", what_, 100 * part, rate, left);
   if (style_ == ProgressStyle::plain) {
-    say(line + "\n");
+    say_line(line);
     return;
   }
   constexpr int width = 30;
   const int filled = static_cast<int>(part * width);
-  say(fmt::format("\r\033[K[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, line));
+  say_to_terminal(fmt::format("\r\033[K[{:#<{}}{: <{}}] {}", "", filled, "", width - filled, line));
   std::fflush(stderr);
   drawn_ = true;
 }

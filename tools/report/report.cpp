@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
+#include "tools/report/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -20,7 +23,8 @@ Achieved achieved(const TagIndex& index) {
   Achieved a;
   a.max_error = index.total.max_error;
   const double squares = static_cast<double>(index.total.sum_squared_error) + index.total.sum_squared_real;
-  a.rmse = std::sqrt(squares / static_cast<double>(index.total.samples));
+  // What is not finite has no error that could be averaged.
+  if (index.total.finite > 0) a.rmse = std::sqrt(squares / static_cast<double>(index.total.finite));
   const double peak = index.total.high - index.total.low;
   // Undefined also where nothing is finite, or all the same.
   a.psnr = a.rmse > 0 && peak > 0 ? 20 * std::log10(peak / a.rmse) : NAN;
@@ -50,6 +54,75 @@ nlohmann::ordered_json number_or_null(double value, bool present) {
 }
 
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
+
+/// As JSON can have it: text from a file may be of any bytes.
+std::string valid_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
+
+nlohmann::ordered_json geometry_json(const TagHeader& header) {
+  using nlohmann::ordered_json;
+  ordered_json json = {{"spacing", nullptr},
+                       {"directions", nullptr},
+                       {"origin", nullptr},
+                       {"space", nullptr},
+                       {"units", nullptr}};
+  const Geometry g = geometry_of(header.nrrd_fields);
+  // A spacing that is not known is a NaN, which becomes null.
+  if (g.has_spacing) json["spacing"] = g.spacing;
+  if (g.has_directions) json["directions"] = g.directions;
+  if (g.has_origin) json["origin"] = g.origin;
+  if (!g.space.empty()) json["space"] = valid_text(g.space);
+  if (g.units == std::array<std::string, 3>()) return json;
+  json["units"] = ordered_json::array();
+  for (const std::string& unit : g.units)
+    json["units"].push_back(unit.empty() ? ordered_json(nullptr) : ordered_json(valid_text(unit)));
+  return json;
+}
+
+std::string vector_text(const std::array<double, 3>& v) {
+  return fmt::format("({}, {}, {})", v[0], v[1], v[2]);
+}
+
+/// Three lengths along x, y and z with their units.
+std::string lengths_text(const std::array<double, 3>& lengths, const std::array<std::string, 3>& units) {
+  const bool one_unit = units[0] == units[1] && units[1] == units[2];
+  std::string text;
+  for (std::size_t i = 0; i < 3; ++i) {
+    text += i > 0 ? " x " : "";
+    text += std::isnan(lengths[i]) ? "unknown" : fmt::format("{:.6g}", lengths[i]);
+    if (!one_unit && !units[i].empty()) text += fmt::format(" {}", printable(units[i]));
+  }
+  return one_unit && !units[0].empty() ? fmt::format("{} {}", text, printable(units[0])) : text;
+}
+
+using Line = std::function<void(const char* name, const std::string& value)>;
+
+/// Where the samples lie in the world, as far as the source said.
+void print_geometry(const TagHeader& header, const Line& line) {
+  const Geometry g = geometry_of(header.nrrd_fields);
+  if (!g.has_spacing && !g.has_origin && g.space.empty())
+    return line("geometry", "the source says nothing of it");
+  if (g.has_spacing) {
+    std::array<double, 3> size = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      size[a] = std::abs(g.spacing[a]) * static_cast<double>(header.parameters.dims[axis]);
+    }
+    // Units of coordinates are no units of axes, unless they are all the same.
+    const auto& units = g.units;
+    const bool fit = !g.has_directions || (units[0] == units[1] && units[1] == units[2]);
+    line("spacing", lengths_text(g.spacing, fit ? units : std::array<std::string, 3>()));
+    line("physical size", lengths_text(size, fit ? units : std::array<std::string, 3>()));
+    if (!fit) line("units", printable(fmt::format("{}, {}, {}", units[0], units[1], units[2])));
+  }
+  if (g.has_directions)
+    line("directions", fmt::format("{} {} {}", vector_text(g.directions[0]), vector_text(g.directions[1]),
+                                   vector_text(g.directions[2])));
+  if (g.has_origin) line("origin", vector_text(g.origin));
+  if (!g.space.empty()) line("space", printable(g.space));
+}
 
 std::uint64_t voxels(const TagHeader& header) {
   return static_cast<std::uint64_t>(header.parameters.domain().volume().count());
@@ -111,6 +184,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
   json["type"] = name_of(header.parameters.type);
+  json["geometry"] = geometry_json(header);
   json.update(settings_json(header.parameters));
   json["levels"] = nlohmann::ordered_json::array();
   for (const LevelRow& row : level_rows(header, index))
@@ -133,6 +207,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   };
   line("volume",
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
+  print_geometry(header, line);
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   line("effort", std::string(name_of(p.effort)));
@@ -140,7 +215,9 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0) line("mesh error", fmt::format("bound {}", p.mesh_error));
   const Achieved a = achieved(index);
-  line("rmse, psnr", a.rmse == 0 ? "0, lossless" : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
+  line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
+                     : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
+                                                : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
   line("root cubes", fmt::format("edge {}, {} an edge of a brick, {} bricks", p.cube_size, p.brick_edge,
                                  p.bricks().count()));
   line("criterion",

@@ -140,7 +140,8 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + shape + storage, "\"type\" is missing"},
       {magic + "type: block\n" + shape + storage, "block"},
       {magic + "type: int64\n" + shape + storage, "int64"},
-      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage, "dimension 3"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage, "a volume has 3 axes, and this is more"},
+      {magic + type + "dimension: 2\nsizes: 3 4\n" + storage, "a volume has 3 axes; only dimension 3"},
       {magic + type + "dimension: 3\nsizes: 3 4\n" + storage, "3 numbers"},
       {magic + type + "dimension: 3\nsizes: 3 4 5x\n" + storage, "5x"},
       {magic + type + "dimension: 3\nsizes: 3 0 5\n" + storage, "positive"},
@@ -168,6 +169,27 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
     const std::string message = message_of<BrokenInput>([&text = text] { parse_nrrd_header(text); });
     EXPECT_NE(message.find(says), message.npos) << message << "\n" << text;
   }
+}
+
+TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
+  for (const std::string kinds :
+       {"domain domain domain", "space space space", "none ??? Domain", "??? ??? ???"})
+    EXPECT_NO_THROW(parse_nrrd_header(plain + "kinds: " + kinds + "\n")) << kinds;
+  for (const std::string kind :
+       {"RGB-color", "rgb-color",        "3-color",    "HSV-color",           "RGBA-color", "vector",
+        "3-vector",  "covariant-vector", "normal",     "3-gradient",          "list",       "point",
+        "complex",   "2-vector",         "quaternion", "3D-symmetric-matrix", "time",       "stub",
+        "scalar",    "unheard-of"})
+    for (const std::string kinds :
+         {kind + " domain domain", "space " + kind + " space", "none none " + kind}) {
+      const std::string message =
+          message_of<BrokenInput>([&] { parse_nrrd_header(plain + "kinds: " + kinds + "\n"); });
+      EXPECT_NE(message.find("is of the kind \"" + kind + "\""), std::string::npos) << message;
+      EXPECT_NE(message.find("not a volume of single values"), std::string::npos) << message;
+    }
+  const std::string four =
+      message_of<BrokenInput>([] { parse_nrrd_header(plain + "kinds: RGB-color domain domain domain\n"); });
+  EXPECT_NE(four.find("must be 3 words"), std::string::npos) << four;
 }
 
 TEST(NrrdHeader, StorageFieldsAreNoFieldsOfTheVolume) {

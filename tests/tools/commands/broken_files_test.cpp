@@ -30,7 +30,7 @@ TEST_F(BrokenFiles, AnEmptyFile) {
     expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
     expect_error(tagrid({command, "-"}), broken_input, "standard input: ");
   }
-  expect_error(tagrid(with({"encode", "empty"}, raw_)), broken_input, "but 0 are present");
+  expect_error(tagrid(with({"encode", "empty"}, raw_)), broken_input, "empty: is empty; 149760 bytes");
   expect_error(tagrid(with({"encode", "-"}, raw_)), broken_input, "ends after 0");
   expect_only({"empty"});
 }

@@ -183,7 +183,7 @@ TEST_F(MpiVerify, WrongStatisticsAreFound) {
   expect_refused_with("the value range of brick 77 is not",
                       [](TagIndex& index) { index.bricks[77].high += 9; });
   expect_refused_with("active points are not as many", [](TagIndex& index) { ++index.total.active[5]; });
-  expect_refused_with("the number of samples", [](TagIndex& index) { --index.total.samples; });
+  expect_refused_with("the number of finite samples", [](TagIndex& index) { --index.total.finite; });
   expect_refused_with("above the bound", [](TagIndex& index) { index.total.max_error = 3; });
   expect_refused_with("the recorded error is no number",
                       [](TagIndex& index) { index.total.max_error = NAN; });

@@ -118,8 +118,50 @@ TEST_F(OutputFiles, TheInputIsKeptUnlessItIsToBeRemoved) {
   EXPECT_EQ(names(), Names{"volume.tag"});
   expect_ok(tagrid({"decode", "volume.tag", "--rm"}));
   EXPECT_EQ(names(), Names{"volume.nrrd"});
-  expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only"}));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only", "--max-error", "9"}));
   EXPECT_EQ(names(), Names{"volume.tag"});
+}
+
+TEST_F(OutputFiles, NothingIsRemovedForAGridThatNothingBounds) {
+  phantom("volume.nrrd");
+  const std::string before = content("volume.nrrd");
+  for (const Arguments& more : {Arguments{}, {"--mesh-error", "5"}, {"--resume"}, {"-f"}})
+    expect_error(tagrid(with({"encode", "volume.nrrd", "--rm", "--grid-only"}, more)), usage,
+                 "give --max-error E, or leave out --rm");
+  expect_error(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only", "--max-level", "3"}), usage,
+               "give --max-error E instead of --max-level, or leave out --rm");
+  EXPECT_EQ(names(), Names{"volume.nrrd"});
+  EXPECT_TRUE(content("volume.nrrd") == before);
+  // Both advices work.
+  expect_ok(tagrid({"encode", "volume.nrrd", "--grid-only"}));
+  expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only", "--max-error", "0", "-f"}));
+  EXPECT_EQ(names(), Names{"volume.tag"});
+  expect_ok(tagrid({"decode", "volume.tag"}));
+  EXPECT_TRUE(content("volume.nrrd") == before);
+}
+
+// Of headerless samples only the command says what they are, and perhaps wrongly.
+TEST_F(OutputFiles, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescriptionIsTrusted) {
+  phantom("volume.raw");
+  for (const Arguments& more : {Arguments{"--max-error", "5"}, {"--grid-only", "--max-error", "5"}})
+    expect_error(tagrid(with(with({"encode", "volume.raw", "--rm"}, more), raw_)), usage,
+                 "volume.raw: cannot be removed: it has no header");
+  EXPECT_EQ(names(), Names{"volume.raw"});
+  expect_ok(tagrid(with({"encode", "volume.raw", "--rm", "--max-error", "5", "--trust-description"}, raw_)));
+  EXPECT_EQ(names(), Names{"volume.tag"});
+}
+
+TEST_F(OutputFiles, WithoutLossOrWithAHeaderNobodyHasToTrustADescription) {
+  phantom("volume.raw");
+  // Less than a unit of integers is no loss.
+  for (const char* bound : {"0", "0.5"}) {
+    expect_ok(tagrid(with({"encode", "volume.raw", "-f", "--rm", "--max-error", bound}, raw_)));
+    EXPECT_EQ(names(), Names{"volume.tag"});
+    expect_ok(tagrid({"decode", "volume.tag", "--format", "raw"}));
+  }
+  phantom("volume.nrrd");
+  expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "--rm", "--max-error", "5"}, raw_)));
+  EXPECT_EQ(names(), (Names{"volume.raw", "volume.tag"}));
 }
 
 TEST_F(OutputFiles, BothFilesOfADetachedHeaderAreRemoved) {

@@ -128,12 +128,44 @@ TEST_F(RoundTrip, AnOffsetSkipsTheStartOfHeaderlessInput) {
   EXPECT_EQ(piped.out, content("offset.tag"));
 }
 
-TEST_F(RoundTrip, TheFormatOptionOverrulesTheName) {
+TEST_F(RoundTrip, TheFormatOptionGivesTheNameItsEnding) {
+  make_tag();
+  std::filesystem::create_directory(path("there"));
+  std::filesystem::rename(path("volume.tag"), path("there/scan.tag"));
+  expect_ok(tagrid({"decode", "there/scan.tag"}));
+  for (const std::string format : {"nrrd", "nhdr", "raw", "vdb"})
+    expect_ok(tagrid({"decode", "there/scan.tag", "--format", format, "-f"}));
+  EXPECT_EQ(content("there/scan.nrrd"), content("volume.nrrd"));
+  EXPECT_EQ(content("there/scan.raw"), samples_of(content("volume.nrrd")));
+  EXPECT_TRUE(content("there/scan.nhdr").starts_with("NRRD"));
+  EXPECT_TRUE(content("there/scan.vdb").starts_with(" BDV"));
+}
+
+TEST_F(RoundTrip, TheFormatOptionDecidesWhereTheNameSaysNothing) {
   make_tag();
   expect_ok(tagrid({"decode", "volume.tag", "-o", "x.bin", "--format", "raw"}));
-  expect_ok(tagrid({"decode", "volume.tag", "-o", "x.raw", "--format", "nrrd"}));
-  EXPECT_EQ(content("x.raw"), content("volume.nrrd"));
-  EXPECT_EQ(content("x.bin"), samples_of(content("x.raw")));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "x.dat", "--format", "nrrd"}));
+  EXPECT_EQ(content("x.dat"), content("volume.nrrd"));
+  EXPECT_EQ(content("x.bin"), samples_of(content("x.dat")));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "y.NRRD", "--format", "nrrd"}));
+  EXPECT_EQ(tagrid({"decode", "volume.tag", "-o", "-", "--format", "nrrd"}).out, content("volume.nrrd"));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "/dev/null", "--format", "nrrd"}));
+}
+
+TEST_F(RoundTrip, AFormatThatContradictsTheNameIsRefused) {
+  make_tag();
+  const std::vector<std::string> formats = {"nrrd", "nhdr", "raw", "vdb"};
+  for (const std::string& format : formats)
+    for (const std::string& ending : formats) {
+      if (format == ending) continue;
+      for (const Arguments& command : {Arguments{"decode", "volume.tag"}, {"phantom", "--dims", "4,4,4"}})
+        expect_error(tagrid(with(command, {"--format", format, "-fo", "x." + ending})), usage,
+                     "x." + ending + " has the name of another format");
+    }
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
+  // The advice works.
+  expect_ok(tagrid({"decode", "volume.tag", "--format", "nrrd", "-o", "x.nrrd"}));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "x.raw"}));
   expect_error(tagrid({"decode", "volume.tag", "-o", "x.tiff"}), usage, "must end in .nrrd");
 }
 

@@ -173,6 +173,57 @@ TEST_F(ConvertRemoval, AFileThatAnotherVolumeIsInIsKept) {
   EXPECT_TRUE(exists("a.raw") && exists("a.nhdr"));
 }
 
+TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
+  volumes(2);
+  file("list.tsv", "a.nrrd\tgrid-only=true\nb.nrrd\tgrid-only=true\tmax-error=9\n");
+  expect_ok(convert());
+  expect_error(remove({"--grid-only"}), usage, "give --max-error E, or leave out --remove-verified");
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
+  // Whatever is asked for now, the file says how it was made.
+  for (const std::string list : {"a.nrrd\tgrid-only=true\nb.nrrd\n", "a.nrrd\nb.nrrd\n"}) {
+    file("list.tsv", list);
+    EXPECT_EQ(remove().code, broken_input);
+    EXPECT_TRUE(exists("a.nrrd"));
+    EXPECT_FALSE(exists("b.nrrd"));
+    const Json record = records()[records().size() - 2];
+    EXPECT_EQ(record["status"], "kept");
+    EXPECT_EQ(record["code"], usage);
+    EXPECT_NE(record["error"].get<std::string>().find("nothing bounds the error"), std::string::npos)
+        << record;
+  }
+}
+
+TEST_F(ConvertRemoval, AForgedRecordDoesNotHideThatNothingBoundsTheError) {
+  volumes(1);
+  expect_ok(convert({"--grid-only"}));
+  Json forged = last();
+  forged["options"] = Json::object();
+  forged["settings"]["max_error"] = 0;
+  file("out/results.jsonl", forged.dump() + "\n");
+  expect_kept("a.nrrd", "kept", "nothing bounds the error");
+}
+
+TEST_F(ConvertRemoval, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescriptionIsTrusted) {
+  volumes(1);
+  volume("b.raw", 2);
+  volume("c.raw", 3);
+  const std::string raw = "\tdims=21,18,13\ttype=int16";
+  file("list.tsv", "a.nrrd\tmax-error=5\nb.raw\tmax-error=5" + raw + "\nc.raw" + raw + "\n");
+  expect_ok(convert());
+  EXPECT_EQ(records()[0]["headerless"], false);
+  EXPECT_EQ(records()[1]["headerless"], true);
+  expect_ok(script("cp out/results.jsonl first.jsonl"));
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(statuses(3), "a removed, b kept, c removed");
+  const Json kept = records()[4];
+  EXPECT_EQ(kept["code"], usage);
+  EXPECT_NE(kept["error"].get<std::string>().find("it has no header"), std::string::npos) << kept;
+  EXPECT_TRUE(exists("b.raw"));
+  expect_ok(remove({"--trust-description"}));
+  EXPECT_EQ(statuses(3), "a skipped, b removed, c skipped");
+  EXPECT_FALSE(exists("b.raw"));
+}
+
 TEST_F(ConvertRemoval, ShardsRemoveTheirOwn) {
   volumes(3);
   expect_ok(convert());

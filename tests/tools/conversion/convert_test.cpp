@@ -27,14 +27,17 @@ TEST_F(Convert, EveryVolumeIsWhatEncodeMakesOfIt) {
        "\n"
        "b.nrrd\tmax-error=9\tsurface-error=2\t\r\n"
        "c.raw\tdims=21,18,13\ttype=uint16\tspacing=1,1,2.5\tmax-error=0\n"
-       "d.bin\tdims=21,18,13\ttype=int16\tendian=big\toffset=7\tgrid-only=true");
+       "d.bin\tdims=21,18,13\ttype=int16\tendian=big\toffset=7\tgrid-only=true\trange=-1024:3072");
   expect_ok(convert({"--max-error=3", "--cube", "8"}));
   const std::string raw = " --dims 21,18,13 --cube 8 ";
-  expect_ok(script(
-      "$TAGRID encode a.nrrd --max-error 3 --cube 8 && "
-      "$TAGRID encode b.nrrd --max-error 9 --surface-error 2 --cube 8 && "
-      "$TAGRID encode c.raw --type uint16 --spacing 1,1,2.5" +
-      raw + "&& $TAGRID encode d.bin --type int16 --endian big --offset 7 --grid-only --max-error 3" + raw));
+  expect_ok(
+      script("$TAGRID encode a.nrrd --max-error 3 --cube 8 && "
+             "$TAGRID encode b.nrrd --max-error 9 --surface-error 2 --cube 8 && "
+             "$TAGRID encode c.raw --type uint16 --spacing 1,1,2.5" +
+             raw +
+             "&& $TAGRID encode d.bin --type int16 --endian big --offset 7 --grid-only --max-error 3 "
+             "--range=-1024:3072" +
+             raw));
   EXPECT_EQ(outputs(), (Names{"a.tag", "b.tag", "c.tag", "d.tag"}));
   for (const std::string name : {"a.tag", "b.tag", "c.tag", "d.tag"})
     EXPECT_TRUE(content("out/" + name) == content(name)) << name;

@@ -37,7 +37,67 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({}), usage, "tagrid --help");
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command}), usage, "INPUT is required");
-  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: one input is taken");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "for several use tagrid convert");
+  expect_error(tagrid({"decode", "a", "b"}), usage, "for several use a loop of the shell");
+  expect_error(tagrid({"convert", "a"}), usage, "a: one argument too many; see tagrid convert --help");
+}
+
+TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
+  phantom("volume.nrrd");
+  for (const Arguments& early :
+       {Arguments{"-T", "2"}, {"-T2"}, {"--threads=2"}, {"-q"}, {"--max-error", "3"}}) {
+    const std::string name = early[0].substr(0, early[0][1] == '-' ? early[0].find('=') : 2);
+    expect_error(tagrid(with(early, {"encode", "volume.nrrd"})), usage,
+                 name + ": options come after the command: tagrid encode " + name);
+    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f"}, early)));
+  }
+  expect_error(tagrid({"-T", "2"}), usage, "-T: options come after a command");
+}
+
+TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
+  phantom("volume.nrrd");
+  const std::string why = "an NRRD or OpenVDB file says itself how its samples lie: leave out --";
+  for (const std::string option :
+       {"dims=52,40,36", "type=int16", "endian=little", "spacing=1,1,1", "offset=0"})
+    expect_error(tagrid({"encode", "volume.nrrd", "--" + option}), usage,
+                 why + option.substr(0, option.find('=')));
+  file("spaced.nrrd",
+       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 2\nencoding: raw\n\n12345678");
+  const Arguments raw = {"--dims", "2,2,2", "--type", "uint8", "--spacing", "1,1,3"};
+  expect_error(tagrid(with({"encode", "spaced.nrrd"}, raw)), usage,
+               "its NRRD header says the spacing 1, 1, 2; leave out --spacing");
+  file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
+  expect_error(tagrid(with({"encode", "bare.nrrd"}, raw)), usage,
+               "give the header a line \"spacings: x y z\"");
+  file("bare.nrrd",
+       "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 3\nencoding: raw\n\n12345678");
+  expect_ok(tagrid({"encode", "bare.nrrd"}));
+}
+
+TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {
+  phantom("volume.nrrd");
+  phantom("volume.vdb", {"--type", "float32"});
+  for (const char* command : {"decode", "info", "verify", "mesh"}) {
+    const Ending ending = tagrid({command, "-"}, content("volume.nrrd"));
+    expect_error(ending, broken_input,
+                 "not a .tag file, but an NRRD volume; encode it first, with tagrid encode");
+    expect_error(tagrid({command, "-"}, content("volume.vdb")), broken_input,
+                 "but an OpenVDB file; encode it first");
+  }
+  expect_error(tagrid({"decode", "volume.nrrd"}), broken_input, "but an NRRD volume; encode it first");
+  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  expect_ok(tagrid({"info", "volume.tag"}));
+}
+
+TEST_F(Options, AnEmptyFileIsCalledEmpty) {
+  file("empty", "");
+  for (const char* command : {"encode", "decode", "info", "verify", "mesh"}) {
+    expect_error(tagrid({command, "empty"}), broken_input, "empty: ");
+    EXPECT_NE(tagrid({command, "empty"}).err.find("is empty"), std::string::npos) << command;
+    EXPECT_NE(tagrid({command, "-"}).err.find("standard input: "), std::string::npos) << command;
+    EXPECT_NE(tagrid({command, "-"}).err.find("is empty"), std::string::npos) << command;
+  }
 }
 
 TEST_F(Options, ValueAfterASpaceOrAnEqualsSign) {
@@ -208,6 +268,46 @@ TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
   // A line a minute: none in a short run. Automatic: none where nobody looks.
   for (const char* style : {"plain", "none", "auto"})
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--progress", style}));
+}
+
+TEST_F(Options, AnotherTypeOrOrderOfBytesIsSuspected) {
+  phantom("volume.raw");
+  const auto told = [&](const std::string& dims, const Arguments& more) {
+    const Ending ending = tagrid(with({"encode", "volume.raw", "-f", "--dims", dims}, more));
+    EXPECT_EQ(ending.code, 0);
+    return ending.err;
+  };
+  EXPECT_NE(told("52,40,36", {"--type", "int16", "--endian", "big"})
+                .find("looks far more like a volume with --type int16 --endian little than with --type int16 "
+                      "--endian big; check the type and the byte order"),
+            std::string::npos);
+  EXPECT_NE(told("104,40,36", {"--type", "uint8"}).find("looks far more like samples of 2 bytes"),
+            std::string::npos);
+  EXPECT_EQ(told("52,40,36", {"--type", "int16"}), "");
+  EXPECT_EQ(told("52,40,36", {"--type", "int16", "--endian", "big", "-q"}), "");
+}
+
+TEST_F(Options, SamplesFarBeyondTheUsualRangeAreToldOnce) {
+  std::string samples;
+  for (int i = 0; i < 20 * 20 * 20; ++i) {
+    const int v = i % 20 * 3000;
+    samples += {static_cast<char>(v & 255), static_cast<char>(v >> 8)};
+  }
+  file("wide.raw", samples);
+  const Arguments raw = {"--dims", "20,20,20", "--type", "uint16"};
+  expect_error(tagrid(with({"encode", "-", "-o", "piped.tag"}, raw), samples), 0,
+               "--range lo:hi gives the span");
+  expect_error(tagrid(with({"encode", "wide.raw"}, raw)), 0,
+               "its samples lie between 0 and 57000, and the grid was made for 0 .. 4096");
+  for (const Arguments& more : {Arguments{"--range", "auto"},
+                                {"--range", "0:60000"},
+                                {"--range", "0:4096"},
+                                {"--field-scale", "0.001"},
+                                {"-q"}})
+    expect_ok(tagrid(with(with({"encode", "wide.raw", "-f"}, raw), more)));
+  file("list.tsv", "wide.raw\n");
+  expect_error(tagrid(with({"convert", "--manifest", "list.tsv", "--output-dir", "out"}, raw)), 0,
+               "the grid was made for 0 .. 4096");
 }
 
 TEST_F(Options, AnotherOrderOfDimsIsSuspected) {

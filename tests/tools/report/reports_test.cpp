@@ -1,6 +1,7 @@
 // What info, verify and --json FILE say.
 
 #include <cmath>
+#include <cstring>
 
 #include "tests/support/command_line.h"
 
@@ -211,6 +212,83 @@ TEST_F(Reports, StatisticsAppearWhenTheRunWasGood) {
   file("bad.tag", content("volume.tag").substr(0, 200));
   expect_error(tagrid({"decode", "bad.tag", "-o", "x.nrrd", "--json", "x.json"}), broken_input, "bad.tag");
   EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "kept.json", "volume.nrrd", "volume.tag"}));
+}
+
+TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
+  const std::string head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 4 5\nencoding: raw\n";
+  const auto encoded = [&](const std::string& fields) {
+    file("a.nrrd", head + fields + "\n" + std::string(40, 'x'));
+    expect_ok(tagrid({"encode", "a.nrrd", "-f"}));
+    return tagrid({"info", "a.tag"}).out;
+  };
+  const auto expect_line = [](const std::string& text, const std::string& name, const std::string& value) {
+    const std::string line = "\n" + name + std::string(16 - name.size(), ' ') + value + "\n";
+    EXPECT_NE(text.find(line), std::string::npos) << text;
+  };
+  std::string text = encoded(
+      "space: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0,-2)\n"
+      "space origin: (10,20,-30.5)\nspace units: \"mm\" \"mm\" \"mm\"\nkinds: domain domain domain\n");
+  expect_line(text, "spacing", "0.5 x 0.5 x 2 mm");
+  expect_line(text, "physical size", "1 x 2 x 10 mm");
+  expect_line(text, "directions", "(0.5, 0, 0) (0, 0.5, 0) (0, 0, -2)");
+  expect_line(text, "origin", "(10, 20, -30.5)");
+  expect_line(text, "space", "left-posterior-superior");
+  Json json = info("a.tag")["geometry"];
+  EXPECT_EQ(json["spacing"], Json({0.5, 0.5, 2}));
+  EXPECT_EQ(json["directions"], Json::parse("[[0.5,0,0],[0,0.5,0],[0,0,-2]]"));
+  EXPECT_EQ(json["origin"], Json({10, 20, -30.5}));
+  EXPECT_EQ(json["space"], "left-posterior-superior");
+  EXPECT_EQ(json["units"], Json({"mm", "mm", "mm"}));
+  text = encoded("spacings: 0.7 nan -1.25\nunits: \"mm\" \"\" \"cm\"\n");
+  expect_line(text, "spacing", "0.7 mm x unknown x -1.25 cm");
+  expect_line(text, "physical size", "1.4 mm x unknown x 6.25 cm");
+  json = info("a.tag")["geometry"];
+  EXPECT_EQ(json["spacing"], Json::parse("[0.7,null,-1.25]"));
+  EXPECT_EQ(json["units"], Json::parse("[\"mm\",null,\"cm\"]"));
+  EXPECT_TRUE(json["directions"].is_null() && json["origin"].is_null() && json["space"].is_null());
+  expect_line(encoded(""), "geometry", "the source says nothing of it");
+  for (const auto& [key, value] : info("a.tag")["geometry"].items()) EXPECT_TRUE(value.is_null()) << key;
+}
+
+// Every second sample is no number.
+TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
+  std::string bytes;
+  for (int i = 0; i < 10 * 10 * 10; ++i) {
+    const float v = i % 2 ? NAN : static_cast<float>(i % 20 * 5);
+    char raw[4];
+    std::memcpy(raw, &v, 4);
+    bytes.append(raw, 4);
+  }
+  file("v.raw", bytes);
+  const Arguments raw = {"--dims", "10,10,10", "--type", "float32"};
+  expect_ok(tagrid(with({"encode", "v.raw", "-q", "--max-error", "3", "--json", "run.json"}, raw)));
+  expect_ok(tagrid({"decode", "v.tag", "-o", "back.raw"}));
+  const std::string back = content("back.raw");
+  double squares = 0, count = 0, low = INFINITY, high = -INFINITY;
+  for (std::size_t i = 0; i < bytes.size(); i += 4) {
+    float was = 0, is = 0;
+    std::memcpy(&was, bytes.data() + i, 4);
+    std::memcpy(&is, back.data() + i, 4);
+    if (!std::isfinite(was)) continue;
+    squares += (double{is} - was) * (double{is} - was);
+    low = std::min(low, double{was});
+    high = std::max(high, double{was});
+    ++count;
+  }
+  ASSERT_EQ(count, 500);
+  ASSERT_GT(squares, 0);
+  const double rmse = std::sqrt(squares / count);
+  for (const Json& achieved : {info("v.tag")["achieved"], json_of("run.json")["achieved"]}) {
+    EXPECT_NEAR(achieved["rmse"].get<double>(), rmse, 1e-9 * rmse);
+    EXPECT_NEAR(achieved["psnr"].get<double>(), 20 * std::log10((high - low) / rmse), 1e-6);
+  }
+  expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
+  expect_ok(tagrid({"verify", "v.tag", "-q"}));
+  // Nor where they do not come back.
+  expect_ok(tagrid(with({"encode", "v.raw", "-qf", "--grid-only"}, raw)));
+  EXPECT_LT(info("v.tag")["achieved"]["rmse"].get<double>(), 100);
+  expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
+  expect_ok(tagrid({"verify", "v.tag", "-q"}));
 }
 
 TEST_F(Reports, FileNamesNeedNotBeText) {
