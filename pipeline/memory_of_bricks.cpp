@@ -124,6 +124,8 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const Bytes layer = z.row_count * Bytes(z.bricks.bricks(1));
     inspection = layer * (z.bits() + (z.grid ? z.points * z.s : 0) + 200) + z.points * 8 +
                  (z.nx + z.edge) * (ny + z.edge) * (8 + z.s) + (z.nx + z.edge) * z.edge * 8 + 16e6;
+    // The field of one brick at the border, in numbers and as samples, and the grid that it is of.
+    inspection += z.points * (8 + 3 * z.s) + z.bits();
   }
   const Bytes index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
   return whole(gathered + pieces + work + flight + inspection + index);
