@@ -9,6 +9,7 @@
 #include "grid/brick_statistics.h"
 #include "io/tag_file.h"
 #include "pipeline/against_original.h"
+#include "pipeline/closed_samples.h"
 #include "pipeline/memory_plan.h"
 #include "pipeline/shared_faces.h"
 #include "pipeline/verify.h"
@@ -54,6 +55,7 @@ class Verifier {
  private:
   class Ranges;
 
+  ClosedSamples low_faces(const BrickRows& rows);
   void compare_with_index(const Statistics& counted) const;
   [[noreturn]] void fail_index(const std::string& what) const;
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;

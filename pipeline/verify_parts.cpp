@@ -16,6 +16,7 @@ void describe(Fields& fields, Order& found) {
   for (auto& points : counted.active) fields(points);
   fields(counted.samples);
   fields(counted.max_error);
+  fields(counted.mesh_error);
   auto low = static_cast<std::uint64_t>(counted.sum_squared_error),
        high = static_cast<std::uint64_t>(counted.sum_squared_error >> 64);
   fields(low);

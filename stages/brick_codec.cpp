@@ -104,6 +104,12 @@ std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& a
   return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
 }
 
+template <class T>
+std::vector<std::byte> bytes_of(std::span<const T> values) {
+  const auto bytes = std::as_bytes(values);
+  return {bytes.begin(), bytes.end()};
+}
+
 // What is forecast from decoded samples, where they do not depend on the activity.
 template <class T>
 Forecast forecast_of(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
@@ -135,12 +141,14 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
     encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                     parameters.max_level, code.activity);
     measure_samples<T>(original, decoded, code.statistics);
+    if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
     return;
   }
   encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
   std::vector<T> points(n);
   for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
   encode_brick_points<T>(points, active, parameters, code.values);
+  if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
   const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
   measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
 }

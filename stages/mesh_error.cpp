@@ -123,13 +123,13 @@ using Measure = std::conditional_t<std::is_integral_v<T>, ExactMeasure<T>, RealM
 
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
-                          Index3 dims, int cube_size) {
+                          const Box& measured, Index3 dims, int cube_size) {
   const Box& box = active.box();
   const auto field = interpolate_points<T>(points, active, cube_size);
   Measure<T> measure(cube_size);
   LatticeBits in_pieces;
   if (const Box volume = Box::of_size(dims); !volume.contains(box)) {
-    in_pieces = LatticeBits(original.box);
+    in_pieces = LatticeBits(measured);
     const std::vector<T> rounded = rounded_field<T>(field, points, active, cube_size);
     for_each_leaf_tetrahedron(active, box, cube_size, max_level(cube_size), [&](const Tetrahedron& t) {
       if (!reaches_beyond(t.vertices, volume.high)) return;
@@ -137,17 +137,16 @@ double largest_mesh_error(std::span<const T> points, const LatticeBits& active, 
         std::array<T, 4> values;
         for (std::size_t i = 0; i < 4; ++i)
           values[i] = rounded[static_cast<std::size_t>(box.offset(piece[i]))];
-        for_each_point_of(piece, original.box, [&](Index3 p, const std::array<std::int64_t, 4>& weights) {
+        for_each_point_of(piece, measured, [&](Index3 p, const std::array<std::int64_t, 4>& weights) {
           measure.see_piece(values, weights, original.at(p));
           in_pieces.set(p);
         });
       }
     });
   }
-  const Box& measured = original.box;
   for (std::int64_t z = measured.low.z; z <= measured.high.z; ++z)
     for (std::int64_t y = measured.low.y; y <= measured.high.y; ++y) {
-      const T* sample = original.row(y, z);
+      const T* sample = original.data + original.box.offset({measured.low.x, y, z});
       const auto* number = field.data() + box.offset({measured.low.x, y, z});
       for (std::int64_t x = measured.low.x; x <= measured.high.x; ++x, ++sample, ++number)
         if (in_pieces.bytes() == 0 || !in_pieces.test({x, y, z})) measure.see_field(*number, *sample);
@@ -155,8 +154,9 @@ double largest_mesh_error(std::span<const T> points, const LatticeBits& active, 
   return measure.worst();
 }
 
-#define TAGRID_INSTANTIATE(T) \
-  template double largest_mesh_error(std::span<const T>, const LatticeBits&, const Samples<T>&, Index3, int);
+#define TAGRID_INSTANTIATE(T)                                                                               \
+  template double largest_mesh_error(std::span<const T>, const LatticeBits&, const Samples<T>&, const Box&, \
+                                     Index3, int);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// The largest |field - sample| over the samples of `original`, where the field is that of the mesh as `mesh`
+/// The largest |field - sample| over the samples in `measured`, where the field is that of the mesh as `mesh`
 /// writes it: in tetrahedra that the volume's border cuts, that of their pieces, whose new points have
 /// rounded values. Samples that are not finite do not count. Where the volume is one slice, so that it has no
 /// mesh that is cut, the field is that of the uncut tetrahedra.
@@ -20,9 +20,10 @@ namespace tagrid {
 ///
 ///   points    decoded values at the points of active.box(), x fastest; those of the active ones are read
 ///   active    activity of the closed box of a brick
-///   original  samples of the volume inside that box
+///   original  samples of the volume
+///   measured  a box in both
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
-                          Index3 dims, int cube_size);
+                          const Box& measured, Index3 dims, int cube_size);
 
 }  // namespace tagrid

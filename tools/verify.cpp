@@ -43,6 +43,7 @@ struct VerifyCommand {
     fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", input, result.bricks,
                result.active_points);
     if (result.max_error) fmt::print("largest error against {}: {}\n", original, *result.max_error);
+    if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
   }
 
   VerifyResult verify(const SourceDescription& source) const {

@@ -16,9 +16,10 @@ struct Statistics {
   /// Active points of each level, 0 .. 3K, among the lattice points that the brick owns: (low, high] of its
   /// closed box, padding included, the first brick of an axis also the low face.
   std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
-  double max_error = 0;                                  ///< largest |decoded - original|
-  Uint128 sum_squared_error = 0;                         ///< of integer samples, exactly
-  double sum_squared_real = 0;                           ///< of floats; at most the largest double
+  double max_error = 0;           ///< largest |decoded - original|
+  double mesh_error = -1;         ///< largest |field of the mesh - original|; negative: not measured
+  Uint128 sum_squared_error = 0;  ///< of integer samples, exactly
+  double sum_squared_real = 0;    ///< of floats; at most the largest double
   double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
   double high = -std::numeric_limits<double>::infinity();
   double sum = 0;             ///< of the original samples that are finite
@@ -34,6 +35,7 @@ struct Statistics {
   void add(const Statistics& other) {
     for (std::size_t i = 0; i < active.size(); ++i) active[i] += other.active[i];
     max_error = std::max(max_error, other.max_error);
+    mesh_error = std::max(mesh_error, other.mesh_error);
     sum_squared_error += other.sum_squared_error;
     sum_squared_real = limited(sum_squared_real + other.sum_squared_real);
     low = std::min(low, other.low);
