@@ -110,7 +110,7 @@ TEST_F(WideOptions, ValuesOfAMeshHaveTheTypeOfTheVolume) {
       options.grid_only = grid;
       encode(samples, options);
       MeshOptions mesh;
-      mesh.overwrite = true;
+      mesh.overwrite = mesh.padded = true;
       write_mesh(tag_, path("m.vtu"), mesh, 1);
       Vtu vtu(path("m.vtu"));
       const auto xyz = vtu.array<double>("Float64", "Points");
