@@ -38,11 +38,12 @@ std::uint64_t table_checksum(std::span<const std::byte> head, std::span<const st
   return checksum_of({head, table, field.bytes()});
 }
 
-std::size_t entry_size(int levels) { return 2 * 4 + 8 + static_cast<std::size_t>(levels + 1) * 8 + 9 * 8; }
+std::size_t entry_size(int levels) { return 2 * 4 + 8 + static_cast<std::size_t>(levels + 1) * 8 + 10 * 8; }
 
 void put_statistics(FieldWriter& fields, const Statistics& s, int levels) {
   for (int level = 0; level <= levels; ++level) fields.put(s.active[static_cast<std::size_t>(level)]);
   fields.put(s.max_error);
+  fields.put(s.mesh_error);
   fields.put(static_cast<std::uint64_t>(s.sum_squared_error));
   fields.put(static_cast<std::uint64_t>(s.sum_squared_error >> 64));
   fields.put(s.sum_squared_real);
@@ -58,6 +59,7 @@ Statistics get_statistics(FieldReader& fields, int levels) {
   for (int level = 0; level <= levels; ++level)
     s.active[static_cast<std::size_t>(level)] = fields.get<std::uint64_t>();
   s.max_error = fields.get<double>();
+  s.mesh_error = fields.get<double>();
   const auto low_half = fields.get<std::uint64_t>(), high_half = fields.get<std::uint64_t>();
   s.sum_squared_error = Uint128{high_half} << 64 | low_half;
   s.sum_squared_real = fields.get<double>();

@@ -52,8 +52,7 @@ void write_block(OutputFile& out, const std::vector<std::byte>& head, const Bric
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum) {
-  const std::vector<std::byte> fields =
-      serialize_index(index, max_level(parameters.cube_size), is_float_type(parameters.type));
+  const std::vector<std::byte> fields = serialize_index(index, index_form(parameters));
   const std::vector<std::byte> packed = zstd_compress(fields);
   FieldWriter section;
   section.put(std::uint32_t{0});

@@ -160,9 +160,9 @@ void TagReader::read_index_section() {
   const auto marker = reader.get<std::uint32_t>();
   const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
   const auto count = static_cast<std::uint64_t>(parameters().bricks().count());
-  const int levels = max_level(parameters().cube_size);
+  const IndexForm form = index_form(parameters());
   if (marker != 0) fail("there are more bricks than the volume has");
-  if (size != index_size(count, levels) || packed_size > size + size / 128 + 1024)
+  if (size != index_size(count, form) || packed_size > size + size / 128 + 1024)
     fail("the index has an impossible size");
   if (count > (start - header_size_) / block_frame_size) fail("the file is too short for as many bricks");
   std::vector<std::byte> packed, fields, tail;
@@ -178,9 +178,7 @@ void TagReader::read_index_section() {
   std::byte extra;
   if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
-  if (Status status = parse_index(fields, count, levels, is_float_type(parameters().type), index_);
-      !status.ok())
-    fail(status.what());
+  if (Status status = parse_index(fields, count, form, index_); !status.ok()) fail(status.what());
   next_brick_ = parameters().bricks().count();
   std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index_.bricks)

@@ -13,16 +13,22 @@ void TagIndex::add(std::size_t activity_bytes, std::size_t value_bytes, const St
   total.add(brick);
 }
 
-std::uint64_t index_size(std::uint64_t bricks, int levels) {
-  return bricks * (2 * 4 + 3 * 8) + static_cast<std::uint64_t>(levels + 1) * 8 + 7 * 8;
+IndexForm index_form(const CodingParameters& parameters) {
+  return {max_level(parameters.cube_size), is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 
-std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool floats) {
+std::uint64_t index_size(std::uint64_t bricks, const IndexForm& form) {
+  const auto of_levels = static_cast<std::uint64_t>(form.levels + 1) * 8;
+  return bricks * (2 * 4 + 3 * 8) + of_levels + 7 * 8 + (form.mesh ? 8 : 0);
+}
+
+std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form) {
   FieldWriter fields;
-  for (int level = 0; level <= levels; ++level)
+  for (int level = 0; level <= form.levels; ++level)
     fields.put(index.total.active[static_cast<std::size_t>(level)]);
   fields.put(index.total.max_error);
-  if (floats) {
+  if (form.mesh) fields.put(index.total.mesh_error);
+  if (form.floats) {
     fields.put(index.total.sum_squared_real);
     fields.put(std::uint64_t{0});
   } else {
@@ -42,18 +48,19 @@ std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool f
   return std::move(fields.bytes());
 }
 
-Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, bool floats,
+Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
                    TagIndex& index) {
-  if (bytes.size() != index_size(bricks, levels))
+  if (bytes.size() != index_size(bricks, form))
     return Status::broken("the index is not that of so many bricks");
   FieldReader reader(bytes);
   index.total = {};
-  for (int level = 0; level <= levels; ++level)
+  for (int level = 0; level <= form.levels; ++level)
     index.total.active[static_cast<std::size_t>(level)] = reader.get<std::uint64_t>();
   index.total.max_error = reader.get<double>();
+  if (form.mesh) index.total.mesh_error = reader.get<double>();
   const auto low_half = reader.get<std::uint64_t>(), high_half = reader.get<std::uint64_t>();
-  if (floats && high_half != 0) return Status::broken("the index has bits that must be 0");
-  if (floats)
+  if (form.floats && high_half != 0) return Status::broken("the index has bits that must be 0");
+  if (form.floats)
     index.total.sum_squared_real = std::bit_cast<double>(low_half);
   else
     index.total.sum_squared_error = Uint128{high_half} << 64 | low_half;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "stages/volume/coding_parameters.h"
 #include "stages/volume/statistics.h"
 #include "stages/volume/status.h"
 
@@ -24,15 +25,22 @@ struct TagIndex {
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
 };
 
-/// The fields of the index, not yet compressed. `floats`: of a volume of floats, whose squared errors have a
-/// real sum.
-std::vector<std::byte> serialize_index(const TagIndex& index, int levels, bool floats);
+/// Which fields an index has.
+struct IndexForm {
+  int levels = 0;
+  bool floats = false;  ///< of a volume of floats, whose squared errors have a real sum
+  bool mesh = false;    ///< of a file whose mesh has a bound, so that its error is recorded
+};
+IndexForm index_form(const CodingParameters& parameters);
 
-/// Reads them back. `bricks`, `levels` and `floats` are those of the header; any other size is broken.
-Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, int levels, bool floats,
+/// The fields of the index, not yet compressed.
+std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form);
+
+/// Reads them back. `bricks` and `form` are those of the header; any other size is broken.
+Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
                    TagIndex& index);
 
 /// Bytes of a serialized index.
-std::uint64_t index_size(std::uint64_t bricks, int levels);
+std::uint64_t index_size(std::uint64_t bricks, const IndexForm& form);
 
 }  // namespace tagrid

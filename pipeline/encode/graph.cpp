@@ -5,9 +5,11 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <variant>
 
+#include "pipeline/encode/closed_samples.h"
 #include "pipeline/encode/schedule.h"
 #include "stages/marks/curvature.h"
 #include "stages/marks/halo.h"
@@ -15,6 +17,7 @@
 #include "stages/marks/marking.h"
 #include "stages/marks/mesh_criterion.h"
 #include "stages/marks/subdivide.h"
+#include "stages/mesh/mesh_error.h"
 
 namespace tagrid {
 namespace {
@@ -27,10 +30,25 @@ struct SubdividedBrick {
   LatticeBits active;
 };
 
+// What the error of the mesh in a brick follows from.
+struct MeshedBrick {
+  Index3 brick;
+  SliceRange slices;
+  LatticeBits active;
+  std::vector<std::byte> values;  // of its closed box, as the mesh has them
+};
+
 struct EncodedBrick {
   std::int64_t id = 0;
   std::shared_ptr<BrickCode> code;
+  std::shared_ptr<MeshedBrick> mesh;  // where its error has to be measured
 };
+
+// Values of the mesh on the low faces of a brick: without loss they are samples, and a grid stores them
+// twice.
+bool mesh_needs_bricks_below(const CodingParameters& parameters) {
+  return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
+}
 
 // From a job's slices and marks to the stage functions: what each worker does.
 class Stages {
@@ -47,7 +65,7 @@ class Stages {
       const auto samples = gathered<T>(job.slices, cubes.grown(mark_halo(parameters_)));
       // Of wide samples some are no numbers.
       if constexpr (!is_wide<T>)
-        if (all_equal(std::span<const T>(samples.values))) return;
+        if (!border_is_marked_anyway() && all_equal(std::span<const T>(samples.values))) return;
       *marks = LatticeBits(schedule_.mark_box(job.tile));
       CurvatureField field;
       // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
@@ -61,8 +79,8 @@ class Stages {
         mark_curvature(field, parameters_.domain(),
                        {parameters_.accuracy, parameters_.field_scale, parameters_.max_level}, *marks);
       }
-      if (parameters_.mesh_error >= 0)
-        mark_mesh_error(samples.view, parameters_.domain(), mesh_bound<T>(), *marks);
+      if (parameters_.bounds_interpolation())
+        mark_mesh_error(samples.view, parameters_.domain(), mesh_bounds(parameters_), *marks);
     });
     return {job.tile, std::move(marks)};
   }
@@ -75,22 +93,41 @@ class Stages {
     return {job.brick, job.slices, subdivide(std::move(marks), box, domain)};
   }
 
-  EncodedBrick encode(const SubdividedBrick& brick) const {
+  EncodedBrick encode(SubdividedBrick brick) const {
     auto code = std::make_shared<BrickCode>();
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
       const auto samples = gathered<T>(brick.slices, samples_to_encode(parameters_, brick.brick));
       encode_brick(samples.view, brick.active, parameters_, brick.brick, *code);
     });
-    return {parameters_.bricks().id(brick.brick), std::move(code)};
+    EncodedBrick encoded{parameters_.bricks().id(brick.brick), std::move(code), {}};
+    if (parameters_.mesh_error >= 0)
+      encoded.mesh = std::make_shared<MeshedBrick>(
+          MeshedBrick{brick.brick, std::move(brick.slices), std::move(brick.active), {}});
+    return encoded;
+  }
+
+  void measure_mesh(EncodedBrick& encoded) const {
+    if (!encoded.mesh) return;
+    const MeshedBrick& mesh = *encoded.mesh;
+    with_sample_type(parameters_.type, [&](auto type) {
+      using T = decltype(type);
+      const auto original = gathered<T>(mesh.slices, mesh.active.box());
+      // Without loss the mesh has the original samples.
+      const auto* values = reinterpret_cast<const T*>(mesh.values.data());
+      const std::span<const T> points = mesh.values.empty()
+                                            ? std::span<const T>(original.values)
+                                            : std::span<const T>(values, mesh.values.size() / sizeof(T));
+      encoded.code->statistics.mesh_error = largest_mesh_error<T>(points, mesh.active, original.view,
+                                                                  parameters_.bricks().owned_box(mesh.brick),
+                                                                  parameters_.dims, parameters_.cube_size);
+    });
+    encoded.mesh.reset();
   }
 
  private:
-  // No integer sample is further than this from any other.
-  template <class T>
-  MeshBound<T> mesh_bound() const {
-    if constexpr (std::is_floating_point_v<T>) return parameters_.mesh_error;
-    return static_cast<MeshBound<T>>(std::min(parameters_.mesh_error, 4294967296.0));
+  bool border_is_marked_anyway() const {
+    return parameters_.bounds_interpolation() && mesh_bounds(parameters_).border < 0;
   }
 
   template <class T>
@@ -111,7 +148,7 @@ class Stages {
 };
 
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
-                   const EncodeStreams& streams) {
+                   const EncodeStreams& streams, ClosedSamples* closed, bool measure) {
   EncodeSchedule schedule(parameters, rows, mark_halo(parameters));
   const Stages stages(parameters, schedule);
   const auto workers = static_cast<std::size_t>(budget.threads);
@@ -156,8 +193,24 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
                                                                 streams.brick_done(encoded.id);
                                                               return encoded;
                                                             });
-  flow::sequencer_node<EncodedBrick> in_order(
-      graph, [&](const EncodedBrick& brick) { return static_cast<std::size_t>(brick.id - first_brick); });
+  const auto place = [&](const EncodedBrick& brick) {
+    return static_cast<std::size_t>(brick.id - first_brick);
+  };
+  flow::sequencer_node<EncodedBrick> in_order(graph, place);
+  flow::function_node<EncodedBrick, EncodedBrick> complete(graph, flow::serial, [&](EncodedBrick brick) {
+    if (!brick.mesh) return brick;
+    if (closed)
+      brick.mesh->values = closed->complete(brick.mesh->brick, brick.code->decoded);
+    else if (parameters.mode == FileMode::grid)
+      brick.mesh->values = std::move(brick.code->decoded);
+    brick.code->decoded = {};
+    return brick;
+  });
+  flow::function_node<EncodedBrick, EncodedBrick> measure_node(graph, workers, [&](EncodedBrick brick) {
+    if (measure) stages.measure_mesh(brick);
+    return brick;
+  });
+  flow::sequencer_node<EncodedBrick> in_order_again(graph, place);
   Write write(graph, flow::serial, [&](const EncodedBrick& brick, Write::output_ports_type& out) {
     streams.write_brick(brick.id, std::move(*brick.code));
     std::get<0>(out).try_put(1);
@@ -176,7 +229,10 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::make_edge(bricks, subdivide_node);
   flow::make_edge(subdivide_node, encode);
   flow::make_edge(encode, in_order);
-  flow::make_edge(in_order, write);
+  flow::make_edge(in_order, complete);
+  flow::make_edge(complete, measure_node);
+  flow::make_edge(measure_node, in_order_again);
+  flow::make_edge(in_order_again, write);
   flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
   flow::make_edge(flow::output_port<1>(write), slices.decrementer());
 
@@ -186,12 +242,28 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 
 }  // namespace
 
+std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows) {
+  std::vector<BrickRows> all;
+  if (mesh_needs_bricks_below(parameters)) all = rows_below(rows);
+  all.push_back(rows);
+  return all;
+}
+
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams) {
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           static_cast<std::size_t>(budget.threads));
   oneapi::tbb::task_arena arena(budget.threads);
-  arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
+  arena.execute([&] {
+    std::optional<ClosedSamples> closed;
+    if (mesh_needs_bricks_below(parameters)) closed.emplace(parameters, rows);
+    EncodeStreams unwritten = streams;
+    unwritten.write_brick = [](std::int64_t, BrickCode) {};
+    unwritten.brick_done = {};
+    for (const BrickRows& r : rows_to_encode(parameters, rows))
+      build_and_run(parameters, r, budget, r == rows ? streams : unwritten, closed ? &*closed : nullptr,
+                    r == rows);
+  });
 }
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "pipeline/encode/slices.h"
 #include "pipeline/memory/resources.h"
@@ -11,6 +12,9 @@
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
+
+/// The stretches of rows that are encoded for `rows`, which are the last of them.
+std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows);
 
 struct EncodeStreams {
   /// Reads samples: whole rows of one slice, of one z after the other; never called at the same time.
@@ -23,7 +27,9 @@ struct EncodeStreams {
 };
 
 /// Encodes the bricks of `rows` and returns when the last one was written. The bricks do not depend on the
-/// budget. An exception in a stream ends the run and is thrown on.
+/// budget. The error of a mesh that has a bound is measured on the way; where its values on the low faces
+/// follow from the coding of bricks below `rows`, those are encoded first, and not written. An exception in a
+/// stream ends the run and is thrown on.
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams);
 

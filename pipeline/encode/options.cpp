@@ -102,6 +102,19 @@ void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingP
   if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
 }
 
+// The mesh has the values of active voxels, and is as far off as they are.
+void require_mesh_of_voxels(const CodingParameters& p) {
+  const bool two_bounds = p.surface_error >= 0;
+  const double of_values = two_bounds ? p.surface_error : p.max_error;
+  if (p.mesh_error < 0 || p.mesh_error >= of_values) return;
+  const char* option = two_bounds ? "--surface-error" : "--max-error";
+  throw UsageError(fmt::format(
+      "--mesh-error {0} cannot be kept with {1} {2}: the mesh has values that are up to {2} off; give "
+      "--mesh-error {2} or more, or {1} {0} or less{3}",
+      p.mesh_error, option, of_values,
+      two_bounds ? "" : fmt::format(", or --surface-error {} besides", p.mesh_error)));
+}
+
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   // Where samples are integers, so are errors.
   const bool real = is_float_type(p.type);
@@ -114,15 +127,15 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
             "--surface-error must be below --max-error, both rounded down to whole units");
+    require_mesh_of_voxels(p);
     return;
   }
   p.max_error = whole(options.max_error);
   if (p.max_error < 0) return;
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
   // that is within E of an integer keeps it within E. Of floats the mesh criterion takes off what is rounded.
-  p.point_error = real ? p.max_error / 2 : std::floor(p.max_error / 2);
-  const double left = p.max_error - p.point_error;
-  p.mesh_error = p.mesh_error < 0 ? left : std::min(p.mesh_error, left);
+  const double tighter = p.mesh_error < 0 ? p.max_error : std::min(p.mesh_error, p.max_error);
+  p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ struct EncodeOptions {
   bool grid_only = false;
   std::optional<double> max_error;      ///< voxels: 0 where not given; grid: no bound where not given
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
-  std::optional<double> mesh_error;     ///< bound of the piecewise linear field
+  std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
   int accuracy = 20;                    ///< m
   int cube_size = 32;                   ///< S
   std::optional<int> max_level;         ///< a limited run

@@ -17,7 +17,7 @@ EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, const BrickRo
     : bricks_(parameters.bricks()),
       rows_(rows),
       halo_(mark_halo),
-      marks_outside_(parameters.mesh_error >= 0),
+      marks_outside_(parameters.bounds_interpolation()),
       marked_(cubes_around(bricks_, rows)),
       samples_(intersection(marked_.grown(mark_halo), bricks_.domain.volume())),
       window_(samples_.low.z, samples_.low.y),

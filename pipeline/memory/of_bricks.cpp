@@ -45,7 +45,7 @@ struct Sizes {
 };
 
 Bytes work_of_marking(const Sizes& z) {
-  const bool mesh = z.parameters.mesh_error >= 0;
+  const bool mesh = z.parameters.bounds_interpolation();
   const Bytes halo = mark_halo(z.parameters);
   const Index3 n = z.bricks.closed_box({0, 0, 0}).size();
   const Bytes samples = (Bytes(n.x) + 2 * halo) * (Bytes(n.y) + 2 * halo) * (z.cube + 1 + 2 * halo);
@@ -67,6 +67,23 @@ Bytes work_of_decoding(const Sizes& z) {
   return 2.1 * z.s * z.owned + z.points + (best ? 3e6 : 1e5);
 }
 
+// The field of a brick, in numbers and as samples, the originals, and what lies in pieces.
+Bytes work_of_measuring(const Sizes& z) {
+  if (z.parameters.mesh_error < 0) return 0;
+  return z.points * ((is_wide_type(z.parameters.type) ? 8 : 4) + 3 * z.s) + 2 * z.bits();
+}
+// What waits for being measured: the grid, and the values of the closed box twice.
+Bytes waits_for_measuring(const Sizes& z) {
+  return z.parameters.mesh_error < 0 ? 0 : z.bits() + 2 * z.points * z.s;
+}
+// See ClosedSamples.
+Bytes closed_faces(const Sizes& z, Bytes rows) {
+  const CodingParameters& p = z.parameters;
+  if (p.mesh_error < 0 || !p.mesh_has_coded_values()) return 0;
+  const Bytes face = z.edge + 1;
+  return (z.nx * std::min(Bytes(p.dims.y), (rows + 1) * z.edge + 1) + z.nx * face + face * face) * z.s;
+}
+
 std::uint64_t whole(Bytes bytes) {
   // Heaps lose a little between what they give.
   return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * 1.03, 9e18));
@@ -77,7 +94,7 @@ std::uint64_t whole(Bytes bytes) {
 std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
   const Sizes z(p);
   const Bytes halo = mark_halo(p), around = z.cube + halo, ny = Bytes(p.dims.y), nz = Bytes(p.dims.z);
-  const bool strips = load.rows < z.bricks.bricks(1), cropped = p.mesh_error < 0;
+  const bool strips = load.rows < z.bricks.bricks(1), cropped = !p.bounds_interpolation();
   const Bytes rows = Bytes(load.rows);
 
   const Bytes sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
@@ -95,9 +112,10 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   const Bytes marks = layers * (mark_rows * mark_slices * words * 8 + tiles * 250);
   const Bytes jobs = tiles * (350 + 16.0 * 9 * (p.brick_edge + 2));
 
-  const Bytes work = Bytes(load.threads) * std::max(work_of_marking(z), work_of_encoding(z));
-  const Bytes flight = Bytes(load.bricks_in_flight) * (z.code() + z.bits());
-  const Bytes run = samples + marks + jobs + work + flight + 64 * z.brick_count;
+  const Bytes work =
+      Bytes(load.threads) * std::max({work_of_marking(z), work_of_encoding(z), work_of_measuring(z)});
+  const Bytes flight = Bytes(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
+  const Bytes run = samples + marks + jobs + work + flight + closed_faces(z, rows) + 64 * z.brick_count;
   // The index, its fields, and what compresses them.
   const Bytes end = z.brick_count * 160 + std::min(z.brick_count * 320, 40e6);
   return whole(std::max(run, end));
@@ -119,11 +137,17 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const Bytes face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
     inspection = layer * 3 * (face * 2 + face_points + 250) + z.brick_count * 32 + 2 * slice;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
+    // Bricks wait for the originals of their layer.
+    if (p.mesh_error >= 0)
+      inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
+                    Bytes(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
   }
   if (load.mesh) {
     const Bytes layer = z.row_count * Bytes(z.bricks.bricks(1));
     inspection = layer * (z.bits() + (z.grid ? z.points * z.s : 0) + 200) + z.points * 8 +
                  (z.nx + z.edge) * (ny + z.edge) * (8 + z.s) + (z.nx + z.edge) * z.edge * 8 + 16e6;
+    // The field of one brick at the border, in numbers and as samples, and the grid that it is of.
+    inspection += z.points * (8 + 3 * z.s) + z.bits();
   }
   const Bytes index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
   return whole(gathered + pieces + work + flight + inspection + index);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,7 +15,9 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/mesh/point_ids.h"
 #include "stages/grid/lattice.h"
+#include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
+#include "stages/points/field.h"
 
 namespace tagrid {
 namespace {
@@ -50,6 +54,31 @@ class LayerSamples {
   std::vector<std::byte> below_;
 };
 
+// The field at all points of a brick, as samples. `value_of(p)` points to the value of a lattice point.
+template <class ValueOf>
+std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters& parameters,
+                                ValueOf value_of) {
+  std::vector<std::byte> bytes;
+  with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    const Box& box = grid.box();
+    std::vector<T> points;
+    points.reserve(static_cast<std::size_t>(box.count()));
+    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) {
+          T value;
+          std::memcpy(&value, value_of({x, y, z}), sizeof value);
+          points.push_back(value);
+        }
+    const auto field = interpolate_points<T>(points, grid, parameters.cube_size);
+    const std::vector<T> samples = rounded_field<T>(field, points, grid, parameters.cube_size);
+    const auto all = std::as_bytes(std::span(samples));
+    bytes.assign(all.begin(), all.end());
+  });
+  return bytes;
+}
+
 // Makes tetrahedra of bricks, in their order.
 class MeshBuilder {
  public:
@@ -66,12 +95,11 @@ class MeshBuilder {
   template <class ValueOf>
   void add_brick(const BrickPoints& brick, ValueOf value_of) {
     const Box& box = brick.active.box();
-    const bool keep_all = padded_ || parameters_.domain().volume().contains(box);
     ids_.begin_brick(brick.position);
-    for_each_leaf_tetrahedron(brick.active, box, parameters_.cube_size, level_, [&](const Tetrahedron& t) {
-      if (!keep_all && lies_outside_volume(t.vertices, parameters_.dims)) return;
-      add_tetrahedron(t, value_of);
-    });
+    if (padded_ || parameters_.domain().volume().contains(box))
+      add_leaves(brick.active, value_of);
+    else
+      add_cut_leaves(brick.active, value_of);
     ids_.end_brick();
     flush();
   }
@@ -80,12 +108,34 @@ class MeshBuilder {
   static constexpr std::size_t batch = std::size_t{1} << 16;  // tetrahedra that wait for the writer
 
   template <class ValueOf>
-  void add_tetrahedron(const Tetrahedron& t, ValueOf& value_of) {
+  void add_leaves(const LatticeBits& active, ValueOf& value_of) {
+    for_each_leaf_tetrahedron(active, active.box(), parameters_.cube_size, level_,
+                              [&](const Tetrahedron& t) { add_tetrahedron(t.vertices, t.level, value_of); });
+  }
+
+  template <class ValueOf>
+  void add_cut_leaves(const LatticeBits& active, ValueOf& value_of) {
+    // Of a prefix the field is another one.
+    const LatticeBits grid = prefix_of(active, parameters_.cube_size, level_);
+    const std::vector<std::byte> field = field_of(grid, parameters_, value_of);
+    const std::size_t size = size_of(parameters_.type);
+    const auto field_at = [&](Index3 p) {
+      return field.data() + static_cast<std::size_t>(grid.box().offset(p)) * size;
+    };
+    const Index3 last = parameters_.domain().volume().high;
+    for_each_leaf_tetrahedron(grid, grid.box(), parameters_.cube_size, level_, [&](const Tetrahedron& t) {
+      if (!reaches_beyond(t.vertices, last)) return add_tetrahedron(t.vertices, t.level, field_at);
+      for (const auto& piece : cut_at(t.vertices, last)) add_tetrahedron(piece, t.level, field_at);
+    });
+  }
+
+  template <class ValueOf>
+  void add_tetrahedron(const std::array<Index3, 4>& vertices, int level, ValueOf& value_of) {
     std::array<std::int64_t, 4> ids;
-    for (std::size_t i = 0; i < 4; ++i) ids[i] = id_of(t.vertices[i], value_of);
+    for (std::size_t i = 0; i < 4; ++i) ids[i] = id_of(vertices[i], value_of);
     if (mirrored_) std::swap(ids[2], ids[3]);
     connectivity_.insert(connectivity_.end(), ids.begin(), ids.end());
-    levels_.push_back(static_cast<std::uint8_t>(t.level));
+    levels_.push_back(static_cast<std::uint8_t>(level));
     if (levels_.size() == batch) flush();
   }
 
@@ -132,6 +182,16 @@ int checked_level(const MeshOptions& options, int cube_size) {
     throw UsageError(
         fmt::format("--level must be 0 .. {}, as root cubes have an edge of {}", deepest, cube_size));
   return level;
+}
+
+void refuse_flat(const TagReader& reader, bool padded) {
+  const Index3& n = reader.parameters().dims;
+  if (padded || (n.x > 1 && n.y > 1 && n.z > 1)) return;
+  throw UsageError(
+      fmt::format("{}: a volume of {} x {} x {} samples is one slice, or less, and fills no space; --padded "
+                  "gives the mesh "
+                  "of whole root cubes",
+                  reader.name(), n.x, n.y, n.z));
 }
 
 // Layer by layer, as the values of a file with voxels are in its slices.
@@ -185,6 +245,7 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   const int level = checked_level(options, parameters.cube_size);
+  refuse_flat(reader, options.padded);
   const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
   VtuWriter writer(output, parameters.type, options.overwrite);
   MeshBuilder mesh(reader.header(), level, options.padded, writer);

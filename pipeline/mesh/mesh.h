@@ -14,7 +14,7 @@ namespace tagrid {
 struct MeshOptions {
   /// The prefix of the grid at this level: no point of a higher level. All of it where not given.
   std::optional<int> level;
-  /// Keep the tetrahedra that lie wholly outside the volume, so that whole root cubes are filled.
+  /// Fill whole root cubes, instead of ending at the last samples.
   bool padded = false;
   bool overwrite = false;
 };
@@ -31,13 +31,18 @@ struct MeshResult {
 /// Writes the leaf tetrahedra of `input` to the .vtu file `output` ("-": the standard streams), brick by
 /// brick in their order; see VtuWriter for the arrays.
 ///
-/// Every point is there once, and only if a tetrahedron uses it. It lies where the volume's header says
-/// (to_world()); tetrahedra are positive there, also in a mirrored volume. A point's value is that of the
-/// nearest decoded sample (which is its own, unless it lies outside the volume), or in a file without voxels
-/// the stored one. Memory: that of decoding, and the activity of one layer of bricks.
+/// The mesh fills the box of the samples: tetrahedra that reach beyond it are cut there (see cut_at()), and
+/// their pieces keep level and type. Every point is there once, and only if a tetrahedron uses it. It lies
+/// where the volume's header says (to_world()); tetrahedra are positive there, also in a mirrored volume.
 ///
-/// Throws UsageError for a level that the grid cannot have and for a name that does not end in ".vtu",
-/// BrokenInput, WorldError; then nothing is left under the name of the output.
+/// A point's value is that of its decoded sample, or in a file without voxels the stored one. A point that a
+/// cut has made has the value of the piecewise linear field there, rounded to the type. A padded mesh is not
+/// cut: of a point outside the volume the value is that of the nearest decoded sample, or the stored one.
+/// Memory: that of decoding, and the activity of one layer of bricks.
+///
+/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu" and for a
+/// volume of one slice that is not padded, as it fills no space; BrokenInput, WorldError; then nothing is
+/// left under the name of the output.
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
                       const Resources& resources, const Progress& progress = {},
                       const BeforeNaming<MeshResult>& before_naming = {});

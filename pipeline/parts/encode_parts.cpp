@@ -202,8 +202,9 @@ class RunInParts {
     double samples = 0;
     for (const BrickRows& part : parts.rows())
       for (const BrickRows& strip : plan_.strips(parameters().bricks(), part))
-        samples += static_cast<double>(
-            EncodeSchedule(parameters(), strip, mark_halo(parameters())).samples().count());
+        for (const BrickRows& rows : rows_to_encode(parameters(), strip))
+          samples += static_cast<double>(
+              EncodeSchedule(parameters(), rows, mark_halo(parameters())).samples().count());
     return samples / static_cast<double>(parameters().domain().volume().count());
   }
 

@@ -30,7 +30,7 @@ template <>
 inline constexpr std::size_t member_count<VerifyOrder> = 4;
 
 template <>
-inline constexpr std::size_t member_count<Statistics> = 9;
+inline constexpr std::size_t member_count<Statistics> = 10;
 template <>
 inline constexpr std::size_t member_count<OpenFace> = 3;
 template <>

@@ -1,12 +1,14 @@
 #include "pipeline/verify/against_original.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "io/files/errors.h"
 #include "stages/brick/sample_statistics.h"
+#include "stages/mesh/mesh_error.h"
 
 namespace tagrid {
 namespace {
@@ -29,20 +31,41 @@ AgainstOriginal::AgainstOriginal(const std::string& name, const CodingParameters
 }
 
 void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
-  slice_.resize(rows.slice_bytes());
+  const bool keep = !meshes_.empty();
+  original_.resize(keep ? rows.bytes() : rows.slice_bytes());
   decoded_.resize(rows.slice_bytes());
   rows_ = rows.box();
   for (rows_.low.z = rows.box().low.z; rows_.low.z <= rows.box().high.z; ++rows_.low.z) {
     rows_.high.z = rows_.low.z;
-    reader_.read_rows(slice_.data(), rows_);
+    std::byte* slice =
+        original_.data() +
+        (keep ? static_cast<std::size_t>(rows_.low.z - rows.box().low.z) * rows.slice_bytes() : 0);
+    reader_.read_rows(slice, rows_);
     rows.copy_slice(rows_.low.z, decoded_);
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
-      compare_slice(reinterpret_cast<const T*>(slice_.data()), reinterpret_cast<const T*>(decoded_.data()),
-                    errors);
+      compare_slice(reinterpret_cast<const T*>(slice), reinterpret_cast<const T*>(decoded_.data()), errors);
     });
   }
   active_.clear();
+  std::vector<double> of_meshes(meshes_.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, meshes_.size(),
+                            [&](std::size_t i) { of_meshes[i] = mesh_error(meshes_[i], rows.box()); });
+  for (const double error : of_meshes) errors.mesh_error = std::max(errors.mesh_error, error);
+  meshes_.clear();
+}
+
+double AgainstOriginal::mesh_error(const BrickMesh& mesh, const Box& rows) const {
+  double error = 0;
+  with_sample_type(parameters_.type, [&](auto type) {
+    using T = decltype(type);
+    const std::span<const T> values(reinterpret_cast<const T*>(mesh.values.data()),
+                                    mesh.values.size() / sizeof(T));
+    const Samples<T> original{rows, reinterpret_cast<const T*>(original_.data())};
+    error = largest_mesh_error<T>(values, mesh.active, original, bricks_.owned_box(mesh.position),
+                                  parameters_.dims, parameters_.cube_size);
+  });
+  return error;
 }
 
 void AgainstOriginal::finish() {

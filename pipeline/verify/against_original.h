@@ -29,12 +29,24 @@ class AgainstOriginal {
   void add_activity(const LatticeBits& active) {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
-  /// Adds the errors to `errors`. Throws BrokenInput at the first voxel that is further off than it may be.
+  /// A brick of those rows, whose mesh has a bound. `values` are those of the points of its closed box.
+  void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) {
+    meshes_.push_back({position, active, std::move(values)});
+  }
+  /// Adds the errors to `errors`, that of the mesh too where there is one. Throws BrokenInput at the first
+  /// voxel that is further off than it may be.
   void compare(const DecodedRows& rows, Statistics& errors);
   /// Everything was compared, here or by others. Throws BrokenInput if the original goes on.
   void finish();
 
  private:
+  struct BrickMesh {
+    Index3 position;
+    LatticeBits active;
+    std::vector<std::byte> values;
+  };
+
+  double mesh_error(const BrickMesh& mesh, const Box& rows) const;
   template <class T>
   void compare_slice(const T* original, const T* decoded, Statistics& errors) const;
   bool is_active(Index3 p) const;
@@ -44,8 +56,9 @@ class AgainstOriginal {
   BrickGrid bricks_;
   VolumeReader reader_;
   std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only where they have a bound of their own
-  std::vector<std::byte> slice_, decoded_;  ///< of the original, and of the file
-  Box rows_;                                ///< of one slice, that are compared
+  std::vector<BrickMesh> meshes_;    ///< of the bricks of the rows; only where the mesh has a bound
+  std::vector<std::byte> original_, decoded_;  ///< slices of the original, one or all; one of the file
+  Box rows_;                                   ///< of one slice, that are compared
 };
 
 }  // namespace tagrid

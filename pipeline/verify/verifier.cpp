@@ -72,13 +72,33 @@ void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const 
       fmt::format("{}: brick {}: {} at ({}, {}, {})", reader_.name(), brick, what, p.x, p.y, p.z));
 }
 
+// Decodes what the low faces of `rows` have of the bricks below.
+ClosedSamples Verifier::low_faces(const BrickRows& rows) {
+  ClosedSamples closed(parameters(), rows);
+  const BrickGrid bricks = parameters().bricks();
+  for (const BrickRows& below : rows_below(rows)) {
+    reader_.seek_brick(below.first_brick(bricks));
+    DecodeStreams streams;
+    streams.name = reader_.name();
+    streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+    streams.write_rows = [](const DecodedRows&) {};
+    streams.inspect_brick = [&](const DecodedBrick& brick) {
+      closed.complete(bricks.position(brick.id), brick.samples);
+    };
+    run_decode_graph(parameters(), below, plan_.budget, streams);
+  }
+  return closed;
+}
+
 Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
   const std::int64_t first_brick = rows.first_brick(bricks);
-  if (seeks_) reader_.seek_brick(first_brick);
   Findings found;
   SharedFaces faces(parameters());
   Ranges ranges(parameters().type, first_brick);
+  const bool meshed = against_ && parameters().mesh_error >= 0;
+  std::optional<ClosedSamples> closed;
+  if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(rows);
 
   DecodeStreams streams;
   streams.name = reader_.name();
@@ -94,11 +114,17 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
     const std::uint64_t finite = ranges.add(brick.samples);
     if (!against_) found.counted.finite += finite;
     if (against_) against_->add_activity(brick.active);
+    if (meshed) {
+      const Index3 position = bricks.position(brick.id);
+      against_->add_mesh(position, brick.active,
+                         closed ? closed->complete(position, brick.samples) : brick.points);
+    }
     watch(brick.samples.size());
   };
   streams.write_rows = [&](const DecodedRows& decoded) {
     if (against_) against_->compare(decoded, found.counted);
   };
+  if (seeks_) reader_.seek_brick(first_brick);
   run_decode_graph(parameters(), rows, plan_.budget, streams);
   if (const auto brick = ranges.first_wrong(reader_.index()))
     fail_index(fmt::format("the value range of brick {} is not that of its voxels", *brick));
@@ -138,10 +164,18 @@ void Verifier::compare_with_index(const Statistics& counted) const {
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not fit");
   if (bound >= 0 && !(total.max_error <= bound)) fail_index("the recorded error is above the bound");
+  const double of_mesh = parameters().mesh_error;
+  if (of_mesh >= 0 && !(total.mesh_error >= 0)) fail_index("the recorded error of the mesh is no number");
+  if (of_mesh >= 0 && !(total.mesh_error <= of_mesh))
+    fail_index("the recorded error of the mesh is above its bound");
   if (!against_) return;
+  if (of_mesh >= 0 && counted.mesh_error > of_mesh)
+    throw BrokenInput(fmt::format("{}: the mesh is up to {} from the original: further than {}",
+                                  reader_.name(), counted.mesh_error, of_mesh));
   // Real sums depend on the order of what is added, a little.
   const double real = total.sum_squared_real;
-  if (counted.max_error != total.max_error || counted.sum_squared_error != total.sum_squared_error ||
+  if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
+      counted.sum_squared_error != total.sum_squared_error ||
       !(std::abs(counted.sum_squared_real - real) <= 1e-9 * real))
     fail_index("the errors that it records are not those against this original");
 }
@@ -149,11 +183,14 @@ void Verifier::compare_with_index(const Statistics& counted) const {
 VerifyResult Verifier::finish(const Statistics& counted) {
   if (against_) against_->finish();
   compare_with_index(counted);
-  VerifyResult result{
-      reader_.header(), reader_.index(), reader_.sizes().file, parameters().bricks().count(), 0,
-      std::nullopt};
+  VerifyResult result;
+  result.header = reader_.header();
+  result.index = reader_.index();
+  result.bytes_in = reader_.sizes().file;
+  result.bricks = parameters().bricks().count();
   for (const auto points : counted.active) result.active_points += points;
   if (against_) result.max_error = counted.max_error;
+  if (against_ && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
   return result;
 }
 

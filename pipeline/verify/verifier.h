@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/tag/file.h"
+#include "pipeline/encode/closed_samples.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/shared_faces.h"
@@ -54,6 +55,7 @@ class Verifier {
  private:
   class Ranges;
 
+  ClosedSamples low_faces(const BrickRows& rows);
   void compare_with_index(const Statistics& counted) const;
   [[noreturn]] void fail_index(const std::string& what) const;
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;

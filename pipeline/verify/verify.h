@@ -20,12 +20,13 @@ struct VerifyResult {
   std::uint64_t active_points = 0;
   /// With an original: what was measured against it.
   std::optional<double> max_error;
+  std::optional<double> mesh_error;  ///< only of a file whose mesh has a bound
 };
 
 /// Decodes all of `input` and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
 /// does not decode, an activity that is not conforming, a face on which two bricks disagree, statistics that
 /// do not fit. With `original` ("" for none) also a voxel that is further from it than the file's bound, with
-/// its coordinates and both values.
+/// its coordinates and both values, and a mesh that is further from it than its bound.
 VerifyResult verify_file(const std::string& input, const std::string& original,
                          const SourceDescription& source, const Resources& resources,
                          const Progress& progress = {});

@@ -11,6 +11,7 @@
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/lattice.h"
 #include "stages/points/coding.h"
+#include "stages/points/field.h"
 #include "stages/points/interpolation.h"
 #include "stages/points/wide_coding.h"
 #include "stages/volume/vector_code.h"
@@ -95,47 +96,19 @@ std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) 
   return out;
 }
 
-// The values of all points of the box, rounded to samples, from those of the active ones. In integers,
-// exactly.
-template <class T>
-std::vector<T> interpolate_integers(std::span<const T> points, const LatticeBits& active, int cube_size) {
-  using Fixed = std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>;
-  std::vector<Fixed> fixed(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) fixed[i] = to_fixed<Fixed>(points[i], cube_size);
-  interpolate<Fixed>(active, active.box(), cube_size, fixed);
-  std::vector<T> rounded(points.size());
-  round_to_samples<T, Fixed>(fixed, cube_size, rounded);
-  return rounded;
-}
-
-// The same of floats, in doubles. Active points keep every bit; a NaN in between has no payload, so that it
-// is the same on every machine.
-template <class T>
-std::vector<T> interpolate_floats(std::span<const T> points, const LatticeBits& active, int cube_size) {
-  std::vector<double> values(points.begin(), points.end());
-  interpolate<double>(active, active.box(), cube_size, values);
-  std::vector<T> samples(points.size());
-  const Box& box = active.box();
-  std::size_t i = 0;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
-      for (std::int64_t x = box.low.x; x <= box.high.x; ++x, ++i)
-        samples[i] = active.test({x, y, z})  ? points[i]
-                     : std::isnan(values[i]) ? std::numeric_limits<T>::quiet_NaN()
-                                             : static_cast<T>(values[i]);
-  return samples;
-}
-
 // Every sample that the brick owns, from the values of its active points.
 template <class T>
 std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
                                  const CodingParameters& parameters, Index3 brick) {
-  std::vector<T> samples;
-  if constexpr (std::is_integral_v<T>)
-    samples = interpolate_integers(points, active, parameters.cube_size);
-  else
-    samples = interpolate_floats(points, active, parameters.cube_size);
+  const auto field = interpolate_points<T>(points, active, parameters.cube_size);
+  const std::vector<T> samples = rounded_field<T>(field, points, active, parameters.cube_size);
   return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
+}
+
+template <class T>
+std::vector<std::byte> bytes_of(std::span<const T> values) {
+  const auto bytes = std::as_bytes(values);
+  return {bytes.begin(), bytes.end()};
 }
 
 // What is forecast from decoded samples, where they do not depend on the activity.
@@ -169,12 +142,14 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
     encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                     parameters.max_level, code.activity);
     measure_samples<T>(original, decoded, code.statistics);
+    if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
     return;
   }
   encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
   std::vector<T> points(n);
   for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
   encode_brick_points<T>(points, active, parameters, code.values);
+  if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
   const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
   measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
 }

@@ -4,6 +4,7 @@
 // (after).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,6 +21,9 @@ struct BrickCode {
   std::vector<std::uint8_t> activity;
   std::vector<std::uint8_t> values;
   Statistics statistics;
+  /// Of a file whose mesh has a bound: the samples as they will be decoded, x fastest; of a file without
+  /// voxels the stored values of all points of the closed box.
+  std::vector<std::byte> decoded;
 };
 
 /// The samples that encode_brick reads: those that the brick owns; of a file without voxels those of its

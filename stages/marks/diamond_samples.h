@@ -45,7 +45,8 @@ template <class T>
 class FloatErrors {
  public:
   using Number = double;
-  FloatErrors(const T* here, std::int64_t unit, Number mesh_error, const std::vector<std::int64_t>& vertices)
+  FloatErrors(const T* here, std::int64_t unit, Number bound, Number value_error,
+              const std::vector<std::int64_t>& vertices)
       : here_(here), unit_(static_cast<double>(unit)), vertices_(vertices) {
     double largest = 0;
     for (const std::int64_t v : vertices) {
@@ -53,10 +54,11 @@ class FloatErrors {
       constant_ = constant_ && identical(here[v], here[vertices[0]]);
       largest = std::max(largest, std::fabs(static_cast<double>(here[v])));
     }
-    // Stored vertices are as much as E_m away. Each of at most 24 means is rounded, the result too.
+    // Decoded vertices are as much as `value_error` away. Each of at most 24 means is rounded, and the
+    // result; or where the border cuts, the weighted sum of a piece.
     constexpr double relative = sizeof(T) == 4 ? 0x1p-23 : 0x1p-46;
     constexpr double least = sizeof(T) == 4 ? 0x1p-148 : 0x1p-1060;
-    enough_ = 2 * unit_ * (mesh_error - ((largest + mesh_error) * relative + least));
+    enough_ = 2 * unit_ * (bound - ((largest + std::max(bound, value_error)) * relative + least));
   }
 
   Number value(std::int64_t offset) const { return static_cast<double>(here_[offset]); }

@@ -11,9 +11,9 @@ namespace tagrid {
 
 /// Samples that marks depend on, beyond the root cubes around them: the halo of the stages that make marks.
 inline int mark_halo(const CodingParameters& parameters) {
-  return parameters.mesh_error < 0
-             ? CurvatureField::halo
-             : std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size));
+  return parameters.bounds_interpolation()
+             ? std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size))
+             : CurvatureField::halo;
 }
 
 }  // namespace tagrid

@@ -24,16 +24,16 @@ std::int64_t largest_error(const Samples<T>& samples, const Domain& domain, Inde
 }
 
 // Bottom-up over the levels. For every point a bound on the error in its diamond, in half sample units:
-// its midpoint error plus the largest bound of its children. Only where that is above E_m are the
+// its midpoint error plus the largest bound of its children. Only where that is above what is allowed are the
 // samples looked at one by one.
 template <class T>
 class MeshMarker {
  public:
-  MeshMarker(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error, LatticeBits& marks)
+  MeshMarker(const Samples<T>& samples, const Domain& domain, const MeshBounds& bounds, LatticeBits& marks)
       : samples_(samples),
         domain_(domain),
         volume_(domain.volume()),
-        mesh_error_(mesh_error),
+        mesh_bounds_(bounds),
         marks_(marks),
         box_(marks.box()),
         bounds_(static_cast<std::size_t>(box_.count()), 0) {
@@ -102,6 +102,18 @@ class MeshMarker {
     return std::abs(2 * Bound{*here} - Bound{here[to_right]} - Bound{here[-to_right]});
   }
 
+  // Whether the border of the volume may cut a tetrahedron of the diamond.
+  bool is_cut(Index3 p, std::int64_t unit) const {
+    const Box padded = domain_.padded();
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int64_t last = volume_.high[axis];
+      if (last < padded.high[axis] && std::max<std::int64_t>(p[axis] - unit, 0) < last &&
+          p[axis] + unit > last)
+        return true;
+    }
+    return false;
+  }
+
   void decide(Index3 p, std::int64_t unit) {
     const std::int64_t at = box_.offset(p);
     Bound& bound = bounds_[static_cast<std::size_t>(at)];
@@ -110,15 +122,19 @@ class MeshMarker {
       return;
     }
     if (intersection(Box{p, p}.grown(unit), volume_).empty()) return;  // no sample to be wrong about
+    const bool at_border = is_cut(p, unit);
+    const double allowed = at_border ? mesh_bounds_.border : mesh_bounds_.inner;
     const Bound below = largest_child(p, at, unit);
-    if (below < marked) {
+    if (below < marked && allowed >= 0) {
       const PointClass c = classify(p, domain_.cube_size);
       if constexpr (std::is_floating_point_v<T>) {
-        if (!violates(p, c, unit)) return;
+        if (!violates(p, c, unit, allowed)) return;
       } else {
         bound = below + midpoint_error(p, base_edge(p, c, domain_.cube_size));
-        if (bound <= 2 * mesh_error_) return;
-        const std::int64_t enough = 2 * unit * mesh_error_;
+        // No integer sample is further than this from any other.
+        const auto twice = static_cast<std::int64_t>(2 * std::min(allowed, 0x1p32));
+        if (bound <= twice) return;
+        const std::int64_t enough = unit * twice;
         const std::int64_t error = largest_error(samples_, domain_, p, c, enough);
         if (error <= enough) {
           bound = std::min(bound, (error + unit - 1) / unit);
@@ -131,7 +147,7 @@ class MeshMarker {
   }
 
   // Bounds that are themselves rounded would save little here: the samples are looked at always.
-  bool violates(Index3 p, const PointClass& c, std::int64_t unit) {
+  bool violates(Index3 p, const PointClass& c, std::int64_t unit, double allowed) {
     const Diamond d = diamond(p, c, domain_.cube_size);
     const auto offset_of = [&](Index3 q) {
       return (q.x - p.x) * sample_stride_[0] + (q.y - p.y) * sample_stride_[1] +
@@ -139,7 +155,8 @@ class MeshMarker {
     };
     vertices_.assign({offset_of(d.edge.left), offset_of(d.edge.right)});
     for (const Index3 q : d.ring) vertices_.push_back(offset_of(q));
-    FloatErrors<T> errors(samples_.data + samples_.box.offset(p), unit, mesh_error_, vertices_);
+    FloatErrors<T> errors(samples_.data + samples_.box.offset(p), unit, allowed, mesh_bounds_.value_error,
+                          vertices_);
     DiamondSamples<T, FloatErrors<T>>(samples_, domain_, p, c, errors).show();
     return errors.violated();
   }
@@ -147,7 +164,7 @@ class MeshMarker {
   const Samples<T>& samples_;
   Domain domain_;
   Box volume_;
-  MeshBound<T> mesh_error_;
+  MeshBounds mesh_bounds_;
   std::vector<std::int64_t> vertices_;
   LatticeBits& marks_;
   Box box_;
@@ -160,11 +177,28 @@ class MeshMarker {
 
 }  // namespace
 
+// What is left to the interpolation once values are off, and where a cut rounds values once more.
+MeshBounds mesh_bounds(const CodingParameters& p) {
+  // Of integers within P of integers, linear between them, the rounding is never further off than P.
+  const auto at_border = [&](double left) {
+    return left <= 0 || is_float_type(p.type) ? left : std::max(left - 0.5, 0.0);
+  };
+  if (p.mode == FileMode::grid) {
+    const double of_voxels = p.max_error < 0 ? INFINITY : p.max_error - p.point_error;
+    if (p.mesh_error < 0) return {of_voxels, of_voxels, p.point_error};
+    const double of_mesh = p.mesh_error - p.point_error;
+    return {std::min(of_mesh, of_voxels), std::min(at_border(of_mesh), of_voxels), p.point_error};
+  }
+  // A vertex outside the volume has the value of a voxel that need not be active.
+  const double of_active = p.surface_error < 0 ? p.max_error : p.surface_error;
+  return {p.mesh_error - of_active, at_border(p.mesh_error - p.max_error), p.max_error};
+}
+
 template <class T>
-void mark_mesh_error(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error,
+void mark_mesh_error(const Samples<T>& samples, const Domain& domain, const MeshBounds& bounds,
                      LatticeBits& marks) {
   assert(samples.box.contains(marks.box().grown(mesh_criterion_halo(domain.cube_size))));
-  MeshMarker<T>(samples, domain, mesh_error, marks).run();
+  MeshMarker<T>(samples, domain, bounds, marks).run();
 }
 
 template <class T>
@@ -173,7 +207,7 @@ std::int64_t diamond_error(const Samples<T>& samples, const Domain& domain, Inde
 }
 
 #define TAGRID_INSTANTIATE(T) \
-  template void mark_mesh_error(const Samples<T>&, const Domain&, MeshBound<T>, LatticeBits&);
+  template void mark_mesh_error(const Samples<T>&, const Domain&, const MeshBounds&, LatticeBits&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -1,15 +1,15 @@
 // The second criterion: a bound on the piecewise linear field of the mesh.
 //
-// A point is marked when a sample inside a tetrahedron of its diamond is further than E_m from the linear
+// A point is marked when a sample inside a tetrahedron of its diamond is further than a bound from the linear
 // interpolation of the original values at the vertices of that tetrahedron. A leaf is a tetrahedron of the
 // diamond of an inactive point, so after the closure no leaf violates the bound.
 #pragma once
 
 #include <cstdint>
-#include <type_traits>
 
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 #include "stages/volume/samples.h"
 
 namespace tagrid {
@@ -17,11 +17,23 @@ namespace tagrid {
 /// Samples around the marked points that are read, on every side: half the edge of the largest diamond.
 constexpr int mesh_criterion_halo(int cube_size) { return cube_size / 2; }
 
-/// Bounds and errors: whole numbers for integer samples, real ones for floats.
-template <class T>
-using MeshBound = std::conditional_t<std::is_floating_point_v<T>, double, std::int64_t>;
+/// How far a sample may be from the interpolation of the original values; multiples of 1/2 for integers.
+struct MeshBounds {
+  MeshBounds(double all) : inner(all), border(all) {}
+  MeshBounds(double in, double at_border, double of_values)
+      : inner(in), border(at_border), value_error(of_values) {}
 
-/// Marks the points of `marks.box()` that violate the bound `mesh_error` (E_m), also outside the volume.
+  double inner;            ///< in tetrahedra in the volume
+  double border;           ///< in those that its border cuts; negative: there may be none
+  double value_error = 0;  ///< how far decoded values may be from the original ones
+};
+
+/// What the criterion has to keep so that the mesh of the decoded values keeps its bound (M), and a file
+/// without voxels that of its voxels; see docs/decisions/0019-mesh-error.md. REQUIRES:
+/// parameters.bounds_interpolation().
+MeshBounds mesh_bounds(const CodingParameters& parameters);
+
+/// Marks the points of `marks.box()` that violate the bounds, also outside the volume.
 /// Points that are marked already stay marked. A point may stay unmarked although it violates the bound if a
 /// descendant is marked, and may be marked although it does not if one is: the closure of the marks is the
 /// same. REQUIRES: samples.box contains marks.box() grown by the halo; a point outside the volume has the
@@ -32,7 +44,7 @@ using MeshBound = std::conditional_t<std::is_floating_point_v<T>, double, std::i
 /// the end to T, may differ from the exact one; where all samples and vertices are the same nothing is
 /// rounded.
 template <class T>
-void mark_mesh_error(const Samples<T>& samples, const Domain& domain, MeshBound<T> mesh_error,
+void mark_mesh_error(const Samples<T>& samples, const Domain& domain, const MeshBounds& bounds,
                      LatticeBits& marks);
 
 /// The largest difference between a sample of the volume inside the diamond of `p` and the interpolation,

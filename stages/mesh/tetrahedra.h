@@ -97,11 +97,4 @@ void for_each_leaf_tetrahedron(const LatticeBits& active, const Box& box, int cu
           for_each_leaf_below(root, active, deepest, visit);
 }
 
-/// Whether a tetrahedron of the padded domain lies wholly outside the volume of `dims` samples, whose box is
-/// [0, dims - 1]: no inner point of the tetrahedron is in the box. On an axis of one sample, where the box
-/// has no inside, only the vertices in the plane of the samples count: they must exist, and their hull must
-/// have a point below dims - 1 on every other axis. Exact, in integers; a few ns except at the border.
-/// REQUIRES: coordinates are not negative; edges no longer than those of a root tetrahedron; dims positive.
-bool lies_outside_volume(const std::array<Index3, 4>& vertices, Index3 dims);
-
 }  // namespace tagrid

@@ -53,11 +53,15 @@ struct CodingParameters {
   double max_error = 0;
   /// In voxels mode: the bound of active voxels where it is tighter; negative: none.
   double surface_error = -1;
-  /// E_m: no sample is further than this from the linear interpolation of the original values of active
-  /// points; negative: the mesh criterion is off.
+  /// M: no sample is further than this from the piecewise linear field of the mesh; negative: no such bound.
   double mesh_error = -1;
   /// E_n: largest error of a stored point value in grid mode.
   double point_error = 0;
+
+  /// Whether samples bound how far the interpolation may be off, so that the mesh criterion marks points.
+  bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }
+  /// Whether the values of the mesh at voxels are not those that went in, and follow from coding a brick.
+  bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
 
   Domain domain() const { return {dims, cube_size}; }
   BrickGrid bricks() const { return {domain(), brick_edge}; }

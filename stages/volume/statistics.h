@@ -18,6 +18,7 @@ struct Statistics {
   std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
   /// Largest |decoded - original|; infinite where a sample that is not finite did not come back bit by bit.
   double max_error = 0;
+  double mesh_error = -1;         ///< largest |field of the mesh - original|; negative: not measured
   Uint128 sum_squared_error = 0;  ///< of integer samples, exactly
   double sum_squared_real = 0;    ///< of originals that are finite floats; at most the largest double
   double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
@@ -35,6 +36,7 @@ struct Statistics {
   void add(const Statistics& other) {
     for (std::size_t i = 0; i < active.size(); ++i) active[i] += other.active[i];
     max_error = std::max(max_error, other.max_error);
+    mesh_error = std::max(mesh_error, other.mesh_error);
     sum_squared_error += other.sum_squared_error;
     sum_squared_real = limited(sum_squared_real + other.sum_squared_real);
     low = std::min(low, other.low);

@@ -69,6 +69,8 @@ class Header:
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
+        self.index_fields = 8 * (3 * self.K + 1) + 56 + 8 * (mesh_error >= 0)  # bytes, without the columns
+        self.mesh_error = mesh_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
             e if self.type.is_float else -1 if e < 0 else int(min(e, widest))
@@ -160,7 +162,7 @@ def check_index(data, at, header, last, sizes, counts):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
     n = len(sizes)
-    require(marker == 0 and size == 32 * n + 8 * (3 * header.K + 1) + 56, "the index has an impossible size")
+    require(marker == 0 and size == 32 * n + header.index_fields, "the index has an impossible size")
     require(packed_size <= size + size // 128 + 1024, "the index has an impossible size")
     end = at + 20 + packed_size
     require(len(data) == end + 32, "the file is truncated, or bytes follow its end")
@@ -171,8 +173,11 @@ def check_index(data, at, header, last, sizes, counts):
     if fields is not None:
         stored_counts = struct.unpack_from(f"<{3 * header.K + 1}Q", fields)
         require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
-        columns = struct.unpack_from(f"<{2 * n}I", fields, 8 * (3 * header.K + 1) + 56)
-        second_half = struct.unpack_from("<Q", fields, 8 * (3 * header.K + 1) + 16)[0]
+        columns = struct.unpack_from(f"<{2 * n}I", fields, header.index_fields)
+        errors = 8 * (3 * header.K + 1) + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
+        second_half = struct.unpack_from("<Q", fields, errors + 16)[0]
+        if header.mesh_error >= 0:
+            require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
         require(second_half == 0 or not header.type.is_float, "the index has bits that must be 0")
         require(list(zip(columns[:n], columns[n:])) == sizes, "the index has other sizes than the bricks")
 

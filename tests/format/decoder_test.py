@@ -29,6 +29,8 @@ MADE = [
     ("int16", "phantom", (20, 17, 19), ["--cube=8"]),
     ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--max-error=5"]),
     ("int16", "phantom", (20, 17, 19), ["--cube=8", "--max-error=40", "--surface-error=3"]),
+    ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--max-error=4", "--mesh-error=60"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--grid-only", "--mesh-error=60"]),
     ("int16", "phantom", (20, 17, 19), ["--cube=8", "--brick=1", "--grid-only", "--max-error=30"]),
     ("int16", "noise", (12, 9, 11), ["--cube=4", "--max-error=1000"]),
     ("int16", "constant", (20, 17, 19), ["--cube=8"]),

@@ -1,5 +1,5 @@
 // The first two bytes of the input: the cube size, whether the rest is packed, whether samples are floats,
-// and the size that is announced for what is packed.
+// whether the mesh has a bound, and the size that is announced for what is packed.
 #include <cmath>
 #include <vector>
 
@@ -12,20 +12,21 @@
 namespace tagrid::fuzz {
 namespace {
 
-void parse(std::span<const std::byte> fields, int cube_size, bool floats) {
-  const int levels = max_level(cube_size);
-  const std::uint64_t none = index_size(0, levels), one = index_size(1, levels) - none;
+void parse(std::span<const std::byte> fields, int cube_size, bool floats, bool mesh) {
+  const IndexForm form{max_level(cube_size), floats, mesh};
+  const std::uint64_t none = index_size(0, form), one = index_size(1, form) - none;
   const std::uint64_t bricks = fields.size() < none ? 0 : (fields.size() - none) / one;
   TagIndex index;
-  if (!parse_index(fields, bricks, levels, floats, index).ok()) return;
+  if (!parse_index(fields, bricks, form, index).ok()) return;
   claim(index.bricks.size() == bricks, "an index has all bricks");
-  const std::vector<std::byte> again = serialize_index(index, levels, floats);
+  const std::vector<std::byte> again = serialize_index(index, form);
   claim(std::equal(fields.begin(), fields.end(), again.begin(), again.end()),
         "an index is written as it was");
   TagHeader header;
   header.parameters.dims = {9, 8, 7};
   header.parameters.cube_size = cube_size;
   header.parameters.field_scale = 1;
+  if (mesh) header.parameters.mesh_error = 1;
   if (floats) header.parameters.type = SampleType::float32;
   claim(!info_json(header, index, {1, 2, 3, 4, 5}).dump().empty(), "any index can be reported");
   claim(!info_text(header, index, {1, 2, 3, 4, 5}).empty(), "any index can be printed");
@@ -36,16 +37,16 @@ void parse(std::span<const std::byte> fields, int cube_size, bool floats) {
 void index(Bytes bytes) {
   if (bytes.size() < 2) return;
   const int cube_size = 4 << (bytes[0] & 7) % 7;
-  const bool floats = (bytes[0] & 16) != 0;
+  const bool floats = (bytes[0] & 16) != 0, mesh = (bytes[0] & 32) != 0;
   const auto rest = std::as_bytes(bytes.subspan(2));
-  if ((bytes[0] & 8) == 0) return parse(rest, cube_size, floats);
+  if ((bytes[0] & 8) == 0) return parse(rest, cube_size, floats, mesh);
   const std::size_t size = bytes[1] * std::size_t{8};
   std::vector<std::byte> fields, again;
   if (!zstd_decompress(rest, size, fields).ok()) return;
   claim(fields.size() == size, "as much is unpacked as was announced");
   claim(zstd_decompress(zstd_compress(fields), size, again).ok() && again == fields,
         "what was packed comes back");
-  parse(fields, cube_size, floats);
+  parse(fields, cube_size, floats, mesh);
 }
 
 }  // namespace tagrid::fuzz

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -87,15 +88,27 @@ struct MeshFindings {
   }
 };
 
-inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found) {
+/// Whether a tetrahedron has a vertex in one of the planes that end the box at `last`.
+inline bool ends_at(const std::array<Index3, 4>& vertices, Index3 last) {
+  for (Index3 v : vertices)
+    if (v.x == last.x || v.y == last.y || v.z == last.z) return true;
+  return false;
+}
+
+/// `cut_at`: where the mesh was cut, if it was; pieces there are smaller than their level says.
+inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found,
+                             const std::optional<Index3>& cut_at) {
   std::int64_t root = 0;  // six volumes of a tetrahedron of level 0
+  for (std::size_t t = 0; t < mesh.size(); ++t)
+    root = std::max(root, six_volumes(mesh.vertices(t)) << mesh.levels[t]);
   std::vector<bool> used(mesh.points.size());
   for (std::size_t t = 0; t < mesh.size(); ++t) {
     const std::int64_t six = six_volumes(mesh.vertices(t));
     found.six_volumes += six;
     found.not_positive += six <= 0;
-    if (root == 0) root = six << mesh.levels[t];
-    found.wrong_level_or_type += six << mesh.levels[t] != root || mesh.types[t] != mesh.levels[t] % 3;
+    const bool whole = six << mesh.levels[t] == root;
+    found.wrong_level_or_type +=
+        (!whole && !(cut_at && ends_at(mesh.vertices(t), *cut_at))) || mesh.types[t] != mesh.levels[t] % 3;
     for (std::int64_t id : mesh.ids(t)) used[static_cast<std::size_t>(id)] = true;
   }
   found.unused = std::count(used.begin(), used.end(), false);
@@ -166,10 +179,12 @@ void check_faces(const LatticeMesh& mesh, MeshFindings& found, OpenFace open_fac
   }
 }
 
+/// `cut_at`: see check_tetrahedra().
 template <class OpenFace>
-MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face) {
+MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face,
+                        const std::optional<Index3>& cut_at = {}) {
   MeshFindings found;
-  check_tetrahedra(mesh, found);
+  check_tetrahedra(mesh, found, cut_at);
   check_points(mesh, found);
   check_faces(mesh, found, open_face);
   return found;

@@ -58,7 +58,7 @@ Action add_mesh_command(CLI::App& app) {
                     "The prefix of the grid at this level: no point of a higher one; default: all of it")
       ->option_text("N");
   command->add_flag("--padded", state->options.padded,
-                    "Keep the tetrahedra that lie wholly outside the volume: whole root cubes");
+                    "Fill whole root cubes, instead of ending at the first and last samples");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

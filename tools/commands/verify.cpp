@@ -45,6 +45,7 @@ struct VerifyCommand {
                result.bricks, result.active_points);
     if (result.max_error)
       fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
+    if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
   }
 
   VerifyResult verify(const SourceDescription& source) const {

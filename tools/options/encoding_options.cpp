@@ -39,7 +39,7 @@ void add_bounds(CLI::App& command, EncodeOptions& o) {
       ->option_text("fast|default|best")
       ->group(group);
   add_number_option(command, "--mesh-error", o.mesh_error,
-                    "Refine until the mesh is within E of every sample")
+                    "Refine until the mesh is within E of every sample; not below the bound of active voxels")
       ->option_text("E")
       ->group(group);
 }

@@ -176,7 +176,8 @@ nlohmann::ordered_json achieved_json(const TagIndex& index) {
   const Achieved a = achieved(index);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
-          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)}};
+          {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)},
+          {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)}};
 }
 
 nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
@@ -213,7 +214,8 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   line("effort", std::string(name_of(p.effort)));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error), index.total.max_error));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
-  if (p.mesh_error >= 0) line("mesh error", fmt::format("bound {}", p.mesh_error));
+  if (p.mesh_error >= 0)
+    line("mesh error", fmt::format("bound {}, reached {}", p.mesh_error, index.total.mesh_error));
   const Achieved a = achieved(index);
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)

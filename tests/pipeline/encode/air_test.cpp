@@ -42,8 +42,7 @@ LatticeBits all_marks(const oracle::Volume<std::int16_t>& volume, const CodingPa
   if (p.mesh_error < 0) return marks;
   const Box read = marks.box().grown(mesh_criterion_halo(p.cube_size));
   const std::vector<std::int16_t> samples = volume.cut(read);
-  mark_mesh_error(Samples<std::int16_t>{read, samples.data()}, p.domain(),
-                  static_cast<std::int64_t>(p.mesh_error), marks);
+  mark_mesh_error(Samples<std::int16_t>{read, samples.data()}, p.domain(), mesh_bounds(p), marks);
   return marks;
 }
 

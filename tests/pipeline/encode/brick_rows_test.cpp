@@ -27,7 +27,10 @@ CodingParameters parameters_of(int brick_edge, double mesh_error, FileMode mode)
   return p;
 }
 
-using Bricks = std::vector<BrickBytes>;
+struct Brick : BrickBytes {
+  double mesh_error = -1;
+};
+using Bricks = std::vector<Brick>;
 
 Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget) {
   static const std::vector<std::int16_t> samples = blobs<std::int16_t>(dims, 1);
@@ -42,7 +45,8 @@ Bricks encoded(const CodingParameters& parameters, const BrickRows& rows, const 
     return bytes;
   };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    bricks.push_back({id, std::move(code.activity), std::move(code.values)});
+    const double mesh_error = code.statistics.mesh_error;
+    bricks.push_back({{id, std::move(code.activity), std::move(code.values)}, mesh_error});
   };
   run_encode_graph(parameters, rows, budget, streams);
   return bricks;
@@ -66,10 +70,12 @@ TEST_P(Rows, GiveTheSameBricksAsTheWhole) {
     const Bricks part = encoded(parameters, rows, {1, 0, 1});
     ASSERT_EQ(static_cast<std::int64_t>(part.size()), rows.count(bricks));
     for (std::size_t i = 0; i < part.size(); ++i) {
-      const BrickBytes& expected = whole[static_cast<std::size_t>(rows.first_brick(bricks)) + i];
+      const Brick& expected = whole[static_cast<std::size_t>(rows.first_brick(bricks)) + i];
       EXPECT_EQ(part[i].id, expected.id);
       EXPECT_EQ(part[i].activity, expected.activity) << "brick " << part[i].id;
       EXPECT_EQ(part[i].values, expected.values) << "brick " << part[i].id;
+      EXPECT_EQ(part[i].mesh_error, expected.mesh_error) << "brick " << part[i].id;
+      EXPECT_EQ(part[i].mesh_error >= 0, mesh_error >= 0);
     }
   }
 }

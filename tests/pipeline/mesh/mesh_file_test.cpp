@@ -104,6 +104,19 @@ TEST_F(MeshFile, AWrongCommandIsAUsageErrorAndLeavesNothing) {
   EXPECT_NO_THROW(write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, 1));
 }
 
+TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
+  for (const Index3 dims : {Index3{11, 18, 1}, Index3{1, 18, 9}, Index3{11, 1, 9}}) {
+    encode(spiky_volume(dims, 3), options_);
+    const auto before = names();
+    const std::string message = message_of<UsageError>([&] {
+      write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, 1);
+    });
+    EXPECT_NE(message.find("--padded"), std::string::npos) << message;
+    EXPECT_EQ(names(), before);
+    EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, 1));
+  }
+}
+
 TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
   encode(volume_, options_);
   const std::string whole = content("v.tag");
@@ -162,14 +175,15 @@ class RealVolumes : public MeshedVolume {
       write_mesh(path("v.tag"), path("v.vtu"), {{}, padded, true}, 2);
       Vtu vtu(path("v.vtu"));
       const LatticeMesh m = read_lattice_mesh(vtu);
+      const Index3 box = padded ? domain : dims - Index3{1, 1, 1};
       std::int64_t inner_open_faces = 0;
-      const MeshFindings found = check_mesh(m, [&](const std::array<std::size_t, 3>& face) {
-        inner_open_faces += !is_on_border({m.points[face[0]], m.points[face[1]], m.points[face[2]]}, domain);
-      });
+      const auto open_face = [&](const std::array<std::size_t, 3>& face) {
+        inner_open_faces += !is_on_border({m.points[face[0]], m.points[face[1]], m.points[face[2]]}, box);
+      };
+      const MeshFindings found = check_mesh(m, open_face, padded ? std::nullopt : std::optional(box));
       EXPECT_TRUE(found.good()) << found.text();
       EXPECT_GT(m.size(), 1000u);
-      if (!padded) continue;
-      EXPECT_EQ(found.six_volumes, 6 * domain.x * domain.y * domain.z);
+      EXPECT_EQ(found.six_volumes, 6 * box.x * box.y * box.z);
       EXPECT_EQ(inner_open_faces, 0);
     }
   }

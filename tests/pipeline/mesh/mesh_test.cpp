@@ -4,9 +4,13 @@
 
 #include <set>
 
+#include "io/files/errors.h"
+#include "pipeline/meshed_volume.h"
 #include "stages/grid/lattice.h"
+#include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/points/coding.h"
+#include "tests/support/mesh_field.h"
 #include "tests/support/meshed_volume.h"
 
 namespace tagrid {
@@ -36,7 +40,9 @@ std::vector<Case> all_cases() {
                             {13, 17, 18},
                             {21, 6, 25},
                             {33, 12, 7},
-                            {5, 25, 17}}) {
+                            {5, 25, 17},
+                            {2, 2, 2},
+                            {14, 15, 30}}) {
     int i = row++;
     for (const int cube_size : {4, 8})
       for (const int brick_edge : {1, 2}) {
@@ -118,77 +124,75 @@ TEST_P(MeshLaws, PaddedIsConformingAndFillsTheRootCubesAtEveryLevel) {
   EXPECT_EQ(as_set(mesh({}, true)), as_set(mesh(deepest, true)));
 }
 
-TEST_P(MeshLaws, WithoutPaddingOnlyTetrahedraOutsideTheVolumeAreMissing) {
-  for (const std::optional<int> level : {std::optional<int>(), std::optional<int>(4)}) {
+// Six volumes of all tetrahedra of each level.
+using Volumes = std::array<std::int64_t, 25>;
+
+TEST_P(MeshLaws, WithoutPaddingTheBoxOfTheSamplesIsFilledExactlyAtEveryLevel) {
+  const Index3 last = GetParam().dims - Index3{1, 1, 1};
+  if (last.x * last.y * last.z == 0) {
+    EXPECT_THROW(mesh({}, false), UsageError) << "there is nothing to fill";
+    return;
+  }
+  for (int level = 0; level <= max_level(GetParam().cube_size); ++level) {
+    SCOPED_TRACE(level);
     const ValuedMesh all = mesh(level, true), kept = mesh(level, false);
-    std::set<SortedTetrahedron> expected = as_set(all);
-    const Index3 dims = GetParam().dims;
-    std::erase_if(expected, [&](const SortedTetrahedron& t) {
-      std::array<Index3, 4> v;
-      for (std::size_t i = 0; i < 4; ++i) v[i] = {t[i][0], t[i][1], t[i][2]};
-      return lies_outside_volume(v, dims);
-    });
-    EXPECT_FALSE(kept.levels.empty());
-    EXPECT_EQ(as_set(kept), expected);
-    EXPECT_EQ(kept.size(), expected.size());
-    const MeshFindings found = check_mesh(kept, [](const auto&) {});
+    std::int64_t inner_open_faces = 0;
+    const MeshFindings found = check_mesh(
+        kept, [&](const auto& face) { inner_open_faces += !is_on_border(corners(kept, face), last); }, last);
     EXPECT_TRUE(found.good()) << found.text();
+    EXPECT_EQ(inner_open_faces, 0);
+    EXPECT_EQ(found.six_volumes, 6 * last.x * last.y * last.z);
+    for (Index3 p : kept.points) ASSERT_TRUE(Box::of_size(GetParam().dims).contains(p));
+
+    Volumes expected{}, volumes{};
+    for (std::size_t t = 0; t < all.size(); ++t)
+      for (const auto& piece : cut_at(all.vertices(t), last)) expected[all.levels[t]] += six_volumes(piece);
+    for (std::size_t t = 0; t < kept.size(); ++t) volumes[kept.levels[t]] += six_volumes(kept.vertices(t));
+    EXPECT_EQ(volumes, expected) << "a piece has another level than what it was cut from";
+  }
+}
+
+TEST_P(MeshLaws, ACutPointHasTheRoundedValueOfTheFieldAtEveryLevel) {
+  const Index3& dims = GetParam().dims;
+  if (dims.x == 1 || dims.y == 1 || dims.z == 1) return;
+  const Box box = Box::of_size(dims);
+  for (int level = 0; level <= max_level(GetParam().cube_size); ++level) {
+    const ValuedMesh all = mesh(level, true), kept = mesh(level, false);
+    std::int64_t disagree = 0;
+    const std::vector<Fraction> field = field_of_mesh(all, all.values, box, disagree);
+    ASSERT_EQ(disagree, 0);
+    for (std::size_t i = 0; i < kept.points.size(); ++i)
+      ASSERT_EQ(kept.values[i], field[static_cast<std::size_t>(box.offset(kept.points[i]))].rounded());
   }
 }
 
 TEST_P(MeshLaws, ValuesAreTheDecodedSamplesOrTheStoredPoints) {
   const auto point_error = static_cast<std::int64_t>(encoded_.header.parameters.point_error);
   const TestVolume decoded = decode(GetParam().dims);
-  for (const bool padded : {false, true}) {
-    const ValuedMesh m = mesh({}, padded);
-    for (std::size_t i = 0; i < m.points.size(); ++i) {
-      const Index3 p = m.points[i];
-      const std::int16_t expected =
-          GetParam().grid_only ? stored_point(volume_.nearest(p), point_error) : decoded.nearest(p);
-      ASSERT_EQ(m.values[i], expected) << p.x << " " << p.y << " " << p.z;
-      if (Box::of_size(GetParam().dims).contains(p)) {
-        ASSERT_EQ(m.values[i], decoded.nearest(p));
-      }
+  const ValuedMesh m = mesh({}, true);
+  for (std::size_t i = 0; i < m.points.size(); ++i) {
+    const Index3 p = m.points[i];
+    const std::int16_t expected =
+        GetParam().grid_only ? stored_point(volume_.nearest(p), point_error) : decoded.nearest(p);
+    ASSERT_EQ(m.values[i], expected) << p.x << " " << p.y << " " << p.z;
+    if (Box::of_size(GetParam().dims).contains(p)) {
+      ASSERT_EQ(m.values[i], decoded.nearest(p));
     }
   }
 }
 
-// Weights are volumes of the tetrahedra that p cuts off, in integers; one rounding, halves up.
 TEST_P(MeshLaws, TheFieldOfAGridAloneIsTheDecodedVolume) {
   if (!GetParam().grid_only) return;
   const TestVolume decoded = decode(GetParam().dims);
-  const ValuedMesh m = mesh({}, false);
-  std::set<std::int64_t> seen;
+  const ValuedMesh m = mesh({}, true);
   const Box box = Box::of_size(GetParam().dims);
-  for (std::size_t t = 0; t < m.size(); ++t) {
-    const auto v = m.vertices(t);
-    Box around{v[0], v[0]};
-    for (Index3 p : v)
-      for (int axis = 0; axis < 3; ++axis) {
-        around.low[axis] = std::min(around.low[axis], p[axis]);
-        around.high[axis] = std::max(around.high[axis], p[axis]);
-      }
-    around = intersection(around, box);
-    for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
-      for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
-        for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
-          std::int64_t sum = 0;
-          bool inside = true;
-          for (std::size_t i = 0; i < 4; ++i) {
-            auto part = v;
-            part[i] = {x, y, z};
-            const std::int64_t weight = six_volumes(part);
-            inside &= weight >= 0;
-            sum += weight * m.values[static_cast<std::size_t>(m.ids(t)[i])];
-          }
-          if (!inside) continue;
-          const std::int64_t whole = six_volumes(v), twice = 2 * sum + whole;
-          const std::int64_t rounded = twice / (2 * whole) - (twice % (2 * whole) < 0);
-          ASSERT_EQ(rounded, decoded.nearest({x, y, z})) << x << " " << y << " " << z;
-          seen.insert(box.offset({x, y, z}));
-        }
+  std::int64_t disagree = 0;
+  const std::vector<Fraction> field = field_of_mesh(m, m.values, box, disagree);
+  EXPECT_EQ(disagree, 0);
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    ASSERT_NE(field[i].whole, 0) << "a sample is in no tetrahedron";
+    ASSERT_EQ(field[i].rounded(), decoded.samples[i]);
   }
-  EXPECT_EQ(static_cast<std::int64_t>(seen.size()), box.count());
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, MeshLaws, ::testing::ValuesIn(all_cases()));

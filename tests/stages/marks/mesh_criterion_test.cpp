@@ -8,6 +8,7 @@
 
 #include "stages/grid/diamond.h"
 #include "stages/marks/subdivide.h"
+#include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
 
 namespace tagrid {
@@ -113,6 +114,28 @@ TEST(MarkMeshError, AfterTheClosureNoLeafViolatesTheBound) {
             ASSERT_LE(worst.numerator, bound * worst.denominator);
           });
         }
+}
+
+TEST(MarkMeshError, LeavesThatTheBorderCutsKeepABoundOfTheirOwn) {
+  int cut = 0;
+  for (const Index3 dims : shapes)
+    for (const int cube : {4, 8})
+      for (const double border : {-1.0, 0.0, 1.5, 4.0}) {
+        const Padded volume(dims, cube, 2, 3);
+        const Index3 last = volume.domain.volume().high;
+        LatticeBits marks(volume.domain.padded());
+        mark_mesh_error(volume.samples(), volume.domain, {6, border, 0}, marks);
+        close_under_parents(marks, cube);
+        for_each_leaf_tetrahedron(marks, marks.box(), cube, 24, [&](const Tetrahedron& leaf) {
+          const Fraction worst = error_in(volume, leaf.vertices);
+          const bool is_cut = cut_at(leaf.vertices, last).count > 0 && reaches_beyond(leaf.vertices, last);
+          ASSERT_LE(static_cast<double>(worst.numerator),
+                    (is_cut ? border : 6) * static_cast<double>(worst.denominator));
+          ASSERT_FALSE(is_cut && border < 0);
+          cut += is_cut;
+        });
+      }
+  EXPECT_GT(cut, 100);
 }
 
 // No more than what is asked for: the same closure as marking exactly the points whose diamond violates the

@@ -1,7 +1,7 @@
 // What comes from files, names and lists is shown without being obeyed by the terminal.
 #include "tools/report/printable.h"
 
-#include "tools/command_line.h"
+#include "tests/support/command_line.h"
 
 namespace tagrid {
 namespace {

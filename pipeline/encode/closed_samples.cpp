@@ -1,0 +1,88 @@
+#include "pipeline/encode/closed_samples.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace tagrid {
+namespace {
+
+template <class Visit>
+void for_each_row(const Box& box, Visit visit) {
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) visit(y, z);
+}
+
+}  // namespace
+
+std::vector<BrickRows> rows_below(const BrickRows& rows) {
+  std::vector<BrickRows> below;
+  const std::int64_t y = rows.y_low, z = rows.z_low;
+  if (y > 0 && z > 0) below.push_back({y - 1, y, z - 1, z});
+  if (z > 0) below.push_back({y, rows.y_end, z - 1, z});
+  if (y > 0) below.push_back({y - 1, y, z, z + 1});
+  return below;
+}
+
+ClosedSamples::ClosedSamples(const CodingParameters& parameters, const BrickRows& rows)
+    : bricks_(parameters.bricks()),
+      size_(size_of(parameters.type)),
+      y_first_(bricks_.closed_box({0, std::max<std::int64_t>(rows.y_low - 1, 0), 0}).low.y),
+      row_(parameters.dims.x) {
+  const Box volume = bricks_.domain.volume();
+  const std::int64_t rows_of_samples =
+      std::min(bricks_.closed_box({0, rows.y_end - 1, 0}).high.y, volume.high.y) - y_first_ + 1;
+  const Index3 brick = intersection(bricks_.closed_box({0, 0, 0}), volume).size();
+  const std::int64_t samples[3] = {brick.y * brick.z, row_ * brick.z, row_ * rows_of_samples};
+  for (int axis = 0; axis < 3; ++axis)
+    if (bricks_.bricks(axis) > 1) faces_[axis].resize(static_cast<std::size_t>(samples[axis]) * size_);
+}
+
+std::size_t ClosedSamples::face_offset(int axis, const Box& box, Index3 p) const {
+  const std::int64_t at = axis == 0   ? (p.z - box.low.z) * box.size().y + p.y - box.low.y
+                          : axis == 1 ? (p.z - box.low.z) * row_ + p.x
+                                      : (p.y - y_first_) * row_ + p.x;
+  return static_cast<std::size_t>(at) * size_;
+}
+
+std::vector<std::byte> ClosedSamples::complete(Index3 position, const std::vector<std::byte>& owned) {
+  const Box closed = bricks_.closed_box(position), box = intersection(closed, bricks_.domain.volume()),
+            own = bricks_.owned_box(position);
+  std::vector<std::byte> samples(static_cast<std::size_t>(closed.count()) * size_);
+  const auto at = [&](Index3 p) {
+    return samples.data() + static_cast<std::size_t>(closed.offset(p)) * size_;
+  };
+  const auto bytes = [&](std::int64_t count) { return static_cast<std::size_t>(count) * size_; };
+
+  for (int axis = 2; axis >= 0; --axis) {
+    if (position[axis] == 0) continue;
+    Box face = box;
+    face.high[axis] = box.low[axis];
+    for_each_row(face, [&](std::int64_t y, std::int64_t z) {
+      const Index3 p{face.low.x, y, z};
+      std::memcpy(at(p), faces_[axis].data() + face_offset(axis, box, p), bytes(face.size().x));
+    });
+  }
+  for_each_row(own, [&](std::int64_t y, std::int64_t z) {
+    const Index3 p{own.low.x, y, z};
+    std::memcpy(at(p), owned.data() + bytes(own.offset(p)), bytes(own.size().x));
+  });
+  for (int axis = 0; axis < 3; ++axis) {
+    if (position[axis] + 1 == bricks_.bricks(axis)) continue;
+    Box face = box;
+    face.low[axis] = box.high[axis];
+    for_each_row(face, [&](std::int64_t y, std::int64_t z) {
+      const Index3 p{face.low.x, y, z};
+      std::memcpy(faces_[axis].data() + face_offset(axis, box, p), at(p), bytes(face.size().x));
+    });
+  }
+  // Outside the volume, row by row: the nearest rows are complete before they are copied.
+  for_each_row(closed, [&](std::int64_t y, std::int64_t z) {
+    const Index3 from = box.nearest({closed.low.x, y, z}), to{closed.low.x, y, z};
+    if (from != to) std::memcpy(at(to), at(from), bytes(box.size().x));
+    for (std::int64_t x = box.high.x + 1; x <= closed.high.x; ++x)
+      std::memcpy(at({x, y, z}), at({box.high.x, y, z}), size_);
+  });
+  return samples;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,38 @@
+// Decoded samples of the closed boxes of bricks: each brick owns samples without those on its low faces, and
+// these come from the bricks before it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "stages/grid/brick_rows.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// The rows of bricks that hold what lies on the low faces of `rows`, in raster order: they have to be
+/// decoded before, though nothing else is asked of them. No stretch has more rows than `rows`.
+std::vector<BrickRows> rows_below(const BrickRows& rows);
+
+/// Completes bricks, one at a time. What later bricks need is a staircase of high faces: see PointIds.
+/// Memory: the samples of one slice of the rows, and of two faces between bricks.
+class ClosedSamples {
+ public:
+  /// For `rows`, and what lies below them.
+  ClosedSamples(const CodingParameters& parameters, const BrickRows& rows);
+
+  /// The samples of the closed box of a brick, x fastest; a point outside the volume has the value of the
+  /// nearest sample. `owned` are those that the brick owns. REQUIRES: bricks come in the order of their
+  /// numbers, those of rows_below() first. Of these what is returned is not complete.
+  std::vector<std::byte> complete(Index3 position, const std::vector<std::byte>& owned);
+
+ private:
+  std::size_t face_offset(int axis, const Box& box, Index3 p) const;
+
+  BrickGrid bricks_;
+  std::size_t size_;                 ///< of a sample
+  std::int64_t y_first_, row_;       ///< the first y of all rows; samples along x
+  std::vector<std::byte> faces_[3];  ///< left behind by the bricks before, by axis
+};
+
+}  // namespace tagrid

@@ -1,0 +1,16 @@
+// A second thought on what was said of a headerless file.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "io/volume/volume_info.h"
+
+namespace tagrid {
+
+/// Another order of raw.dims that fits the file's samples far better: in the right order neighbours along y
+/// and z differ little. Nothing where there is none, where the file's size does not fit, and for what cannot
+/// seek or begins as an NRRD file. Reads a few hundred short stretches of the file.
+std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw);
+
+}  // namespace tagrid

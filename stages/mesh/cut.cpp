@@ -1,0 +1,113 @@
+#include "stages/mesh/cut.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <span>
+#include <utility>
+
+namespace tagrid {
+namespace {
+
+constexpr Index3 cross(Index3 a, Index3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+constexpr std::int64_t dot(Index3 a, Index3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+struct Corner {
+  Index3 at;
+  unsigned planes = 0;  // bits 0 .. 3: faces of the tetrahedron; 4 .. 6: planes of the border
+};
+
+// The order that all triangulations follow.
+constexpr bool is_lower(const Corner& a, const Corner& b) {
+  if (a.at.z != b.at.z) return a.at.z < b.at.z;
+  if (a.at.y != b.at.y) return a.at.y < b.at.y;
+  return a.at.x < b.at.x;
+}
+
+// Two different planes in common: their line meets the polytope in one edge, whatever is degenerate.
+constexpr bool is_edge(const Corner& a, const Corner& b) { return std::popcount(a.planes & b.planes) >= 2; }
+
+// By insertion: there are ten at most.
+template <class Item, class Before>
+void sort_few(std::span<Item> items, Before before) {
+  for (std::size_t i = 1; i < items.size(); ++i)
+    for (std::size_t j = i; j > 0 && before(items[j], items[j - 1]); --j) std::swap(items[j], items[j - 1]);
+}
+
+class Polytope {
+ public:
+  explicit Polytope(const std::array<Index3, 4>& vertices) : count_(4) {
+    for (std::size_t i = 0; i < 4; ++i) corners_[i] = {vertices[i], 0xfu & ~(1u << i)};
+  }
+
+  // Keeps what lies up to `last` on the axis.
+  void clip(int axis, std::int64_t last) {
+    const std::array<Corner, most> all = corners_;
+    const std::span<const Corner> before(all.data(), count_);
+    const auto above = [&](const Corner& c) { return c.at[axis] > last; };
+    const auto below = [&](const Corner& c) { return c.at[axis] < last; };
+    if (std::none_of(before.begin(), before.end(), above)) return;
+    count_ = 0;
+    if (std::none_of(before.begin(), before.end(), below)) return;
+    const unsigned plane = 1u << (4 + axis);
+    for (const Corner& a : before) {
+      if (below(a)) add(a);
+      if (a.at[axis] == last) add({a.at, a.planes | plane});
+      for (const Corner& b : before)
+        if (below(a) && above(b) && is_edge(a, b))
+          add({meeting_point(a.at, b.at, axis, last), (a.planes & b.planes) | plane});
+    }
+  }
+
+  Pieces triangulate() {
+    Pieces pieces;
+    if (count_ == 0) return pieces;
+    sort_few(std::span(corners_).first(count_), is_lower);
+    const Corner& lowest = corners_[0];
+    for (unsigned plane = 1; plane < 1u << 7; plane <<= 1) {
+      if (lowest.planes & plane) continue;
+      std::array<Index3, most> face;
+      std::size_t n = 0;
+      for (std::size_t i = 1; i < count_; ++i)
+        if (corners_[i].planes & plane) face[n++] = corners_[i].at;
+      if (n < 3) continue;
+      // Around the lowest corner of the face, which is its first.
+      const Index3 normal = cross(face[1] - face[0], face[2] - face[0]);
+      sort_few(std::span(face).subspan(1, n - 1),
+               [&](Index3 a, Index3 b) { return dot(normal, cross(a - face[0], b - face[0])) > 0; });
+      for (std::size_t i = 2; i < n; ++i) {
+        std::array<Index3, 4> piece = {lowest.at, face[0], face[i - 1], face[i]};
+        if (six_volumes(piece) < 0) std::swap(piece[2], piece[3]);
+        assert(six_volumes(piece) > 0);
+        pieces.vertices[pieces.count++] = piece;
+      }
+    }
+    return pieces;
+  }
+
+ private:
+  static constexpr std::size_t most = 10;  // corners
+
+  void add(const Corner& c) { corners_[count_++] = c; }
+
+  static Index3 meeting_point(Index3 a, Index3 b, int axis, std::int64_t last) {
+    const Index3 d = b - a, way = (last - a[axis]) * d;
+    assert(way.x % d[axis] == 0 && way.y % d[axis] == 0 && way.z % d[axis] == 0);
+    return a + Index3{way.x / d[axis], way.y / d[axis], way.z / d[axis]};
+  }
+
+  std::array<Corner, most> corners_;
+  std::size_t count_;
+};
+
+}  // namespace
+
+Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last) {
+  Polytope polytope(vertices);
+  for (int axis = 0; axis < 3; ++axis) polytope.clip(axis, last[axis]);
+  return polytope.triangulate();
+}
+
+}  // namespace tagrid

@@ -1,0 +1,40 @@
+// What is left of a tetrahedron where the volume ends.
+//
+// A tetrahedron and the box of the volume meet in a convex polytope. All its corners are lattice points: the
+// planes of the hierarchy's tetrahedra have normals of 0 and +-1 only, so two or three of them and the planes
+// of the border meet in integers. The polytope is triangulated by pulling (e.g. Lee and Santos, "Subdivisions
+// and triangulations of polytopes", 2017): its lowest corner, in one order of all lattice points, is joined
+// to the triangles of the faces that do not hold it, and each face is triangulated in the same way. So the
+// triangles of a face depend on the face alone, and two neighbours cut the face between them alike.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "stages/grid/tetrahedron.h"
+
+namespace tagrid {
+
+/// The tetrahedra that a tetrahedron is cut into. A polytope of at most seven faces has at most ten corners
+/// and sixteen triangles, of which three or more hold the lowest corner.
+struct Pieces {
+  std::array<std::array<Index3, 4>, 13> vertices;  ///< each positive: six_volumes() > 0
+  std::size_t count = 0;
+
+  const std::array<Index3, 4>* begin() const { return vertices.data(); }
+  const std::array<Index3, 4>* end() const { return vertices.data() + count; }
+};
+
+/// Whether a vertex lies above `last` on some axis, so that the tetrahedron is to be cut.
+constexpr bool reaches_beyond(const std::array<Index3, 4>& vertices, Index3 last) {
+  for (const Index3& v : vertices)
+    if (v.x > last.x || v.y > last.y || v.z > last.z) return true;
+  return false;
+}
+
+/// The part of a tetrahedron that lies in the box up to `last` on all axes; nothing where that has no volume.
+/// Exact, in integers; about a microsecond.
+/// REQUIRES: a tetrahedron of the bisection hierarchy, positive or not, with coordinates from 0 on.
+Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last);
+
+}  // namespace tagrid

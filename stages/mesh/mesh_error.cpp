@@ -1,0 +1,163 @@
+#include "stages/mesh/mesh_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "stages/grid/lattice.h"
+#include "stages/mesh/cut.h"
+#include "stages/mesh/tetrahedra.h"
+#include "stages/points/field.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::int64_t rounded_up(std::int64_t a, std::int64_t b) {
+  return -(-a / b) + (a > 0 && a % b != 0);
+}
+
+// The lattice points of a tetrahedron, row by row, with their barycentric weights: each is an affine function
+// of the point, and grows along a row by the same step.
+template <class Visit>
+void for_each_point_of(const std::array<Index3, 4>& vertices, const Box& box, Visit visit) {
+  Box around{vertices[0], vertices[0]};
+  for (const Index3& v : vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      around.low[axis] = std::min(around.low[axis], v[axis]);
+      around.high[axis] = std::max(around.high[axis], v[axis]);
+    }
+  around = intersection(around, box);
+  const auto weights_at = [&](Index3 p) {
+    std::array<std::int64_t, 4> weights;
+    for (std::size_t i = 0; i < 4; ++i) {
+      auto part = vertices;
+      part[i] = p;
+      weights[i] = six_volumes(part);
+    }
+    return weights;
+  };
+  std::array<std::int64_t, 4> step = weights_at(unit_vector(0));
+  const std::array<std::int64_t, 4> origin = weights_at({0, 0, 0});
+  for (std::size_t i = 0; i < 4; ++i) step[i] -= origin[i];
+  for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
+    for (std::int64_t y = around.low.y; y <= around.high.y; ++y) {
+      std::array<std::int64_t, 4> weights = weights_at({around.low.x, y, z});
+      // Steps along the row after which no weight is negative, and before one is.
+      std::int64_t first = 0, last = around.high.x - around.low.x;
+      for (std::size_t i = 0; i < 4; ++i) {
+        if (step[i] > 0) first = std::max(first, rounded_up(-weights[i], step[i]));
+        if (step[i] < 0) last = std::min(last, weights[i] < 0 ? -1 : weights[i] / -step[i]);
+        if (step[i] == 0 && weights[i] < 0) last = -1;
+      }
+      for (std::size_t i = 0; i < 4; ++i) weights[i] += first * step[i];
+      for (std::int64_t x = first; x <= last; ++x) {
+        visit(Index3{around.low.x + x, y, z}, weights);
+        for (std::size_t i = 0; i < 4; ++i) weights[i] += step[i];
+      }
+    }
+}
+
+// Of integers.
+template <class T>
+class ExactMeasure {
+ public:
+  explicit ExactMeasure(int cube_size) : cube_size_(cube_size) {}
+
+  void see_field(FieldNumber<T> field, T sample) {
+    worst_fixed_ = std::max(worst_fixed_, std::abs(std::int64_t{field} - std::int64_t{sample} * cube_size_));
+  }
+  void see_piece(const std::array<T, 4>& values, const std::array<std::int64_t, 4>& weights, T sample) {
+    std::int64_t difference = 0, whole = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      difference += weights[i] * (std::int64_t{values[i]} - std::int64_t{sample});
+      whole += weights[i];
+    }
+    worst_ = std::max(worst_, static_cast<double>(std::abs(difference)) / static_cast<double>(whole));
+  }
+  double worst() const { return std::max(worst_, static_cast<double>(worst_fixed_) / cube_size_); }
+
+ private:
+  int cube_size_;
+  std::int64_t worst_fixed_ = 0;
+  double worst_ = 0;
+};
+
+// Of floats.
+template <class T>
+class RealMeasure {
+ public:
+  explicit RealMeasure(int) {}
+
+  void see_field(double field, T sample) {
+    if (!std::isfinite(sample)) return;
+    const double error = std::fabs(field - static_cast<double>(sample));
+    // Not so where an active sample is what it was.
+    worst_ = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst_, error);
+  }
+  void see_piece(const std::array<T, 4>& values, const std::array<std::int64_t, 4>& weights, T sample) {
+    double whole = 0, field = 0, low = INFINITY, high = -INFINITY;
+    for (const std::int64_t w : weights) whole += static_cast<double>(w);
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (weights[i] == 0) continue;
+      const auto value = static_cast<double>(values[i]);
+      field += static_cast<double>(weights[i]) / whole * value;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    // Rounding does not lead out of the range of the vertices.
+    if (low <= high) field = std::clamp(field, low, high);
+    see_field(field, sample);
+  }
+  double worst() const { return worst_; }
+
+ private:
+  double worst_ = 0;
+};
+
+template <class T>
+using Measure = std::conditional_t<std::is_integral_v<T>, ExactMeasure<T>, RealMeasure<T>>;
+
+}  // namespace
+
+template <class T>
+double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
+                          const Box& measured, Index3 dims, int cube_size) {
+  const Box& box = active.box();
+  const auto field = interpolate_points<T>(points, active, cube_size);
+  Measure<T> measure(cube_size);
+  LatticeBits in_pieces;
+  if (const Box volume = Box::of_size(dims); !volume.contains(box)) {
+    in_pieces = LatticeBits(measured);
+    const std::vector<T> rounded = rounded_field<T>(field, points, active, cube_size);
+    for_each_leaf_tetrahedron(active, box, cube_size, max_level(cube_size), [&](const Tetrahedron& t) {
+      if (!reaches_beyond(t.vertices, volume.high)) return;
+      for (const auto& piece : cut_at(t.vertices, volume.high)) {
+        std::array<T, 4> values;
+        for (std::size_t i = 0; i < 4; ++i)
+          values[i] = rounded[static_cast<std::size_t>(box.offset(piece[i]))];
+        for_each_point_of(piece, measured, [&](Index3 p, const std::array<std::int64_t, 4>& weights) {
+          measure.see_piece(values, weights, original.at(p));
+          in_pieces.set(p);
+        });
+      }
+    });
+  }
+  for (std::int64_t z = measured.low.z; z <= measured.high.z; ++z)
+    for (std::int64_t y = measured.low.y; y <= measured.high.y; ++y) {
+      const T* sample = original.data + original.box.offset({measured.low.x, y, z});
+      const auto* number = field.data() + box.offset({measured.low.x, y, z});
+      for (std::int64_t x = measured.low.x; x <= measured.high.x; ++x, ++sample, ++number)
+        if (in_pieces.bytes() == 0 || !in_pieces.test({x, y, z})) measure.see_field(*number, *sample);
+    }
+  return measure.worst();
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                               \
+  template double largest_mesh_error(std::span<const T>, const LatticeBits&, const Samples<T>&, const Box&, \
+                                     Index3, int);
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
+
+}  // namespace tagrid

@@ -1,0 +1,29 @@
+// How far the mesh is from the original: the largest difference of its piecewise linear field from any
+// sample.
+#pragma once
+
+#include <span>
+
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/samples.h"
+
+namespace tagrid {
+
+/// The largest |field - sample| over the samples in `measured`, where the field is that of the mesh as `mesh`
+/// writes it: in tetrahedra that the volume's border cuts, that of their pieces, whose new points have
+/// rounded values. Samples that are not finite do not count. Where the volume is one slice, so that it has no
+/// mesh that is cut, the field is that of the uncut tetrahedra.
+///
+/// Of integers a quotient of exact integers, rounded once; of floats computed in doubles, in one order. So it
+/// is the same on every machine.
+///
+///   points    decoded values at the points of active.box(), x fastest; those of the active ones are read
+///   active    activity of the closed box of a brick
+///   original  samples of the volume
+///   measured  a box in both
+template <class T>
+double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
+                          const Box& measured, Index3 dims, int cube_size);
+
+}  // namespace tagrid

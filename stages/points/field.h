@@ -1,0 +1,34 @@
+// The piecewise linear field of the grid: at every lattice point, from the values of the active points.
+#pragma once
+
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/sample_type.h"
+
+namespace tagrid {
+
+/// What the field of samples of T is computed in: exact fixed point for integers (see interpolation.h),
+/// double for floats.
+template <class T>
+using FieldNumber = std::conditional_t<std::is_floating_point_v<T>, double,
+                                       std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>>;
+
+/// The field at all points of `active.box()`, x fastest. `points`: values of the same points, of which those
+/// of the active ones are read. REQUIRES: as interpolate().
+template <class T>
+std::vector<FieldNumber<T>> interpolate_points(std::span<const T> points, const LatticeBits& active,
+                                               int cube_size);
+
+/// The same rounded once to samples: of integers the nearest, halves up. Active floats keep every bit; a NaN
+/// in between has no payload, so that it is the same on every machine.
+template <class T>
+std::vector<T> rounded_field(std::span<const FieldNumber<T>> field, std::span<const T> points,
+                             const LatticeBits& active, int cube_size);
+
+/// The grid without the points of a level above `level`.
+LatticeBits prefix_of(const LatticeBits& active, int cube_size, int level);
+
+}  // namespace tagrid
