@@ -9,21 +9,23 @@
 #include <string_view>
 #include <vector>
 
+#include "io/files/byte_stream.h"
+
 namespace tagrid {
 
 /// An open file or pipe. Every failure to read is a WorldError that names it.
-class FileBytes {
+class FileBytes : public ByteStream {
  public:
   /// Opens a file, or the standard input for "-".
   explicit FileBytes(const std::string& path);
   /// Takes a regular file that is open, from its beginning; `name` is for messages.
   FileBytes(int descriptor, const std::string& name);
-  ~FileBytes();
+  ~FileBytes() override;
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
 
   /// Reads `size` bytes, less only at the end; returns how many.
-  std::size_t read(std::byte* out, std::size_t size);
+  std::size_t read(std::byte* out, std::size_t size) override;
   /// The next bytes, `size` of them if there are as many, without moving on. REQUIRES: size <= peek_limit.
   std::string_view peek(std::size_t size);
   /// Skips `size` bytes, less only at the end; returns how many.
@@ -33,16 +35,16 @@ class FileBytes {
   bool read_line(std::string& line, std::size_t limit);
 
   /// Bytes in all, of a regular file; of the standard input, from where it stood.
-  std::optional<std::uint64_t> size() const { return size_; }
+  std::optional<std::uint64_t> size() const override { return size_; }
   /// Bytes read so far.
-  std::uint64_t position() const { return position_; }
+  std::uint64_t position() const override { return position_; }
   /// Moves to byte `position`. REQUIRES: size().
-  void seek(std::uint64_t position);
+  void seek(std::uint64_t position) override;
   /// From now on a read that waits for a pipe ends with a WorldError once `stop` is true: for whoever has to
   /// give up while nothing comes. `stop` must outlive the reads.
-  void stop_when(const std::atomic<bool>& stop) { stop_ = &stop; }
+  void stop_when(const std::atomic<bool>& stop) override { stop_ = &stop; }
   /// For messages: the path, or "standard input".
-  const std::string& name() const { return name_; }
+  const std::string& name() const override { return name_; }
 
   static constexpr std::size_t peek_limit = std::size_t{1} << 16;
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/files/byte_sink.h"
 #include "io/files/file_attributes.h"
 
 namespace tagrid {
@@ -26,17 +27,17 @@ struct OutputFileOptions {
 /// A file in the making: a temporary `.NAME.part*` beside its target until commit(). Without a commit the
 /// destructor removes it, and an older file of that name is as it was. Every failure is a WorldError that
 /// names the file.
-class OutputFile {
+class OutputFile : public ByteSink {
  public:
   /// Begins a file that will be `path`, or writes straight to the standard output for "-", and to devices and
   /// pipes. Throws UsageError if `path` exists and `overwrite` is false, or is a folder.
   OutputFile(const std::string& path, bool overwrite, OutputFileOptions options = {});
-  ~OutputFile();
+  ~OutputFile() override;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
   /// Writes all of `bytes` at the end.
-  void write(std::span<const std::byte> bytes);
+  void write(std::span<const std::byte> bytes) override;
   void write(std::string_view text) { write(std::as_bytes(std::span(text.data(), text.size()))); }
   /// Overwrites bytes that were written before, or leaves a gap. REQUIRES: can_seek().
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);

@@ -39,7 +39,7 @@ std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes&
   return checksum_of({head, bytes_of(brick.activity), bytes_of(brick.values)});
 }
 
-void write_block(OutputFile& out, const std::vector<std::byte>& head, const BrickBytes& brick,
+void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
                  std::uint64_t checksum) {
   FieldWriter tail;
   tail.put(checksum);
@@ -64,6 +64,93 @@ std::vector<std::byte> file_end(const CodingParameters& parameters, const TagInd
   section.put(header_checksum);
   section.put_bytes(std::as_bytes(std::span(end_magic)));
   return std::move(section.bytes());
+}
+
+Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
+                   std::uint64_t& checksum, BrickBytes& brick) {
+  FieldReader reader(block);
+  const auto length = reader.get<std::uint32_t>();
+  if (length < 12 || length > largest_body(parameters, id)) return Status::broken("an impossible size");
+  if (block.size() != std::uint64_t{4} + length + 8)
+    return Status::broken("its size is not that of the index");
+  const auto in_file = load_little_endian<std::uint64_t>(block.data() + 4 + length);
+  if (!checksums_agree(in_file, chained_checksum(checksum_of({block.first(4 + length)}), checksum)))
+    return Status::broken(
+        "the checksum does not fit: the brick is damaged, or it or the one before is of another file");
+  const auto number = reader.get<std::uint64_t>();
+  if (number != static_cast<std::uint64_t>(id))
+    return Status::broken("brick " + std::to_string(number) + " is in its place");
+  const auto activity_size = reader.get<std::uint32_t>();
+  if (activity_size > length - 12) return Status::broken("the activity is larger than the brick");
+  const auto copy = [&](std::size_t size, std::vector<std::uint8_t>& to) {
+    const auto bytes = reader.get_bytes(size);
+    const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    to.assign(first, first + bytes.size());
+  };
+  brick.id = id;
+  copy(activity_size, brick.activity);
+  copy(length - 12 - activity_size, brick.values);
+  checksum = in_file;
+  return {};
+}
+
+Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start) {
+  start = load_little_endian<std::uint64_t>(footer.data());
+  const auto magic = footer.last(end_magic.size());
+  if (!std::equal(magic.begin(), magic.end(), std::as_bytes(std::span(end_magic)).begin()))
+    return Status::broken("this is no footer");
+  return {};
+}
+
+Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest) const {
+  FieldReader reader(head);
+  const auto marker = reader.get<std::uint32_t>();
+  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
+  const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
+  if (marker != 0) return Status::broken("there are more bricks than the volume has");
+  if (size != index_size(count, index_form(parameters)) || packed_size > size + size / 128 + 1024)
+    return Status::broken("the index has an impossible size");
+  if (count > (start - header_size) / block_frame_size)
+    return Status::broken("the file is too short for as many bricks");
+  rest = packed_size + 8 + footer_size;
+  return {};
+}
+
+Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
+  const auto packed = bytes.subspan(index_head_size, bytes.size() - index_head_size - 8 - footer_size);
+  const auto tail = bytes.last(8 + footer_size);
+  if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
+                       chained_checksum(checksum_of({bytes.first(index_head_size), packed}), last_checksum)))
+    return Status::broken(
+        "the checksum does not fit: the index is damaged, or the last brick is of another file");
+  std::uint64_t start_in_footer = 0;
+  if (!find_file_end(tail.last(footer_size), start_in_footer).ok() || start_in_footer != start ||
+      !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum))
+    return Status::broken("the footer is damaged");
+  const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
+  const IndexForm form = index_form(parameters);
+  std::vector<std::byte> fields;
+  if (Status status = zstd_decompress(packed, index_size(count, form), fields); !status.ok()) return status;
+  if (Status status = parse_index(fields, count, form, index); !status.ok())
+    return status;
+  std::uint64_t bricks_size = count * block_frame_size;
+  for (const IndexEntry& brick : index.bricks)
+    bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
+  if (header_size + bricks_size != start)
+    return Status::broken("the sizes of the bricks do not sum to the file's");
+  return {};
+}
+
+TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, const TagIndex& index) {
+  TagSizes sizes;
+  sizes.file = file;
+  sizes.header = header;
+  for (const IndexEntry& brick : index.bricks) {
+    sizes.activity += brick.activity_bytes;
+    sizes.values += brick.value_bytes;
+  }
+  sizes.index = sizes.file - sizes.header - sizes.activity - sizes.values;
+  return sizes;
 }
 
 }  // namespace tagrid

@@ -5,11 +5,13 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "io/files/output_file.h"
+#include "io/files/byte_sink.h"
 #include "io/tag/index.h"
 #include "stages/volume/coding_parameters.h"
+#include "stages/volume/status.h"
 
 namespace tagrid {
 
@@ -32,8 +34,13 @@ std::vector<std::byte> block_head(const CodingParameters& parameters, const Bric
 /// The checksum of a block's fields from the length to the values, which does not depend on what precedes it.
 std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick);
 /// Writes a block that ends in `checksum`.
-void write_block(OutputFile& out, const std::vector<std::byte>& head, const BrickBytes& brick,
+void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
                  std::uint64_t checksum);
+
+/// Reads a block, from its length to its checksum, that must be the one of brick `id`. `checksum` is the one
+/// before the block, and becomes the block's.
+Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
+                   std::uint64_t& checksum, BrickBytes& brick);
 
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
@@ -41,5 +48,33 @@ inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);
+
+/// Bytes of the footer: where the index begins, the header's checksum, end_magic.
+inline constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
+/// Bytes of the index before what is packed: a length of 0 where a brick has its own, two sizes.
+inline constexpr std::size_t index_head_size = 4 + 8 + 8;
+
+/// Where the index begins, as a footer says. Broken where it is none.
+Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start);
+
+/// What is known of a file where its index and footer are read.
+struct FileEnd {
+  const CodingParameters& parameters;
+  std::uint64_t header_size, header_checksum;
+  std::uint64_t start;          ///< where the blocks end and the index begins
+  std::uint64_t last_checksum;  ///< of the last block
+
+  /// Reads the first index_head_size bytes; `rest`: how many follow, the footer included.
+  Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
+  /// Reads all of it, from the index's first byte to the file's last.
+  Status parse(std::span<const std::byte> bytes, TagIndex& index) const;
+};
+
+/// Where the bytes of a file are; the parts sum to the file.
+struct TagSizes {
+  std::uint64_t file = 0, header = 0, activity = 0, values = 0;
+  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
+};
+TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, const TagIndex& index);
 
 }  // namespace tagrid

@@ -1,7 +1,5 @@
 #include "io/tag/file.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -13,23 +11,16 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
-#include "io/nrrd/header.h"
-#include "io/vdb/reader.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
-namespace {
-
-constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
-
-}  // namespace
-
-TagWriter::TagWriter(OutputFile& out, const TagHeader& header) : out_(out), parameters_(header.parameters) {
+TagWriter::TagWriter(ByteSink& out, const TagHeader& header) : out_(out), parameters_(header.parameters) {
   const std::vector<std::byte> bytes = serialize_header(header);
   header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
   last_checksum_ = header_checksum_;
   out_.write(bytes);
+  position_ = header_size_ = bytes.size();
 }
 
 void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistics) {
@@ -37,39 +28,28 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
   const std::vector<std::byte> head = block_head(parameters_, brick);
   last_checksum_ = chained_checksum(own_checksum(head, brick), last_checksum_);
   write_block(out_, head, brick, last_checksum_);
+  position_ += block_frame_size + brick.activity.size() + brick.values.size();
   index_.add(brick.activity.size(), brick.values.size(), statistics);
 }
 
 void TagWriter::finish() {
-  out_.write(file_end(parameters_, index_, out_.position(), last_checksum_, header_checksum_));
+  const std::vector<std::byte> end =
+      file_end(parameters_, index_, position_, last_checksum_, header_checksum_);
+  out_.write(end);
+  position_ += end.size();
 }
 
-namespace {
+TagReader::TagReader(const std::string& path) : TagReader(std::make_unique<FileBytes>(path)) {}
 
-/// What a file is that should have been encoded before.
-std::string_view kind_of_volume(FileBytes& file) {
-  if (begins_nrrd(file.peek(9))) return "an NRRD volume";
-  return begins_vdb(file.peek(8)) ? "an OpenVDB file" : "";
-}
-
-}  // namespace
-
-TagReader::TagReader(const std::string& path) : bytes_(path) {
-  if (const std::string_view volume = kind_of_volume(bytes_); !volume.empty())
-    throw BrokenInput(fmt::format("{}: this is not a .tag file, but {}; encode it first, with tagrid encode",
-                                  name(), volume));
-  if (bytes_.peek(1).empty()) throw BrokenInput(name() + ": this is not a .tag file: it is empty");
+TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stream)) {
   std::vector<std::byte> bytes(tag_preamble_size);
-  const std::size_t got = bytes_.read(bytes.data(), bytes.size());
-  if (got < bytes.size())
-    throw BrokenInput(name() + ": this is not a .tag file: it has only " + std::to_string(got) + " bytes");
+  bytes.resize(bytes_->read(bytes.data(), bytes.size()));
   std::size_t size = 0;
   if (Status status = parse_preamble(bytes, size); !status.ok())
     throw BrokenInput(name() + ": " + status.what());
-  std::vector<std::byte> rest;
-  read_growing(rest, size - bytes.size(), "the header");
-  bytes.insert(bytes.end(), rest.begin(), rest.end());
-  if (Status status = parse_header(bytes, header_, header_checksum_); !status.ok())
+  std::vector<std::byte> whole;
+  read_growing(whole, bytes, size - bytes.size(), "the header");
+  if (Status status = parse_header(whole, header_, header_checksum_); !status.ok())
     throw BrokenInput(name() + ": " + status.what());
   try {
     geometry_of(header_.nrrd_fields);
@@ -79,7 +59,7 @@ TagReader::TagReader(const std::string& path) : bytes_(path) {
   header_size_ = size;
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
-  if (bytes_.size() && bricks > (*bytes_.size() - header_size_) / block_frame_size)
+  if (bytes_->size() && bricks > (*bytes_->size() - header_size_) / block_frame_size)
     throw BrokenInput(name() + ": the file is too short for the bricks of its volume; it is truncated");
 }
 
@@ -88,20 +68,22 @@ std::string TagReader::place() const {
 }
 
 void TagReader::fail(const std::string& what) const {
-  throw BrokenInput(name() + ": " + place() + ", before byte " + std::to_string(bytes_.position()) + ": " +
+  throw BrokenInput(name() + ": " + place() + ", before byte " + std::to_string(bytes_->position()) + ": " +
                     what);
 }
 
 void TagReader::read_exactly(std::byte* out, std::size_t size, const char* what) {
-  if (bytes_.read(out, size) != size) fail(std::string("the file ends in ") + what + "; it is truncated");
+  if (bytes_->read(out, size) != size) fail(std::string("the file ends in ") + what + "; it is truncated");
 }
 
 // In steps, so that a size that the file does not have takes no memory.
-void TagReader::read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what) {
+void TagReader::read_growing(std::vector<std::byte>& out, std::span<const std::byte> before,
+                             std::uint64_t size, const char* what) {
   constexpr std::uint64_t step = 1 << 20;
-  out.clear();
-  while (out.size() < size) {
-    const std::size_t have = out.size(), more = std::min(step, size - have);
+  out.assign(before.begin(), before.end());
+  const std::uint64_t all = before.size() + size;
+  while (out.size() < all) {
+    const std::size_t have = out.size(), more = std::min(step, all - have);
     out.resize(have + more);
     read_exactly(out.data() + have, more, what);
   }
@@ -130,61 +112,25 @@ void TagReader::read_frame(BrickBytes& brick) {
   read_exactly(length_bytes.data(), length_bytes.size(), "a brick");
   const auto length = load_little_endian<std::uint32_t>(length_bytes.data());
   if (length < 12 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
-  read_growing(body_, std::uint64_t{length} + 8, "a brick");
-  const std::span<const std::byte> body(body_.data(), length);
-  FieldReader reader(body);
-  const auto id = reader.get<std::uint64_t>();
-  const auto activity_size = reader.get<std::uint32_t>();
-  const auto checksum = load_little_endian<std::uint64_t>(body_.data() + length);
-  if (!checksums_agree(checksum, chained_checksum(checksum_of({length_bytes, body}), last_checksum_)))
-    fail("the checksum does not fit: the brick is damaged, or it or the one before is of another file");
-  if (id != static_cast<std::uint64_t>(next_brick_)) fail("brick " + std::to_string(id) + " is in its place");
-  const auto activity = reader.get_bytes(activity_size);
-  if (reader.overrun()) fail("the activity is larger than the brick");
-  const auto values = reader.get_bytes(reader.left());
-  const auto copy = [](std::span<const std::byte> from, std::vector<std::uint8_t>& to) {
-    const auto* first = reinterpret_cast<const std::uint8_t*>(from.data());
-    to.assign(first, first + from.size());
-  };
-  last_checksum_ = checksum;
-  brick.id = next_brick_++;
-  copy(activity, brick.activity);
-  copy(values, brick.values);
+  read_growing(block_, length_bytes, std::uint64_t{length} + 8, "a brick");
+  if (Status status = parse_block(block_, parameters(), next_brick_, last_checksum_, brick); !status.ok())
+    fail(status.what());
+  ++next_brick_;
 }
 
 void TagReader::read_index_section() {
-  const std::uint64_t start = bytes_.position();
-  std::vector<std::byte> head(4 + 8 + 8);
+  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position(), last_checksum_};
+  std::array<std::byte, index_head_size> head;
   read_exactly(head.data(), head.size(), "the index");
-  FieldReader reader(head);
-  const auto marker = reader.get<std::uint32_t>();
-  const auto size = reader.get<std::uint64_t>(), packed_size = reader.get<std::uint64_t>();
-  const auto count = static_cast<std::uint64_t>(parameters().bricks().count());
-  const IndexForm form = index_form(parameters());
-  if (marker != 0) fail("there are more bricks than the volume has");
-  if (size != index_size(count, form) || packed_size > size + size / 128 + 1024)
-    fail("the index has an impossible size");
-  if (count > (start - header_size_) / block_frame_size) fail("the file is too short for as many bricks");
-  std::vector<std::byte> packed, fields, tail;
-  read_growing(packed, packed_size, "the index");
-  read_growing(tail, 8 + footer_size, "the footer");
-  if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
-                       chained_checksum(checksum_of({head, packed}), last_checksum_)))
-    fail("the checksum does not fit: the index is damaged, or the last brick is of another file");
-  if (load_little_endian<std::uint64_t>(tail.data() + 8) != start ||
-      !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum_) ||
-      !std::equal(tail.begin() + 24, tail.end(), std::as_bytes(std::span(end_magic)).begin()))
-    fail("the footer is damaged");
+  std::uint64_t rest = 0;
+  if (Status status = end.parse_head(head, rest); !status.ok()) fail(status.what());
+  std::vector<std::byte> section;
+  read_growing(section, head, rest, "the index");
+  if (Status status = end.parse(section, index_); !status.ok()) fail(status.what());
   std::byte extra;
-  if (bytes_.read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
-  if (Status status = zstd_decompress(packed, size, fields); !status.ok()) fail(status.what());
-  if (Status status = parse_index(fields, count, form, index_); !status.ok()) fail(status.what());
+  if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
   next_brick_ = parameters().bricks().count();
-  std::uint64_t bricks_size = count * block_frame_size;
-  for (const IndexEntry& brick : index_.bricks)
-    bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
-  if (header_size_ + bricks_size != start) fail("the sizes of the bricks do not sum to the file's");
-  file_size_ = start + head.size() + packed_size + tail.size();
+  file_size_ = end.start + section.size();
 }
 
 // The frame before it ends with its checksum, which is the seed of the next one's; so does the header.
@@ -197,25 +143,25 @@ void TagReader::seek_brick(std::int64_t brick) {
   }
   std::array<std::byte, 8> before;
   next_brick_ = brick;
-  bytes_.seek(start - before.size());
+  bytes_->seek(start - before.size());
   read_exactly(before.data(), before.size(), "a brick");
   last_checksum_ = load_little_endian<std::uint64_t>(before.data());
   starting_ = true;
 }
 
 void TagReader::read_index() {
-  if (const auto size = bytes_.size()) {
+  if (const auto size = bytes_->size()) {
     if (*size < header_size_ + footer_size) fail("the file ends before its index; it is truncated");
-    std::vector<std::byte> footer;
-    bytes_.seek(*size - footer_size);
-    read_growing(footer, footer_size, "the footer");
-    const auto start = load_little_endian<std::uint64_t>(footer.data());
-    if (!std::equal(footer.begin() + 16, footer.end(), std::as_bytes(std::span(end_magic)).begin()) ||
-        start < header_size_ || start > *size - footer_size)
+    std::array<std::byte, footer_size> footer;
+    bytes_->seek(*size - footer_size);
+    read_exactly(footer.data(), footer.size(), "the footer");
+    std::uint64_t start = 0;
+    if (Status status = find_file_end(footer, start);
+        !status.ok() || start < header_size_ || start > *size - footer_size)
       throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
-    std::vector<std::byte> before;
-    bytes_.seek(start - 8);
-    read_growing(before, 8, "the last brick");
+    std::array<std::byte, 8> before;
+    bytes_->seek(start - before.size());
+    read_exactly(before.data(), before.size(), "the last brick");
     last_checksum_ = load_little_endian<std::uint64_t>(before.data());
     next_brick_ = parameters().bricks().count();
     read_index_section();
@@ -224,18 +170,6 @@ void TagReader::read_index() {
   BrickBytes brick;
   while (read_brick(brick)) {
   }
-}
-
-TagSizes TagReader::sizes() const {
-  TagSizes sizes;
-  sizes.file = file_size_;
-  sizes.header = header_size_;
-  for (const IndexEntry& brick : index_.bricks) {
-    sizes.activity += brick.activity_bytes;
-    sizes.values += brick.value_bytes;
-  }
-  sizes.index = sizes.file - sizes.header - sizes.activity - sizes.values;
-  return sizes;
 }
 
 }  // namespace tagrid

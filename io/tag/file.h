@@ -4,28 +4,23 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "io/files/byte_stream.h"
 #include "io/files/file_bytes.h"
-#include "io/files/output_file.h"
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 
 namespace tagrid {
 
-/// Where the bytes of a file are; the parts sum to the file.
-struct TagSizes {
-  std::uint64_t file = 0, header = 0, activity = 0, values = 0;
-  std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
-};
-
 class TagWriter {
  public:
   /// Writes the header. `out` must outlive the writer.
-  TagWriter(OutputFile& out, const TagHeader& header);
+  TagWriter(ByteSink& out, const TagHeader& header);
 
   /// REQUIRES: bricks come in the order of their numbers, from 0.
   void write_brick(const BrickBytes& brick, const Statistics& statistics);
@@ -33,11 +28,14 @@ class TagWriter {
   void finish();
 
   const TagIndex& index() const { return index_; }
+  /// Of what was written so far.
+  TagSizes sizes() const { return tag_sizes(position_, header_size_, index_); }
 
  private:
-  OutputFile& out_;
+  ByteSink& out_;
+  std::uint64_t position_ = 0;  ///< bytes written
   CodingParameters parameters_;
-  std::uint64_t header_checksum_ = 0;
+  std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::uint64_t last_checksum_ = 0;  ///< of what was written last: the header, then each brick
   TagIndex index_;
 };
@@ -47,12 +45,13 @@ class TagReader {
  public:
   /// Reads the header. "-" is the standard input.
   explicit TagReader(const std::string& path);
+  explicit TagReader(std::unique_ptr<ByteStream> stream);
 
   const TagHeader& header() const { return header_; }
   const CodingParameters& parameters() const { return header_.parameters; }
-  const std::string& name() const { return bytes_.name(); }
+  const std::string& name() const { return bytes_->name(); }
   /// See FileBytes.
-  void stop_when(const std::atomic<bool>& stop) { bytes_.stop_when(stop); }
+  void stop_when(const std::atomic<bool>& stop) { bytes_->stop_when(stop); }
 
   /// Hands out the next brick, once its checksum and that of what follows it have been checked: the next
   /// brick, or index and footer, which nothing may follow. Returns false after the last one.
@@ -60,30 +59,31 @@ class TagReader {
 
   /// Makes `brick` the next one that is read. REQUIRES: read_index(), can_seek().
   void seek_brick(std::int64_t brick);
-  bool can_seek() const { return bytes_.size().has_value(); }
+  bool can_seek() const { return bytes_->size().has_value(); }
 
   /// Gets index() without reading the bricks where the file can seek; else by reading them all.
   void read_index();
   /// REQUIRES: read_brick() gave the last brick, or read_index() was called.
   const TagIndex& index() const { return index_; }
-  TagSizes sizes() const;
+  TagSizes sizes() const { return tag_sizes(file_size_, header_size_, index_); }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
-  void read_growing(std::vector<std::byte>& out, std::uint64_t size, const char* what);
+  void read_growing(std::vector<std::byte>& out, std::span<const std::byte> before, std::uint64_t size,
+                    const char* what);
   void read_frame(BrickBytes& brick);
   void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
-  FileBytes bytes_;
+  std::unique_ptr<ByteStream> bytes_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::int64_t next_brick_ = 0;      ///< whose frame is read next
   bool starting_ = true;             ///< nothing is in ahead_ yet
   std::uint64_t last_checksum_ = 0;  ///< of what was read last: the header, then each brick
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
-  std::vector<std::byte> body_;
+  std::vector<std::byte> block_;
   TagIndex index_;
   std::uint64_t file_size_ = 0;
 };

@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
@@ -21,6 +23,16 @@ constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
 
 bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
+
+// Of what is no .tag file, where that is known: most often the volume itself is given by mistake.
+std::string what_it_is(std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  constexpr std::string_view openvdb_magic("\x20\x42\x44\x56\0\0\0\0", 8);
+  if (text.empty()) return ": it is empty";
+  if (text.starts_with("NRRD000")) return ", but an NRRD volume; encode it first";
+  if (text.starts_with(openvdb_magic)) return ", but an OpenVDB file; encode it first";
+  return "";
+}
 
 }  // namespace
 
@@ -86,7 +98,8 @@ Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_s
   FieldReader reader(preamble);
   const auto found = reader.get_bytes(magic.size());
   if (found.size() != magic.size() || !std::ranges::equal(found, std::as_bytes(std::span(magic))))
-    return Status::broken("this is not a .tag file");
+    return Status::broken("this is not a .tag file" + what_it_is(preamble));
+  if (preamble.size() < tag_preamble_size) return Status::broken("the file ends in its header; it is truncated");
   const auto file_version = reader.get<std::uint32_t>();
   if (file_version != version)
     return Status::broken("the file has format version " + std::to_string(file_version) +

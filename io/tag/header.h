@@ -25,7 +25,8 @@ inline constexpr std::uint32_t max_header_size = 1 << 24;
 /// The whole header: preamble, fields, checksum.
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
-/// The size of the whole header, from its first tag_preamble_size bytes; broken if they are no .tag file's.
+/// The size of the whole header, from the first tag_preamble_size bytes of a file, or all that it has. Broken where they
+/// are not those of a .tag file.
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size);
 
 /// Reads a whole header; every field is checked. `checksum` is that of the header, to which bricks are bound.

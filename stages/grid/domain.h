@@ -56,6 +56,11 @@ struct BrickGrid {
     return box;
   }
 
+  /// The position, on any axis, of the brick that owns the samples at this coordinate: see owned_box().
+  constexpr std::int64_t owner(std::int64_t coordinate) const {
+    return coordinate == 0 ? 0 : (coordinate - 1) / (std::int64_t{edge} * domain.cube_size);
+  }
+
   /// The samples that a brick owns: (low, high] of its closed box, the first brick of an axis also the low
   /// face, clipped to the volume. Never empty; every sample has one owner.
   constexpr Box owned_box(Index3 position) const {

@@ -2,12 +2,17 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "stages/grid/box.h"
 
 namespace tagrid {
+
+/// How far apart samples lie in memory, in bytes, along x, y and z.
+using Strides = std::array<std::int64_t, 3>;
 
 /// A view of the samples of `box`, x fastest.
 template <class T>

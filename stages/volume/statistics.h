@@ -47,4 +47,12 @@ struct Statistics {
   }
 };
 
+/// What was measured of the errors. NaN where nothing is known, or nothing is defined.
+struct Achieved {
+  double max_error = 0, rmse = 0;
+  double psnr = 0;  ///< in dB; the peak is max - min of the original. NaN where nothing was lost.
+};
+
+Achieved achieved_of(const Statistics& total);
+
 }  // namespace tagrid

@@ -1,0 +1,43 @@
+#include "io/files/byte_source.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+
+FileSource::FileSource(const std::string& path) : name_(path) {
+  descriptor_ = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
+  struct stat status = {};
+  int error = fstat(descriptor_, &status) != 0 ? errno : 0;
+  if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
+  if (error == 0 && !S_ISREG(status.st_mode)) error = ESPIPE;
+  if (error != 0) {
+    close(descriptor_);
+    throw world_error("cannot read it in any order", name_, error);
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+FileSource::~FileSource() { close(descriptor_); }
+
+void FileSource::read_at(std::uint64_t position, std::span<std::byte> to) const {
+  while (!to.empty()) {
+    const std::size_t most = std::min(to.size(), std::size_t{1} << 30);
+    const ssize_t count =
+        uninterrupted([&] { return pread(descriptor_, to.data(), most, static_cast<off_t>(position)); });
+    if (count < 0) throw world_error("cannot read", name_, errno);
+    if (count == 0) throw WorldError(name_ + ": has become shorter while it was read");
+    to = to.subspan(static_cast<std::size_t>(count));
+    position += static_cast<std::uint64_t>(count);
+  }
+}
+
+}  // namespace tagrid

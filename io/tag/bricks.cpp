@@ -1,0 +1,78 @@
+#include "io/tag/bricks.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+
+namespace tagrid {
+
+TagBricks::TagBricks(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
+  read_header();
+  read_end();
+  starts_.reserve(index_.bricks.size() + 1);
+  starts_.push_back(header_size_);
+  for (const IndexEntry& brick : index_.bricks)
+    starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
+}
+
+void TagBricks::fail(const std::string& where, const std::string& what) const {
+  throw BrokenInput(name() + ": " + where + ": " + what);
+}
+
+// What the file does not have takes no memory.
+std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
+  if (position > source_->size() || size > source_->size() - position)
+    fail("before byte " + std::to_string(position + size), "the file ends; it is truncated");
+  std::vector<std::byte> bytes(size);
+  source_->read_at(position, bytes);
+  return bytes;
+}
+
+void TagBricks::read_header() {
+  std::size_t size = 0;
+  const std::uint64_t first = std::min<std::uint64_t>(source_->size(), tag_preamble_size);
+  if (Status status = parse_preamble(bytes_at(0, first), size); !status.ok())
+    throw BrokenInput(name() + ": " + status.what());
+  if (Status status = parse_header(bytes_at(0, size), header_, header_checksum_); !status.ok())
+    throw BrokenInput(name() + ": " + status.what());
+  try {
+    volume_info_of(header_);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(name() + ": the source's fields in the header: " + broken.what());
+  }
+  header_size_ = size;
+}
+
+void TagBricks::read_end() {
+  const std::uint64_t size = source_->size();
+  if (size < header_size_ + footer_size) fail("the footer", "the file ends before it; it is truncated");
+  std::uint64_t start = 0;
+  if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), start);
+      !status.ok() || start < header_size_ || start > size - footer_size)
+    throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
+  const auto last_checksum = load_little_endian<std::uint64_t>(bytes_at(start - 8, 8).data());
+  const FileEnd end = {parameters(), header_size_, header_checksum_, start, last_checksum};
+  std::uint64_t rest = 0;
+  const std::uint64_t present = size - start;
+  if (present < index_head_size) fail("the index", "it is truncated");
+  if (Status status = end.parse_head(bytes_at(start, index_head_size), rest); !status.ok())
+    fail("the index", status.what());
+  if (rest != present - index_head_size) fail("the index", "its size is not that of the rest of the file");
+  if (Status status = end.parse(bytes_at(start, present), index_); !status.ok())
+    fail("the index", status.what());
+}
+
+BrickBytes TagBricks::read(std::int64_t brick) const {
+  assert(brick >= 0 && brick < count());
+  const std::vector<std::byte> bytes = bytes_at(start(brick) - 8, block_bytes(brick) + 8);
+  auto checksum = load_little_endian<std::uint64_t>(bytes.data());
+  BrickBytes result;
+  if (Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
+      !status.ok())
+    fail("brick " + std::to_string(brick), status.what());
+  return result;
+}
+
+}  // namespace tagrid

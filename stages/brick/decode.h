@@ -1,0 +1,33 @@
+// One brick of any sample type, from its bytes: where the type of the samples is chosen.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
+#include "stages/volume/status.h"
+
+namespace tagrid {
+
+/// A decoded brick. Samples are bytes as they lie in memory, of the type of the volume, x fastest.
+struct DecodedBrick {
+  std::int64_t id = 0;
+  LatticeBits active;              ///< of its closed box
+  std::vector<std::byte> samples;  ///< that it owns
+  std::vector<std::byte> points;   ///< of a file without voxels: see decode_brick_values()
+};
+
+/// What is wanted of a brick.
+enum class Wanted {
+  samples,           ///< samples alone
+  samples_and_grid,  ///< the active points, and the values of points, too
+};
+
+/// Decodes brick `id` from the bytes of its activity and its values. Safe for any bytes.
+Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std::uint8_t> values,
+                    const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick);
+
+}  // namespace tagrid
