@@ -6,11 +6,7 @@
 namespace tagrid {
 
 DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together)
-    : bricks_(parameters.bricks()),
-      all_(all),
-      together_(together),
-      edge_(std::int64_t{parameters.brick_edge} * parameters.cube_size),
-      size_(size_of(parameters.type)) {
+    : bricks_(parameters.bricks()), all_(all), together_(together), size_(size_of(parameters.type)) {
   begin(all.y_low, all.z_low);
 }
 
@@ -34,7 +30,7 @@ std::size_t DecodedRows::slice_bytes() const {
 
 const std::byte* DecodedRows::at(Index3 p) const {
   assert(complete() && box_.contains(p));
-  const std::int64_t brick = (brick_of(p.y) - rows_.y_low) * bricks_.bricks(0) + brick_of(p.x);
+  const std::int64_t brick = (bricks_.owner(p.y) - rows_.y_low) * bricks_.bricks(0) + bricks_.owner(p.x);
   return samples_[static_cast<std::size_t>(brick)].data() +
          static_cast<std::size_t>(owned(brick).offset(p)) * size_;
 }
@@ -43,8 +39,8 @@ void DecodedRows::copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_h
                             std::span<std::byte> out) const {
   assert(complete() && box_.contains(Index3{0, y_low, z}) && box_.contains(Index3{0, y_high, z}));
   const std::int64_t nx = bricks_.bricks(0);
-  const std::int64_t first = (brick_of(y_low) - rows_.y_low) * nx,
-                     end = (brick_of(y_high) - rows_.y_low + 1) * nx;
+  const std::int64_t first = (bricks_.owner(y_low) - rows_.y_low) * nx,
+                     end = (bricks_.owner(y_high) - rows_.y_low + 1) * nx;
   for (std::int64_t brick = first; brick < end; ++brick) {
     const Box box = owned(brick);
     const std::size_t row = static_cast<std::size_t>(box.size().x) * size_;

@@ -72,17 +72,13 @@ class DecodedRows {
     const std::int64_t nx = bricks_.bricks(0);
     return bricks_.owned_box({in_rows % nx, rows_.y_low + in_rows / nx, rows_.z_low});
   }
-  std::int64_t brick_of(std::int64_t coordinate) const {
-    return coordinate == 0 ? 0 : (coordinate - 1) / edge_;
-  }
   void begin(std::int64_t y, std::int64_t z);
 
   BrickGrid bricks_;
   BrickRows all_;
   std::int64_t together_;
-  std::int64_t edge_;  ///< of a brick, in samples
-  std::size_t size_;   ///< of a sample
-  BrickRows rows_;     ///< these
+  std::size_t size_;  ///< of a sample
+  BrickRows rows_;    ///< these
   Box box_;
   std::vector<std::vector<std::byte>> samples_;  ///< by brick, in the order of their numbers
 };

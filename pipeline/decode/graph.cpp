@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "stages/brick/codec.h"
 
 namespace tagrid {
 namespace {
@@ -18,38 +17,13 @@ namespace flow = oneapi::tbb::flow;
 using CodedBrick = std::shared_ptr<const BrickBytes>;
 using Brick = std::shared_ptr<DecodedBrick>;
 
-template <class T>
-std::vector<std::byte> bytes_of(const std::vector<T>& values) {
-  const auto bytes = std::as_bytes(std::span(values));
-  return {bytes.begin(), bytes.end()};
-}
-
 Brick decode_one(const CodingParameters& parameters, const BrickBytes& brick, const std::string& name,
-                 bool keep) {
-  const Index3 position = parameters.bricks().position(brick.id);
+                 Wanted wanted) {
   auto decoded = std::make_shared<DecodedBrick>();
-  decoded->id = brick.id;
-  const bool values_first = activity_follows_values(parameters);
-  Status status;
-  with_sample_type(parameters.type, [&](auto type) {
-    using T = decltype(type);
-    std::vector<T> samples, points;
-    const auto decode_activity = [&] {
-      status = decode_brick_activity<T>(brick.activity, samples, parameters, position, decoded->active);
-    };
-    if (!values_first) decode_activity();
-    if (!status.ok()) return;
-    status = decode_brick_values<T>(brick.values, decoded->active, parameters, position, samples, points);
-    if (!status.ok()) return;
-    // Who wants samples alone has no use for the grid.
-    if (values_first && keep) decode_activity();
-    decoded->samples = bytes_of(samples);
-    if (keep) decoded->points = bytes_of(points);
-  });
+  const Status status = decode_brick(brick.activity, brick.values, parameters, brick.id, wanted, *decoded);
   if (!status.ok())
     throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(brick.id) + ": " +
                       status.what());
-  if (!keep) decoded->active = LatticeBits();
   return decoded;
 }
 
@@ -74,7 +48,8 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::limiter_node<CodedBrick, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
   flow::function_node<CodedBrick, Brick> decode(
       graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
-        Brick decoded = decode_one(parameters, *brick, streams.name, keep);
+        Brick decoded =
+            decode_one(parameters, *brick, streams.name, keep ? Wanted::samples_and_grid : Wanted::samples);
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
       });

@@ -10,19 +10,12 @@
 #include "io/tag/file.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/memory/resources.h"
+#include "stages/brick/decode.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
-
-/// What was decoded of a brick besides its samples.
-struct DecodedBrick {
-  std::int64_t id = 0;
-  LatticeBits active;              ///< of its closed box
-  std::vector<std::byte> samples;  ///< that it owns, x fastest
-  std::vector<std::byte> points;   ///< of a file without voxels: see decode_brick_values()
-};
 
 struct DecodeStreams {
   /// Of the file, for messages.

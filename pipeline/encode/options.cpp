@@ -86,14 +86,14 @@ std::pair<double, double> range_of_data(VolumeReader& reader) {
   return {low, high};
 }
 
-void set_field_scale(const EncodeOptions& options, VolumeReader& reader, CodingParameters& p) {
+// `range_of_data` is asked where the options leave the range to the data.
+template <class RangeOfData>
+void set_field_scale(const EncodeOptions& options, RangeOfData range_of_data, CodingParameters& p) {
   if (options.field_scale) {
     p.field_scale = *options.field_scale;
     return;
   }
-  const auto [low, high] = options.range                            ? *options.range
-                           : takes_range_from_data(options, reader) ? range_of_data(reader)
-                                                                    : usual_range(p.type);
+  const auto [low, high] = options.range ? *options.range : range_of_data();
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
@@ -138,6 +138,12 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
 
+// What a reader would refuse is not written in the first place.
+void require_valid(const CodingParameters& p, const std::string& volume) {
+  const Status status = check_parameters(p);
+  require(status.ok(), fmt::format("{} cannot be encoded so: {}", volume, status.what()));
+}
+
 }  // namespace
 
 void EncodeOptions::validate() const {
@@ -169,11 +175,11 @@ void EncodeOptions::validate() const {
       "--range must be lo:hi with lo < hi");
 }
 
-CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader) {
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
   options.validate();
   CodingParameters p;
-  p.dims = reader.info().dims;
-  p.type = reader.info().type;
+  p.dims = info.dims;
+  p.type = info.type;
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.effort = options.effort;
   p.cube_size = options.cube_size;
@@ -190,11 +196,20 @@ bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& rea
 }
 
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
-  CodingParameters p = parameters_but_scale(options, reader);
-  set_field_scale(options, reader, p);
-  // What a reader would refuse is not written in the first place.
-  const Status status = check_parameters(p);
-  require(status.ok(), fmt::format("{} cannot be encoded so: {}", reader.files().front(), status.what()));
+  CodingParameters p = parameters_but_scale(options, reader.info());
+  set_field_scale(
+      options,
+      [&] { return takes_range_from_data(options, reader) ? range_of_data(reader) : usual_range(p.type); },
+      p);
+  require_valid(p, reader.files().front());
+  return p;
+}
+
+CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info) {
+  CodingParameters p = parameters_but_scale(options, info);
+  set_field_scale(
+      options, [&] { return usual_range(p.type); }, p);
+  require_valid(p, "this volume");
   return p;
 }
 

@@ -27,9 +27,9 @@ struct EncodeOptions {
   void validate() const;
 };
 
-/// The parameters of the encoding of `reader`'s volume, without what may depend on its samples: the value
+/// The parameters of the encoding of a volume, without what may depend on its samples: the value
 /// range and the field scale. Throws as resolve() does.
-CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeReader& reader);
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
 /// Whether resolve() reads the whole volume, for the value range.
 bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader);
@@ -37,5 +37,8 @@ bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& rea
 /// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
 /// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
+
+/// The same of samples that can be read once, by whoever has them: no range is taken from the data.
+CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info);
 
 }  // namespace tagrid

@@ -153,4 +153,11 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   return whole(gathered + pieces + work + flight + inspection + index);
 }
 
+std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads) {
+  const Sizes z(p);
+  // The block of the brick, as it is read and taken apart, and the samples of two types.
+  const Bytes brick = 2 * z.code() + 2 * z.owned * z.s + work_of_decoding(z);
+  return whole(Bytes(threads) * brick);
+}
+
 }  // namespace tagrid

@@ -23,4 +23,7 @@ struct DecodeLoad {
 };
 std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
 
+/// The same for bricks that are read one by one, each by a thread that puts its samples elsewhere.
+std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads);
+
 }  // namespace tagrid

@@ -13,9 +13,9 @@
 namespace tagrid {
 namespace {
 
-constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
-
-std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
+// The least that can be in memory at once.
+constexpr EncodeLoad smallest_strip = {1, 1, 0, 1};
+EncodeLoad smallest_whole(const CodingParameters& p) { return {1, p.bricks().bricks(1), 0, 1}; }
 
 std::uint64_t share_of_memory(const Resources& resources) {
   return available_memory() / static_cast<std::uint64_t>(resources.processes);
@@ -102,15 +102,8 @@ Load within(const Resources& resources, Best best, const Load& smallest) {
 
 [[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,
                          std::uint64_t needed, std::optional<std::uint64_t> with_spool) {
-  const std::string volume =
-      fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type));
-  const std::string spool = with_spool ? fmt::format(", or --spool DIR, a folder for the samples, and -M {}M",
-                                                     mebibytes(*with_spool))
-                                       : "";
-  const std::string allowed =
-      limit < mebibyte ? fmt::format("{} B", limit) : fmt::format("{} MiB", limit / mebibyte);
-  throw UsageError(fmt::format("{} needs at least {} MiB of memory, and {} are allowed: give -M {}M{}",
-                               volume, mebibytes(needed), allowed, mebibytes(needed), spool));
+  throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
+                    limit, needed, with_spool);
 }
 
 }  // namespace
@@ -124,12 +117,15 @@ std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRo
   return result;
 }
 
+std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips, std::uint64_t besides) {
+  return memory_of_encoding(p, strips ? smallest_strip : smallest_whole(p)) + besides;
+}
+
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
                          std::uint64_t besides) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
-  const EncodeLoad smallest_strip = {1, 1, 0, 1}, smallest_whole = {1, all, 0, 1};
-  const EncodeLoad smallest = strips ? smallest_strip : smallest_whole;
+  const EncodeLoad smallest = strips ? smallest_strip : smallest_whole(p);
   const auto best = [&](bool in_strips, std::uint64_t limit) {
     return best_encoding(p, resources.threads, in_strips, less(limit, besides));
   };
@@ -139,7 +135,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
                       limit = resources.memory ? *resources.memory : share_of_memory(resources);
   if (memory > limit) {
     std::optional<std::uint64_t> with_spool;
-    if (!strips && all > 1) with_spool = memory_of_encoding(p, smallest_strip) + besides;
+    if (!strips && all > 1) with_spool = smallest_memory_of_encoding(p, true, besides);
     refuse(p, strips ? "encoding" : "encoding a pipe, or gzip, of", limit, memory, with_spool);
   }
   EncodePlan plan;

@@ -34,6 +34,11 @@ struct EncodePlan {
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
                          bool random_access = true, std::uint64_t besides = 0);
 
+/// The smallest limit on memory that plan_encoding() can keep. `strips`: rows of a slice can be read in any
+/// order.
+std::uint64_t smallest_memory_of_encoding(const CodingParameters& parameters, bool strips,
+                                          std::uint64_t besides = 0);
+
 /// What is done with bricks that are decoded.
 enum class DecodeUse {
   write,          ///< Samples are written in any order.

@@ -54,7 +54,7 @@ class RunInParts {
     // output.
     if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
     // Before anything is read: a limit that cannot be kept is found at once.
-    plan_ = plan_encoding(parameters_but_scale(options, reader_), of_this_rank(ranks_, parts_.resources),
+    plan_ = plan_encoding(parameters_but_scale(options, reader_.info()), of_this_rank(ranks_, parts_.resources),
                           true, memory_besides_parts(reader_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);

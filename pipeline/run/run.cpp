@@ -23,7 +23,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   VolumeReader reader = open_volume(input, source);
   for (const std::string& file : reader.files()) refuse_same_file(file, output);
   // Before anything is read: a limit that cannot be kept is found at once.
-  const EncodePlan plan = plan_encoding(parameters_but_scale(options, reader), resources,
+  const EncodePlan plan = plan_encoding(parameters_but_scale(options, reader.info()), resources,
                                         reader.random_access(), reader.memory());
   EncodeResult result;
   result.memory = plan.memory;

@@ -95,13 +95,8 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
 
 bool AgainstOriginal::is_active(Index3 p) const {
   if (active_.empty()) return false;
-  const auto brick = [&](std::int64_t coordinate) {
-    return coordinate == 0
-               ? 0
-               : (coordinate - 1) / (std::int64_t{parameters_.brick_edge} * parameters_.cube_size);
-  };
-  const std::int64_t row = brick(p.y) - brick(rows_.low.y);
-  return active_[static_cast<std::size_t>(row * bricks_.bricks(0) + brick(p.x))].test(p);
+  const std::int64_t row = bricks_.owner(p.y) - bricks_.owner(rows_.low.y);
+  return active_[static_cast<std::size_t>(row * bricks_.bricks(0) + bricks_.owner(p.x))].test(p);
 }
 
 }  // namespace tagrid

@@ -63,6 +63,11 @@ Verifier::Verifier(const std::string& input, const std::string& original, const 
   if (plan_.spooled) against_->spool(resources.spool);
 }
 
+Verifier::Verifier(std::unique_ptr<ByteStream> input, const Resources& resources)
+    : reader_(std::move(input)),
+      any_order_(reader_.can_seek()),
+      plan_(plan_decoding(parameters(), resources, DecodeUse::verify)) {}
+
 void Verifier::fail_index(const std::string& what) const {
   throw BrokenInput(reader_.name() + ": the index: " + what);
 }

@@ -27,6 +27,8 @@ class Verifier {
   /// Opens the file, and the original ("" for none). Throws as verify_file() does.
   Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
            const Resources& resources);
+  /// The same of any bytes, without an original.
+  Verifier(std::unique_ptr<ByteStream> input, const Resources& resources);
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 

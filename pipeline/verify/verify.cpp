@@ -11,6 +11,12 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
   return verify_all(verifier, progress);
 }
 
+VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
+                          const Progress& progress) {
+  Verifier verifier(std::move(input), resources);
+  return verify_all(verifier, progress);
+}
+
 VerifyResult verify_all(Verifier& verifier, const Progress& progress) {
   const CodingParameters& parameters = verifier.parameters();
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();

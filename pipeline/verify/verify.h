@@ -31,6 +31,10 @@ VerifyResult verify_file(const std::string& input, const std::string& original,
                          const SourceDescription& source, const Resources& resources,
                          const Progress& progress = {});
 
+/// The same of any bytes, without an original.
+VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
+                          const Progress& progress = {});
+
 class Verifier;
 /// The same, of a file that was opened and not looked at yet.
 VerifyResult verify_all(Verifier& verifier, const Progress& progress = {});

@@ -139,7 +139,7 @@ Encoding encoding_of(const OptionTexts& texts) {
 
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume) {
   const auto settings = [&](const EncodeOptions& options) {
-    return std::pair(settings_json(parameters_but_scale(options, volume)),
+    return std::pair(settings_json(parameters_but_scale(options, volume.info())),
                      std::tuple(options.range, options.range_from_data, options.field_scale));
   };
   const auto source = [](const SourceDescription& given) {

@@ -14,24 +14,6 @@
 namespace tagrid {
 namespace {
 
-struct Achieved {
-  double max_error = 0, rmse = 0;
-  double psnr = 0;  ///< NaN where nothing was lost
-};
-
-Achieved achieved(const TagIndex& index) {
-  Achieved a;
-  a.max_error = index.total.max_error;
-  const double squares = static_cast<double>(index.total.sum_squared_error) + index.total.sum_squared_real;
-  // What is not finite has no error that could be averaged.
-  if (index.total.finite > 0) a.rmse = std::sqrt(squares / static_cast<double>(index.total.finite));
-  const double peak = index.total.high - index.total.low;
-  // Undefined also where nothing is finite, or all the same.
-  a.psnr = a.rmse > 0 && peak > 0 ? 20 * std::log10(peak / a.rmse) : NAN;
-  if (!std::isfinite(a.psnr)) a.psnr = NAN;
-  return a;
-}
-
 struct LevelRow {
   int level;
   std::uint64_t points, active;
@@ -173,7 +155,7 @@ nlohmann::ordered_json settings_json(const CodingParameters& p) {
 }
 
 nlohmann::ordered_json achieved_json(const TagIndex& index) {
-  const Achieved a = achieved(index);
+  const Achieved a = achieved_of(index.total);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
           {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)},
@@ -216,7 +198,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0)
     line("mesh error", fmt::format("bound {}, reached {}", p.mesh_error, index.total.mesh_error));
-  const Achieved a = achieved(index);
+  const Achieved a = achieved_of(index.total);
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));

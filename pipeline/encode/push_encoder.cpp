@@ -1,0 +1,115 @@
+#include "pipeline/encode/push_encoder.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "io/files/errors.h"
+#include "pipeline/encode/graph.h"
+
+namespace tagrid {
+namespace {
+
+// Nobody sees it: the caller has given up.
+struct GivenUp {};
+
+std::uint64_t slice_bytes(const CodingParameters& parameters) {
+  return *sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type);
+}
+
+// The rows of a slice, close together.
+void copy_slice(const std::byte* from, const Strides& strides, const Index3& dims, std::size_t size,
+                std::byte* to) {
+  for (std::int64_t y = 0; y < dims.y; ++y)
+    for (std::int64_t x = 0; x < dims.x; ++x, to += size)
+      std::memcpy(to, from + y * strides[1] + x * strides[0], size);
+}
+
+}  // namespace
+
+PushEncoder::PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
+                         ByteSink& out, Progress progress)
+    : header_{resolve(options, info), info.nrrd_fields},
+      plan_(plan_encoding(header_.parameters, resources, false,
+                          most_waiting * slice_bytes(header_.parameters))),
+      progress_(std::move(progress)) {
+  writer_.emplace(out, header_);
+  worker_ = std::thread([this] { run(); });
+}
+
+std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeOptions& options) {
+  const CodingParameters parameters = parameters_but_scale(options, info);
+  return smallest_memory_of_encoding(parameters, false, most_waiting * slice_bytes(parameters));
+}
+
+PushEncoder::~PushEncoder() { end_work(); }
+
+void PushEncoder::end_work() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    given_up_ = true;
+  }
+  changed_.notify_all();
+  if (worker_.joinable()) worker_.join();
+}
+
+// In the thread of the encoder.
+void PushEncoder::run() {
+  const CodingParameters& parameters = header_.parameters;
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
+  std::uint64_t done = 0;
+  EncodeStreams streams;
+  streams.read_slice = [&](const Box&) { return take(); };
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    done += code.statistics.samples * size_of(parameters.type);
+    writer_->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    if (progress_) progress_(done, total);
+  };
+  std::exception_ptr failure;
+  try {
+    run_encode_graph(parameters, BrickRows::all(parameters.bricks()), plan_.budget, streams);
+    writer_->finish();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  failure_ = failure;
+  ended_ = true;
+  changed_.notify_all();
+}
+
+SliceSamples PushEncoder::take() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return given_up_ || !waiting_.empty(); });
+  if (given_up_) throw GivenUp();
+  SliceSamples slice = std::move(waiting_.front());
+  waiting_.pop_front();
+  changed_.notify_all();
+  return slice;
+}
+
+void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Strides& strides) {
+  const CodingParameters& parameters = header_.parameters;
+  if (slices < 0 || slices > parameters.dims.z - fed_)
+    throw UsageError(fmt::format("{} more slices, but only {} of {} are missing", slices,
+                                 parameters.dims.z - fed_, parameters.dims.z));
+  for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
+    auto slice = std::make_shared_for_overwrite<std::byte[]>(slice_bytes(parameters));
+    copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });
+    if (failure_) std::rethrow_exception(failure_);
+    waiting_.push_back(std::move(slice));
+    changed_.notify_all();
+  }
+}
+
+void PushEncoder::finish() {
+  if (fed_ < header_.parameters.dims.z)
+    throw UsageError(fmt::format("{} of {} slices were fed", fed_, header_.parameters.dims.z));
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return ended_; });
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+}  // namespace tagrid

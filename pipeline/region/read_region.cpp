@@ -1,0 +1,103 @@
+#include "pipeline/region/read_region.h"
+
+#include <oneapi/tbb/parallel_for_each.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <mutex>
+
+#include "io/files/errors.h"
+#include "pipeline/memory/of_bricks.h"
+#include "stages/brick/decode.h"
+
+namespace tagrid {
+namespace {
+
+// Rows of samples of a known size: the compiler knows how to move one.
+template <std::size_t size>
+void copy_row(const std::byte* from, std::int64_t from_stride, std::byte* to, std::int64_t to_stride,
+              std::int64_t count) {
+  if (from_stride == size && to_stride == size) {
+    std::memcpy(to, from, size * static_cast<std::size_t>(count));
+    return;
+  }
+  for (std::int64_t i = 0; i < count; ++i) std::memcpy(to + i * to_stride, from + i * from_stride, size);
+}
+
+auto row_copier(std::size_t sample_size) {
+  return sample_size == 1   ? copy_row<1>
+         : sample_size == 2 ? copy_row<2>
+         : sample_size == 4 ? copy_row<4>
+                            : copy_row<8>;
+}
+
+// The samples of a brick that belong to the region, to their places. Returns their bytes.
+std::uint64_t hand_out(const std::vector<std::byte>& samples, const Box& owned, std::size_t size,
+                       const Region& region, std::byte* out, const Strides& strides) {
+  const Box numbers = region.numbers_in(owned);
+  const auto copy = row_copier(size);
+  for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
+    for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
+      const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
+      copy(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
+           out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0], numbers.size().x);
+    }
+  return static_cast<std::uint64_t>(numbers.count()) * size;
+}
+
+}  // namespace
+
+std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks) {
+  // On each axis by itself: with a large step some bricks have no sample.
+  std::array<std::vector<std::int64_t>, 3> met;
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::int64_t i = bricks.owner(region.box.low[axis]); i <= bricks.owner(region.box.high[axis]); ++i) {
+      Index3 position;
+      position[axis] = i;
+      const Box numbers = region.numbers_in(bricks.owned_box(position));
+      if (numbers.low[axis] <= numbers.high[axis]) met[static_cast<std::size_t>(axis)].push_back(i);
+    }
+  std::vector<std::int64_t> ids;
+  ids.reserve(met[0].size() * met[1].size() * met[2].size());
+  for (const std::int64_t z : met[2])
+    for (const std::int64_t y : met[1])
+      for (const std::int64_t x : met[0]) ids.push_back(bricks.id({x, y, z}));
+  return ids;
+}
+
+int threads_for_reading(const CodingParameters& parameters, const Resources& resources) {
+  if (!resources.memory) return resources.threads;
+  for (int threads = resources.threads; threads >= 1; --threads)
+    if (memory_of_reading(parameters, threads) <= *resources.memory) return threads;
+  throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
+}
+
+void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
+                 int threads, const Progress& progress) {
+  const CodingParameters& parameters = file.parameters();
+  const BrickGrid bricks = parameters.bricks();
+  const std::size_t size = size_of(parameters.type);
+  assert(parameters.domain().volume().contains(region.box));
+  const std::vector<std::int64_t> ids = bricks_of(region, bricks);
+  const Index3 shape = region.shape();
+  const std::uint64_t total = static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size;
+  std::mutex telling;
+  std::uint64_t done = 0;
+  const auto read_one = [&](std::int64_t id) {
+    const BrickBytes bytes = file.read(id);
+    DecodedBrick brick;
+    const Status status = decode_brick(bytes.activity, bytes.values, parameters, id, Wanted::samples, brick);
+    if (!status.ok()) throw BrokenInput(file.name() + ": brick " + std::to_string(id) + ": " + status.what());
+    const std::uint64_t handed_out =
+        hand_out(brick.samples, bricks.owned_box(bricks.position(id)), size, region, out, strides);
+    if (!progress) return;
+    const std::lock_guard lock(telling);
+    progress(done += handed_out, total);
+  };
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] { oneapi::tbb::parallel_for_each(ids, read_one); });
+}
+
+}  // namespace tagrid

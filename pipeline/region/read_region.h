@@ -1,0 +1,58 @@
+// Samples of a part of a volume, from the bricks that hold them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "io/tag/bricks.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+#include "stages/grid/box.h"
+#include "stages/volume/samples.h"
+
+namespace tagrid {
+
+/// The samples of `box`, both ends included, at low, low + step, low + 2 * step, ... on each axis.
+struct Region {
+  Box box;
+  Index3 step = {1, 1, 1};
+
+  /// How many there are on each axis.
+  constexpr Index3 shape() const {
+    Index3 shape;
+    for (int axis = 0; axis < 3; ++axis) shape[axis] = (box.high[axis] - box.low[axis]) / step[axis] + 1;
+    return shape;
+  }
+  /// Of these samples, as a box of their numbers on each axis, those that lie in `part`; may be empty.
+  constexpr Box numbers_in(const Box& part) const {
+    Box numbers;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::int64_t low = std::max(part.low[axis] - box.low[axis], std::int64_t{0});
+      numbers.low[axis] = (low + step[axis] - 1) / step[axis];
+      const std::int64_t high = std::min(part.high[axis], box.high[axis]) - box.low[axis];
+      numbers.high[axis] = high < 0 ? -1 : high / step[axis];
+    }
+    return numbers;
+  }
+  constexpr Index3 sample(Index3 number) const {
+    return {box.low.x + number.x * step.x, box.low.y + number.y * step.y, box.low.z + number.z * step.z};
+  }
+};
+
+/// The numbers of the bricks that own one of the region's samples, in their order.
+std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks);
+
+/// How many of `resources.threads` fit into its limit on memory, if it has one. Throws MemoryLimit where not
+/// even one does.
+int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
+
+/// Reads the bricks of the region, and nothing else, and puts its samples, in the machine's byte order, where
+/// `out` and `strides` say. `file` may be read by others meanwhile. Throws BrokenInput, WorldError, and what
+/// `progress` throws; then some of the samples may have been written. REQUIRES: the volume contains the
+/// region's box; steps are positive.
+void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
+                 int threads, const Progress& progress = {});
+
+}  // namespace tagrid
