@@ -1,0 +1,378 @@
+// tagrid.h for C++20: handles that close themselves, spans, and exceptions. Header only; link libtagrid.
+//
+//     tagrid::Reader scan("scan.tag");
+//     const std::vector<std::int16_t> part = scan.read<std::int16_t>({{100, 100, 40}, {164, 164, 104}});
+//
+// See tagrid.h for what each call does, units, axis order and threads.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "tagrid/tagrid.h"
+
+namespace tagrid {
+// Part of the name of every function, so that it never meets one of a library that was built with another
+// version of this file.
+inline namespace v0_1 {
+
+/// A call that failed: what() is its message, status() its kind.
+class Error : public std::runtime_error {
+ public:
+  Error(tagrid_status status, const std::string& message)
+      : std::runtime_error(message.empty() ? tagrid_status_text(status) : message), status_(status) {}
+  tagrid_status status() const noexcept { return status_; }
+
+ private:
+  tagrid_status status_;
+};
+
+/// The number of a C++ type of samples.
+template <class T>
+constexpr tagrid_type type_of() {
+  if constexpr (std::is_same_v<T, std::uint8_t>) return TAGRID_UINT8;
+  else if constexpr (std::is_same_v<T, std::int8_t>) return TAGRID_INT8;
+  else if constexpr (std::is_same_v<T, std::uint16_t>) return TAGRID_UINT16;
+  else if constexpr (std::is_same_v<T, std::int16_t>) return TAGRID_INT16;
+  else if constexpr (std::is_same_v<T, std::uint32_t>) return TAGRID_UINT32;
+  else if constexpr (std::is_same_v<T, std::int32_t>) return TAGRID_INT32;
+  else if constexpr (std::is_same_v<T, float>) return TAGRID_FLOAT32;
+  else {
+    static_assert(std::is_same_v<T, double>, "samples are integers of 8, 16 or 32 bits, float or double");
+    return TAGRID_FLOAT64;
+  }
+}
+
+using Point = std::array<std::int64_t, 3>;  ///< x, y, z
+
+/// The samples from `low` up to, but without, `high`.
+struct Box {
+  Point low = {0, 0, 0}, high = {0, 0, 0};
+};
+
+/// How a call may work; the defaults are those of tagrid_call_init().
+struct Call {
+  int threads = 0;                 ///< 0: as many as this process may run on
+  std::uint64_t memory_limit = 0;  ///< bytes; 0: no limit
+  /// Told how many bytes of samples of how many are done; returns false to cancel. What it throws is thrown on.
+  std::function<bool(std::uint64_t done, std::uint64_t total)> progress = {};
+};
+
+namespace detail {
+
+/// A Call as C takes it, and what its callback threw.
+class CallForC {
+ public:
+  explicit CallForC(const Call& call) : call_(call) {
+    tagrid_call_init(&c_);
+    c_.threads = call.threads;
+    c_.memory_limit = call.memory_limit;
+    c_.progress_user = this;
+    if (call.progress)
+      c_.progress = [](void* self, std::uint64_t done, std::uint64_t total) {
+        return static_cast<CallForC*>(self)->tell(done, total);
+      };
+  }
+  CallForC(const CallForC&) = delete;
+  CallForC& operator=(const CallForC&) = delete;
+  const tagrid_call* get() const { return &c_; }
+  void rethrow() const {
+    if (thrown_) std::rethrow_exception(thrown_);
+  }
+
+ private:
+  int tell(std::uint64_t done, std::uint64_t total) noexcept {
+    try {
+      return call_.progress(done, total) ? 0 : 1;
+    } catch (...) {
+      thrown_ = std::current_exception();
+      return 1;
+    }
+  }
+
+  Call call_;
+  tagrid_call c_;
+  std::exception_ptr thrown_;
+};
+
+}  // namespace detail
+
+/// Somewhere that a .tag file can be read from. Both functions may throw; read_at is called by several threads
+/// at once.
+class Input {
+ public:
+  virtual ~Input() = default;
+  virtual std::uint64_t size() = 0;
+  /// Fills `to` with the bytes from `offset` on.
+  virtual void read_at(std::uint64_t offset, std::span<std::byte> to) = 0;
+};
+
+/// A mesh, all of it in memory.
+template <class T>
+struct Mesh {
+  std::vector<double> points;          ///< x, y, z of each, in the world
+  std::vector<T> values;               ///< one a point
+  std::vector<std::int64_t> tetrahedra;  ///< four point numbers each
+  std::vector<std::uint8_t> levels;    ///< one a tetrahedron
+};
+
+/// An open .tag file; see tagrid_reader.
+class Reader {
+ public:
+  explicit Reader(const std::string& path) {
+    const tagrid_status status = tagrid_reader_open_file(path.c_str(), &reader_);
+    own(status);
+  }
+  /// `input` outlives the reader.
+  explicit Reader(Input& input, const std::string& name = "input") {
+    tagrid_input c;
+    tagrid_input_init(&c);
+    c.user = &input;
+    c.name = name.c_str();
+    c.size = [](void* user, std::uint64_t* bytes) noexcept {
+      try {
+        *bytes = static_cast<Input*>(user)->size();
+        return 0;
+      } catch (...) {
+        return 1;
+      }
+    };
+    c.read_at = [](void* user, std::uint64_t offset, void* buffer, std::size_t count) noexcept {
+      try {
+        static_cast<Input*>(user)->read_at(offset, {static_cast<std::byte*>(buffer), count});
+        return 0;
+      } catch (...) {
+        return 1;
+      }
+    };
+    own(tagrid_reader_open(&c, &reader_));
+  }
+  Reader(Reader&& other) noexcept : reader_(std::exchange(other.reader_, nullptr)) {}
+  Reader& operator=(Reader&& other) noexcept {
+    std::swap(reader_, other.reader_);
+    return *this;
+  }
+  ~Reader() { tagrid_reader_close(reader_); }
+
+  tagrid_info info() const {
+    tagrid_info info = {};
+    info.struct_size = sizeof info;
+    check(tagrid_reader_info(reader_, &info));
+    return info;
+  }
+  /// The whole volume.
+  Box box() const {
+    const tagrid_info i = info();
+    return {{0, 0, 0}, {i.dims[0], i.dims[1], i.dims[2]}};
+  }
+  std::string metadata() const { return tagrid_reader_metadata(reader_); }
+  tagrid_brick brick(std::int64_t number) const {
+    tagrid_brick brick = {};
+    brick.struct_size = sizeof brick;
+    check(tagrid_reader_brick(reader_, number, &brick));
+    return brick;
+  }
+
+  /// The samples of `box` at low, low + step, ... on each axis, x fastest. Throws Error with
+  /// TAGRID_INVALID_ARGUMENT where T is not the type of the samples.
+  template <class T>
+  std::vector<T> read(const Box& box, const Point& step = {1, 1, 1}, const Call& call = {}) const {
+    std::size_t count = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (step[axis] < 1 || box.high[axis] <= box.low[axis])
+        throw Error(TAGRID_INVALID_ARGUMENT, "the box is empty, or a step is below 1");
+      count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] + step[axis] - 1) / step[axis]);
+    }
+    // So that no memory is taken for a box that the volume does not have.
+    require_within(box);
+    std::vector<T> samples(count);
+    read_to<T>(box, step, samples, call);
+    return samples;
+  }
+  /// The same into memory of the caller, which has a place for each sample.
+  template <class T>
+  void read_to(const Box& box, const Point& step, std::span<T> samples, const Call& call = {}) const {
+    if (info().type != type_of<T>())
+      throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
+    const tagrid_box c = c_box(box);
+    std::size_t count = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (step[axis] >= 1 && box.high[axis] > box.low[axis])
+        count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] + step[axis] - 1) / step[axis]);
+    if (samples.size() < count) throw Error(TAGRID_INVALID_ARGUMENT, "there is no place for all samples");
+    run(call, [&](const tagrid_call* settings) {
+      return tagrid_reader_read(reader_, &c, step.data(), samples.data(), nullptr, settings);
+    });
+  }
+
+  /// Throws Error with TAGRID_BROKEN_INPUT for the first thing that is wrong.
+  void verify(const Call& call = {}) const {
+    run(call, [&](const tagrid_call* settings) { return tagrid_reader_verify(reader_, settings); });
+  }
+
+  /// The tetrahedra of the grid; see tagrid_reader_mesh() for the options.
+  template <class T>
+  Mesh<T> mesh(const tagrid_mesh_options* options = nullptr, const Call& call = {}) const {
+    if (info().type != type_of<T>())
+      throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
+    struct Taken {
+      Mesh<T> mesh;
+      std::exception_ptr thrown;
+    } taken;
+    tagrid_mesh_sink sink;
+    tagrid_mesh_sink_init(&sink);
+    sink.user = &taken;
+    sink.points = [](void* user, std::size_t count, const double* xyz, const void* values) noexcept {
+      return take(*static_cast<Taken*>(user), [&](Mesh<T>& mesh) {
+        mesh.points.insert(mesh.points.end(), xyz, xyz + 3 * count);
+        const T* first = static_cast<const T*>(values);
+        mesh.values.insert(mesh.values.end(), first, first + count);
+      });
+    };
+    sink.tetrahedra = [](void* user, std::size_t count, const std::int64_t* points,
+                         const std::uint8_t* levels) noexcept {
+      return take(*static_cast<Taken*>(user), [&](Mesh<T>& mesh) {
+        mesh.tetrahedra.insert(mesh.tetrahedra.end(), points, points + 4 * count);
+        mesh.levels.insert(mesh.levels.end(), levels, levels + count);
+      });
+    };
+    try {
+      run(call, [&](const tagrid_call* settings) {
+        return tagrid_reader_mesh(reader_, options, &sink, settings);
+      });
+    } catch (const Error&) {
+      if (taken.thrown) std::rethrow_exception(taken.thrown);
+      throw;
+    }
+    return std::move(taken.mesh);
+  }
+
+ private:
+  static tagrid_box c_box(const Box& box) {
+    tagrid_box c;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      c.low[axis] = box.low[axis];
+      c.high[axis] = box.high[axis];
+    }
+    return c;
+  }
+  template <class Taken, class Take>
+  static int take(Taken& taken, Take add) noexcept {
+    try {
+      add(taken.mesh);
+      return 0;
+    } catch (...) {
+      taken.thrown = std::current_exception();
+      return 1;
+    }
+  }
+  void require_within(const Box& box) const {
+    const Box all = this->box();
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (box.low[axis] < 0 || box.high[axis] > all.high[axis])
+        throw Error(TAGRID_INVALID_ARGUMENT, "the box is not within the volume");
+  }
+  void check(tagrid_status status) const {
+    if (status != TAGRID_OK) throw Error(status, tagrid_reader_message(reader_));
+  }
+  template <class Work>
+  void run(const Call& call, Work work) const {
+    const detail::CallForC settings(call);
+    const tagrid_status status = work(settings.get());
+    settings.rethrow();
+    check(status);
+  }
+  // Of a constructor that fails no destructor is called.
+  void own(tagrid_status status) {
+    if (status == TAGRID_OK) return;
+    const Error error(status, reader_ != nullptr ? tagrid_reader_message(reader_) : "");
+    tagrid_reader_close(std::exchange(reader_, nullptr));
+    throw error;
+  }
+
+  tagrid_reader* reader_ = nullptr;
+};
+
+/// Takes the bytes of a .tag file, in order. May throw.
+using Output = std::function<void(std::span<const std::byte> bytes)>;
+
+/// An encoder; see tagrid_encoder.
+class Encoder {
+ public:
+  /// `options` from tagrid_encode_options_init(), with dims and type.
+  Encoder(const tagrid_encode_options& options, Output output, const Call& call = {})
+      : state_(std::make_unique<State>(std::move(output), call)), type_(options.type) {
+    for (std::size_t axis = 0; axis < 2; ++axis) slice_ *= static_cast<std::size_t>(options.dims[axis]);
+    const tagrid_status status =
+        tagrid_encoder_open(&options, State::write, state_.get(), state_->call.get(), &state_->encoder);
+    check(status);
+  }
+
+  /// Feeds whole slices, x fastest.
+  template <class T>
+  void write(std::span<const T> samples) {
+    if (type_ != type_of<T>()) throw Error(TAGRID_INVALID_ARGUMENT, "the volume has samples of another type");
+    if (samples.size() % slice_ != 0) throw Error(TAGRID_INVALID_ARGUMENT, "these are no whole slices");
+    check(tagrid_encoder_write(state_->encoder, samples.data(), static_cast<std::int64_t>(samples.size() / slice_),
+                               nullptr));
+  }
+  template <class T>
+  void write(const std::vector<T>& samples) {
+    write(std::span<const T>(samples));
+  }
+  /// Waits until the last byte was written. The file is whole only if this does not throw.
+  tagrid_info finish() {
+    tagrid_info info = {};
+    info.struct_size = sizeof info;
+    check(tagrid_encoder_finish(state_->encoder, &info));
+    return info;
+  }
+
+ private:
+  struct State {
+    State(Output given_output, const Call& given_call) : output(std::move(given_output)), call(given_call) {}
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+    ~State() { tagrid_encoder_close(encoder); }
+
+    static int write(void* self, const void* bytes, std::size_t count) noexcept {
+      auto* state = static_cast<State*>(self);
+      try {
+        state->output({static_cast<const std::byte*>(bytes), count});
+        return 0;
+      } catch (...) {
+        state->thrown = std::current_exception();
+        return 1;
+      }
+    }
+
+    Output output;
+    detail::CallForC call;
+    std::exception_ptr thrown;
+    tagrid_encoder* encoder = nullptr;
+  };
+
+  void check(tagrid_status status) const {
+    if (status == TAGRID_OK) return;
+    if (state_->thrown) std::rethrow_exception(state_->thrown);
+    state_->call.rethrow();
+    throw Error(status, state_->encoder != nullptr ? tagrid_encoder_message(state_->encoder) : "");
+  }
+
+  std::unique_ptr<State> state_;
+  tagrid_type type_;
+  std::size_t slice_ = 1;
+};
+
+}  // namespace v0_1
+}  // namespace tagrid

@@ -1,0 +1,43 @@
+#include "pipeline/library/calls.h"
+
+#include "pipeline/memory/of_bricks.h"
+
+namespace tagrid::library {
+
+tagrid_call settings_of(const tagrid_call* call) {
+  return taken_over(call, tagrid_call_init, sizeof(tagrid_call));
+}
+
+Resources resources_of(const tagrid_call& call) {
+  require(call.threads >= 0, "the number of threads is negative");
+  Resources resources(call.threads == 0 ? available_threads() : call.threads);
+  // The plan counts the whole process; a caller's limit is for the work of the call.
+  if (call.memory_limit > 0) resources.memory = call.memory_limit + memory_of_program;
+  return resources;
+}
+
+Progress progress_of(const tagrid_call& call) {
+  if (call.progress == nullptr) return {};
+  return [function = call.progress, user = call.progress_user](std::uint64_t done, std::uint64_t total) {
+    if (function(user, done, total) != 0) throw Cancelled();
+  };
+}
+
+Box box_of(const tagrid_box& given, const Index3& dims) {
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.low[axis] = given.low[axis];
+    box.high[axis] = given.high[axis] - 1;
+    require(given.low[axis] >= 0 && given.low[axis] < given.high[axis] && given.high[axis] <= dims[axis],
+            "the box is empty, or not within the volume");
+  }
+  return box;
+}
+
+Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size) {
+  if (strides != nullptr) return {strides[0], strides[1], strides[2]};
+  const auto size = static_cast<std::int64_t>(sample_size);
+  return {size, size * shape.x, size * shape.x * shape.y};
+}
+
+}  // namespace tagrid::library

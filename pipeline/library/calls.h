@@ -1,0 +1,51 @@
+// What a caller of the library says, as the pipeline wants it.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+
+#include "pipeline/library/failures.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+#include "pipeline/region/read_region.h"
+#include "stages/grid/box.h"
+#include "tagrid/tagrid.h"
+
+namespace tagrid::library {
+
+/// A struct of the caller, who may have been compiled with an older or a newer header: members that it does
+/// not have get their default, members that this library does not know are ignored. `first_size` is the size
+/// of the struct's first version.
+template <class Struct>
+Struct taken_over(const Struct* given, void (*init)(Struct*), std::size_t first_size) {
+  Struct result;
+  init(&result);
+  if (given == nullptr) return result;
+  require(given->struct_size >= first_size, "a struct was not set up: call its init function first");
+  std::memcpy(&result, given, std::min(given->struct_size, sizeof result));
+  result.struct_size = sizeof result;
+  return result;
+}
+
+/// The other way: a result, as far as the caller's struct can hold it.
+template <class Struct>
+void hand_over(Struct result, Struct* to, std::size_t first_size) {
+  require(to != nullptr, "there is no struct to be filled");
+  require(to->struct_size >= first_size, "struct_size must be set to the size of the struct");
+  result.struct_size = to->struct_size;
+  std::memcpy(to, &result, std::min(to->struct_size, sizeof result));
+}
+
+tagrid_call settings_of(const tagrid_call* call);
+/// The threads and the memory that the call may take.
+Resources resources_of(const tagrid_call& call);
+/// The caller's function, or none. It throws Cancelled where the caller asks to stop.
+Progress progress_of(const tagrid_call& call);
+
+/// A half open box of the caller within a volume of `dims` samples, with both ends included. Throws
+/// BadArgument.
+Box box_of(const tagrid_box& box, const Index3& dims);
+/// `strides`, or where there are none those of `shape` samples without gaps.
+Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);
+
+}  // namespace tagrid::library

@@ -1,0 +1,136 @@
+// The encoder of the library.
+#include <cmath>
+#include <memory>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "pipeline/encode/push_encoder.h"
+#include "pipeline/library/calls.h"
+#include "pipeline/library/volume.h"
+#include "pipeline/memory/of_bricks.h"
+
+using namespace tagrid;
+using namespace tagrid::library;
+
+namespace {
+
+class CallbackSink : public ByteSink {
+ public:
+  CallbackSink(tagrid_write function, void* user) : function_(function), user_(user) {}
+  void write(std::span<const std::byte> bytes) override {
+    if (bytes.empty()) return;
+    if (const int error = function_(user_, bytes.data(), bytes.size()); error != 0)
+      throw WorldError("the output takes no more bytes: error " + std::to_string(error));
+  }
+
+ private:
+  tagrid_write function_;
+  void* user_;
+};
+
+std::optional<double> unless_nan(double value) {
+  return std::isnan(value) ? std::nullopt : std::optional(value);
+}
+
+EncodeOptions options_of(const tagrid_encode_options& given) {
+  EncodeOptions options;
+  options.grid_only = given.grid_only != 0;
+  options.max_error = unless_nan(given.max_error);
+  options.surface_error = unless_nan(given.surface_error);
+  options.mesh_error = unless_nan(given.mesh_error);
+  require(given.effort >= TAGRID_EFFORT_DEFAULT && given.effort <= TAGRID_EFFORT_BEST,
+          "there is no such effort");
+  options.effort = static_cast<Effort>(given.effort);
+  options.accuracy = given.accuracy;
+  options.cube_size = given.cube;
+  if (given.brick != 0) options.brick_edge = given.brick;
+  if (given.max_level >= 0) options.max_level = given.max_level;
+  if (!std::isnan(given.range[0]) || !std::isnan(given.range[1]))
+    options.range = {given.range[0], given.range[1]};
+  options.field_scale = unless_nan(given.field_scale);
+  return options;
+}
+
+VolumeInfo volume_of(const tagrid_encode_options& given) {
+  VolumeInfo info;
+  for (int axis = 0; axis < 3; ++axis) info.dims[axis] = given.dims[axis];
+  require(is_volume_size(info.dims), "dims must be from 1 to 2^31 each, and at most 2^58 samples");
+  info.type = static_cast<SampleType>(given.type);
+  require(is_sample_type(info.type), "there is no such type of samples");
+  if (given.geometry != nullptr) info.nrrd_fields = nrrd_fields_of(*given.geometry);
+  if (given.metadata != nullptr) info.nrrd_fields += given.metadata;
+  try {
+    info.geometry = geometry_of(info.nrrd_fields);
+  } catch (const BrokenInput& broken) {
+    throw BadArgument{std::string("geometry or metadata: ") + broken.what()};
+  }
+  return info;
+}
+
+tagrid_encode_options taken_over_options(const tagrid_encode_options* options) {
+  require(options != nullptr, "there are no options");
+  return taken_over(options, tagrid_encode_options_init, sizeof *options);
+}
+
+}  // namespace
+
+struct tagrid_encoder {
+  std::unique_ptr<CallbackSink> sink;
+  std::unique_ptr<PushEncoder> work;
+  Messages messages;
+};
+
+tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_write write, void* user,
+                                  const tagrid_call* given, tagrid_encoder** encoder) {
+  if (encoder == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *encoder = new (std::nothrow) tagrid_encoder;
+  if (*encoder == nullptr) return TAGRID_OUT_OF_MEMORY;
+  return call((*encoder)->messages, [&] {
+    require(write != nullptr, "there is no function to write with");
+    const tagrid_encode_options wanted = taken_over_options(options);
+    const tagrid_call settings = settings_of(given);
+    (*encoder)->sink = std::make_unique<CallbackSink>(write, user);
+    (*encoder)->work =
+        std::make_unique<PushEncoder>(volume_of(wanted), options_of(wanted), resources_of(settings),
+                                      *(*encoder)->sink, progress_of(settings));
+  });
+}
+
+tagrid_status tagrid_encoder_write(tagrid_encoder* encoder, const void* samples, int64_t slices,
+                                   const int64_t* strides) {
+  if (encoder == nullptr) return TAGRID_INVALID_ARGUMENT;
+  return call(encoder->messages, [&] {
+    require(encoder->work != nullptr, "the encoder is not open");
+    require(samples != nullptr || slices == 0, "there are no samples");
+    const CodingParameters& parameters = encoder->work->header().parameters;
+    encoder->work->write(static_cast<const std::byte*>(samples), slices,
+                         strides_of(strides, parameters.dims, size_of(parameters.type)));
+  });
+}
+
+tagrid_status tagrid_encoder_finish(tagrid_encoder* encoder, tagrid_info* info) {
+  if (encoder == nullptr) return TAGRID_INVALID_ARGUMENT;
+  return call(encoder->messages, [&] {
+    require(encoder->work != nullptr, "the encoder is not open");
+    encoder->work->finish();
+    if (info != nullptr)
+      hand_over(info_of(encoder->work->header(), encoder->work->index(), encoder->work->sizes()), info,
+                sizeof *info);
+  });
+}
+
+void tagrid_encoder_close(tagrid_encoder* encoder) { delete encoder; }
+
+const char* tagrid_encoder_message(const tagrid_encoder* encoder) {
+  return encoder == nullptr ? "there is no encoder" : encoder->messages.get();
+}
+
+uint64_t tagrid_encode_memory(const tagrid_encode_options* options) {
+  Messages nobody;
+  uint64_t memory = 0;
+  call(nobody, [&] {
+    const tagrid_encode_options wanted = taken_over_options(options);
+    memory = PushEncoder::smallest_memory(volume_of(wanted), options_of(wanted)) - memory_of_program;
+  });
+  return memory;
+}

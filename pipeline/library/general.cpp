@@ -1,0 +1,69 @@
+// Versions, words and defaults of the library.
+#include <cmath>
+
+#include "pipeline/encode/options.h"
+#include "stages/volume/sample_type.h"
+#include "tagrid/tagrid.h"
+
+using namespace tagrid;
+
+const char* tagrid_version(void) { return TAGRID_VERSION; }
+
+const char* tagrid_status_text(tagrid_status status) {
+  switch (status) {
+    case TAGRID_OK:
+      return "ok";
+    case TAGRID_INVALID_ARGUMENT:
+      return "invalid argument";
+    case TAGRID_BROKEN_INPUT:
+      return "broken input";
+    case TAGRID_IO_ERROR:
+      return "input or output failed";
+    case TAGRID_MEMORY_LIMIT:
+      return "the memory limit cannot be kept";
+    case TAGRID_OUT_OF_MEMORY:
+      return "out of memory";
+    case TAGRID_CANCELLED:
+      return "cancelled";
+    case TAGRID_BUG:
+      return "a bug of the library";
+  }
+  return "unknown status";
+}
+
+size_t tagrid_sample_size(tagrid_type type) {
+  const auto sample_type = static_cast<SampleType>(type);
+  return is_sample_type(sample_type) ? size_of(sample_type) : 0;
+}
+
+void tagrid_call_init(tagrid_call* call) {
+  *call = {};
+  call->struct_size = sizeof *call;
+}
+
+void tagrid_input_init(tagrid_input* input) {
+  *input = {};
+  input->struct_size = sizeof *input;
+}
+
+void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) {
+  *sink = {};
+  sink->struct_size = sizeof *sink;
+}
+
+void tagrid_mesh_options_init(tagrid_mesh_options* options) {
+  *options = {};
+  options->struct_size = sizeof *options;
+  options->level = -1;
+}
+
+void tagrid_encode_options_init(tagrid_encode_options* options) {
+  const EncodeOptions defaults;
+  *options = {};
+  options->struct_size = sizeof *options;
+  options->max_error = options->surface_error = options->mesh_error = NAN;
+  options->accuracy = defaults.accuracy;
+  options->cube = defaults.cube_size;
+  options->max_level = -1;
+  options->range[0] = options->range[1] = options->field_scale = NAN;
+}

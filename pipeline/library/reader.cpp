@@ -1,0 +1,141 @@
+// The reader of the library.
+#include <memory>
+
+#include "io/files/errors.h"
+#include "io/tag/bricks.h"
+#include "pipeline/library/calls.h"
+#include "pipeline/library/volume.h"
+#include "pipeline/verify/verify.h"
+
+using namespace tagrid;
+using namespace tagrid::library;
+
+struct tagrid_reader {
+  std::shared_ptr<const ByteSource> source;
+  std::unique_ptr<TagBricks> file;  ///< None where opening failed.
+  mutable Messages messages;
+};
+
+namespace {
+
+// What the caller reads from.
+class CallbackSource : public ByteSource {
+ public:
+  explicit CallbackSource(const tagrid_input& input)
+      : input_(input), name_(input.name != nullptr ? input.name : "input") {
+    require(input_.size != nullptr && input_.read_at != nullptr, "an input needs size and read_at");
+    if (input_.size(input_.user, &size_) != 0) throw WorldError(name_ + ": its size cannot be found out");
+  }
+  std::uint64_t size() const override { return size_; }
+  void read_at(std::uint64_t position, std::span<std::byte> to) const override {
+    if (to.empty()) return;
+    if (const int error = input_.read_at(input_.user, position, to.data(), to.size()); error != 0)
+      throw WorldError(name_ + ": cannot read " + std::to_string(to.size()) + " bytes from byte " +
+                       std::to_string(position) + " on: error " + std::to_string(error));
+  }
+  const std::string& name() const override { return name_; }
+
+ private:
+  tagrid_input input_;
+  std::string name_;
+  std::uint64_t size_ = 0;
+};
+
+template <class MakeSource>
+tagrid_status open_reader(tagrid_reader** reader, MakeSource make_source) noexcept {
+  if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
+  *reader = new (std::nothrow) tagrid_reader;
+  if (*reader == nullptr) return TAGRID_OUT_OF_MEMORY;
+  return call((*reader)->messages, [&] {
+    (*reader)->source = make_source();
+    (*reader)->file = std::make_unique<TagBricks>((*reader)->source);
+  });
+}
+
+// Does the work of a call on a reader that is open.
+template <class Work>
+tagrid_status with_file(const tagrid_reader* reader, Work work) noexcept {
+  if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
+  return call(reader->messages, [&] {
+    require(reader->file != nullptr, "the reader is not open");
+    work(*reader->file);
+  });
+}
+
+}  // namespace
+
+tagrid_status tagrid_reader_open_file(const char* path, tagrid_reader** reader) {
+  return open_reader(reader, [&] {
+    require(path != nullptr, "there is no path");
+    return std::make_shared<const FileSource>(path);
+  });
+}
+
+tagrid_status tagrid_reader_open(const tagrid_input* input, tagrid_reader** reader) {
+  return open_reader(reader, [&] {
+    require(input != nullptr, "there is no input");
+    return std::make_shared<const CallbackSource>(taken_over(input, tagrid_input_init, sizeof *input));
+  });
+}
+
+void tagrid_reader_close(tagrid_reader* reader) { delete reader; }
+
+const char* tagrid_reader_message(const tagrid_reader* reader) {
+  return reader == nullptr ? "there is no reader" : reader->messages.get();
+}
+
+tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info) {
+  return with_file(reader, [&](const TagBricks& file) {
+    hand_over(info_of(file.header(), file.index(), file.sizes()), info, sizeof *info);
+  });
+}
+
+const char* tagrid_reader_metadata(const tagrid_reader* reader) {
+  return reader == nullptr || !reader->file ? "" : reader->file->header().nrrd_fields.c_str();
+}
+
+tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, tagrid_brick* brick) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(number >= 0 && number < file.count(), "there is no brick of this number");
+    const BrickGrid bricks = file.parameters().bricks();
+    const Box owned = bricks.owned_box(bricks.position(number));
+    const IndexEntry& entry = file.index().bricks[static_cast<std::size_t>(number)];
+    tagrid_brick result = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      result.box.low[axis] = owned.low[axis];
+      result.box.high[axis] = owned.high[axis] + 1;
+    }
+    result.offset = file.start(number);
+    result.bytes = file.block_bytes(number);
+    result.low = entry.low;
+    result.high = entry.high;
+    result.mean = entry.mean;
+    hand_over(result, brick, sizeof *brick);
+  });
+}
+
+tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box, const int64_t* step,
+                                 void* samples, const int64_t* strides, const tagrid_call* given) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(box != nullptr && samples != nullptr, "there is no box, or no place for its samples");
+    const CodingParameters& parameters = file.parameters();
+    Region region{box_of(*box, parameters.dims)};
+    for (int axis = 0; step != nullptr && axis < 3; ++axis) {
+      require(step[axis] >= 1, "a step must be 1 or more");
+      region.step[axis] = step[axis];
+    }
+    const tagrid_call settings = settings_of(given);
+    const int threads = threads_for_reading(parameters, resources_of(settings));
+    read_region(file, region, static_cast<std::byte*>(samples),
+                strides_of(strides, region.shape(), size_of(parameters.type)), threads,
+                progress_of(settings));
+  });
+}
+
+tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_call* given) {
+  return with_file(reader, [&](const TagBricks&) {
+    const tagrid_call settings = settings_of(given);
+    verify_bytes(std::make_unique<SourceStream>(reader->source), resources_of(settings),
+                 progress_of(settings));
+  });
+}
