@@ -1,5 +1,6 @@
 #include "pipeline/region/read_region.h"
 
+#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for_each.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -33,19 +34,39 @@ auto row_copier(std::size_t sample_size) {
                             : copy_row<8>;
 }
 
-// The samples of a brick that belong to the region, to their places. Returns their bytes.
-std::uint64_t hand_out(const std::vector<std::byte>& samples, const Box& owned, std::size_t size,
-                       const Region& region, std::byte* out, const Strides& strides) {
-  const Box numbers = region.numbers_in(owned);
-  const auto copy = row_copier(size);
-  for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
-    for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
-      const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
-      copy(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
-           out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0], numbers.size().x);
-    }
-  return static_cast<std::uint64_t>(numbers.count()) * size;
-}
+// Decodes bricks and puts those of their samples that belong to the region where they go.
+struct BrickDecoder {
+  const CodingParameters& parameters;
+  const std::string& name;
+  const Region& region;
+  std::byte* out;
+  const Strides& strides;
+
+  // Returns the bytes of samples that were handed out.
+  std::uint64_t hand_out(const BrickBytes& block) const {
+    DecodedBrick brick;
+    const Status status =
+        decode_brick(block.activity, block.values, parameters, block.id, Wanted::samples, brick);
+    if (!status.ok()) throw BrokenInput(fmt::format("{}: brick {}: {}", name, block.id, status.what()));
+    const BrickGrid bricks = parameters.bricks();
+    return copy_samples(brick.samples, bricks.owned_box(bricks.position(block.id)));
+  }
+
+ private:
+  std::uint64_t copy_samples(const std::vector<std::byte>& samples, const Box& owned) const {
+    const std::size_t size = size_of(parameters.type);
+    const Box numbers = region.numbers_in(owned);
+    const auto copy = row_copier(size);
+    for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
+      for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
+        const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
+        copy(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
+             out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0],
+             numbers.size().x);
+      }
+    return static_cast<std::uint64_t>(numbers.count()) * size;
+  }
+};
 
 }  // namespace
 
@@ -74,30 +95,36 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
   throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
 }
 
+void decode_bricks(std::span<const BrickBytes> blocks, const CodingParameters& parameters,
+                   const std::string& name, const Region& region, std::byte* out, const Strides& strides,
+                   int threads) {
+  const BrickDecoder decoder = {parameters, name, region, out, strides};
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for_each(blocks.begin(), blocks.end(),
+                                   [&](const BrickBytes& block) { decoder.hand_out(block); });
+  });
+}
+
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress) {
-  const CodingParameters& parameters = file.parameters();
-  const BrickGrid bricks = parameters.bricks();
-  const std::size_t size = size_of(parameters.type);
-  assert(parameters.domain().volume().contains(region.box));
-  const std::vector<std::int64_t> ids = bricks_of(region, bricks);
+  assert(file.parameters().domain().volume().contains(region.box));
+  const BrickDecoder decoder = {file.parameters(), file.name(), region, out, strides};
   const Index3 shape = region.shape();
-  const std::uint64_t total = static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size;
+  const std::uint64_t total =
+      static_cast<std::uint64_t>(shape.x * shape.y * shape.z) * size_of(file.parameters().type);
   std::mutex telling;
   std::uint64_t done = 0;
-  const auto read_one = [&](std::int64_t id) {
-    const BrickBytes bytes = file.read(id);
-    DecodedBrick brick;
-    const Status status = decode_brick(bytes.activity, bytes.values, parameters, id, Wanted::samples, brick);
-    if (!status.ok()) throw BrokenInput(file.name() + ": brick " + std::to_string(id) + ": " + status.what());
-    const std::uint64_t handed_out =
-        hand_out(brick.samples, bricks.owned_box(bricks.position(id)), size, region, out, strides);
-    if (!progress) return;
-    const std::lock_guard lock(telling);
-    progress(done += handed_out, total);
-  };
+  const std::vector<std::int64_t> ids = bricks_of(region, file.parameters().bricks());
   oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] { oneapi::tbb::parallel_for_each(ids, read_one); });
+  arena.execute([&] {
+    oneapi::tbb::parallel_for_each(ids, [&](std::int64_t id) {
+      const std::uint64_t bytes = decoder.hand_out(file.read(id));
+      if (!progress) return;
+      const std::lock_guard lock(telling);
+      progress(done += bytes, total);
+    });
+  });
 }
 
 }  // namespace tagrid

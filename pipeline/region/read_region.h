@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "io/tag/bricks.h"
@@ -54,5 +56,10 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 /// region's box; steps are positive.
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress = {});
+
+/// The same of blocks that were read already. `name` is that of the file, for messages.
+void decode_bricks(std::span<const BrickBytes> blocks, const CodingParameters& parameters,
+                   const std::string& name, const Region& region, std::byte* out, const Strides& strides,
+                   int threads);
 
 }  // namespace tagrid

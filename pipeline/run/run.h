@@ -38,6 +38,7 @@ struct DecodeResult {
   std::uint64_t bytes_out = 0;    ///< written, headers included
   std::uint64_t memory = 0;       ///< that the plan takes at most
   std::optional<VdbSummary> vdb;  ///< of an OpenVDB file
+  Index3 dims = header.parameters.dims;  ///< of the volume that was written
 };
 
 /// Decodes the .tag file `input` into the volume `output`. From file to file the permissions and the time are

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/encode_parts.h"
+#include "pipeline/region/decode_region.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
+#include "tools/options/numbers.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
 #include "tools/report/process.h"
@@ -22,6 +26,8 @@ struct DecodeCommand {
   RunOptions run;
   std::string format;
   VdbOptions vdb;
+  std::string region;
+  std::int64_t step = 1;
   bool remove = false;
 
   void execute() const {
@@ -32,16 +38,19 @@ struct DecodeCommand {
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
+    const WantedRegion wanted = wanted_region();
+    if (remove && !wanted.is_all())
+      throw UsageError("--rm: a region or a step is not all of the file; leave out --rm");
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path);
 
-    const DecodeResult result = decode(path, chosen, [&](const DecodeResult& written) {
+    const DecodeResult result = decode(path, chosen, wanted, [&](const DecodeResult& written) {
       const CodingParameters& parameters = written.header.parameters;
       nlohmann::ordered_json settings = settings_json(parameters);
       if (written.vdb) settings["vdb"] = vdb_json(*written.vdb);
-      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
+      report.write({written.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
                     achieved_json(written.index)});
     });
     report.keep();
@@ -58,10 +67,26 @@ struct DecodeCommand {
     return output_beside(input, std::string(ending_of(asked)));
   }
 
-  DecodeResult decode(const std::string& path, VolumeFormat chosen,
+  WantedRegion wanted_region() const {
+    WantedRegion wanted;
+    wanted.step = step;
+    if (region.empty()) return wanted;
+    const auto ranges = three_ranges(region);
+    if (!ranges)
+      throw UsageError(fmt::format(
+          "--region {}: must be x0:x1,y0:y1,z0:z1, whole numbers; an end may be left out", region));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
+    return wanted;
+  }
+
+  DecodeResult decode(const std::string& path, VolumeFormat chosen, const WantedRegion& wanted,
                       const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
+    if (!wanted.is_all())
+      return decode_region(input, path, chosen, output.overwrite, wanted, run.resources(), update,
+                           before_naming, vdb);
     // The leaves of an OpenVDB file have no place that is known beforehand.
     if (ranks().count() > 1 && chosen != VolumeFormat::vdb && parts_are_possible(input, path))
       return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
@@ -79,6 +104,13 @@ Action add_decode_command(CLI::App& app) {
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
+  command
+      ->add_option("--region", state->region,
+                   "Samples x0 up to, but without, x1, and so on; an end that is left out is the volume's")
+      ->option_text("x0:x1,y0:y1,z0:z1");
+  add_number_option(*command, "--step", state->step,
+                    "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")
+      ->option_text("N");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

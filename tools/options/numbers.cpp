@@ -66,6 +66,24 @@ std::optional<std::array<double, 3>> three_distances(std::string_view text) {
   return distances;
 }
 
+std::optional<std::array<IndexRange, 3>> three_ranges(std::string_view text) {
+  const auto parts = three_parts(text);
+  if (!parts) return std::nullopt;
+  std::array<IndexRange, 3> ranges;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string_view part = (*parts)[axis];
+    const std::size_t colon = part.find(':');
+    if (colon == part.npos) return std::nullopt;
+    const auto end = [](std::string_view digits, std::optional<std::int64_t>& number) {
+      if (!digits.empty()) number = whole_number<std::int64_t>(digits);
+      return digits.empty() || number.has_value();
+    };
+    if (!end(part.substr(0, colon), ranges[axis].first) || !end(part.substr(colon + 1), ranges[axis].second))
+      return std::nullopt;
+  }
+  return ranges;
+}
+
 std::optional<std::pair<double, double>> value_range(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (colon == text.npos) return std::nullopt;

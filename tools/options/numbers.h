@@ -39,4 +39,10 @@ std::optional<std::array<double, 3>> three_distances(std::string_view text);
 /// "lo:hi", two finite numbers.
 std::optional<std::pair<double, double>> value_range(std::string_view text);
 
+/// From `first` up to, but without, `second`; an end that is not given is open.
+using IndexRange = std::pair<std::optional<std::int64_t>, std::optional<std::int64_t>>;
+
+/// "x0:x1,y0:y1,z0:z1", whole numbers, each of which may be missing: ":,:,40:41".
+std::optional<std::array<IndexRange, 3>> three_ranges(std::string_view text);
+
 }  // namespace tagrid

@@ -1,0 +1,225 @@
+#include "pipeline/region/decode_region.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/region.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/memory/available_memory.h"
+#include "pipeline/memory/of_bricks.h"
+
+namespace tagrid {
+namespace {
+
+// The blocks of bricks whose numbers grow: from a file by its index, from a pipe as they come.
+class Blocks {
+ public:
+  explicit Blocks(const std::string& input) {
+    if (input != "-" && attributes_of(input))
+      indexed_ = std::make_unique<TagBricks>(std::make_shared<FileSource>(input));
+    else
+      stream_ = std::make_unique<TagReader>(input);
+  }
+
+  const TagHeader& header() const { return indexed_ ? indexed_->header() : stream_->header(); }
+  const std::string& name() const { return indexed_ ? indexed_->name() : stream_->name(); }
+
+  BrickBytes read(std::int64_t id) {
+    if (indexed_) return indexed_->read(id);
+    BrickBytes brick;
+    do {
+      if (!stream_->read_brick(brick)) throw BrokenInput(name() + ": a brick is missing");
+    } while (brick.id < id);
+    return brick;
+  }
+  /// The index. A pipe is read to its end, so that what made it does not fail, and what is broken is found.
+  const TagIndex& finish() {
+    if (indexed_) return indexed_->index();
+    BrickBytes brick;
+    while (stream_->read_brick(brick)) {
+    }
+    return stream_->index();
+  }
+  TagSizes sizes() const { return indexed_ ? indexed_->sizes() : stream_->sizes(); }
+
+ private:
+  std::unique_ptr<TagBricks> indexed_;
+  std::unique_ptr<TagReader> stream_;
+};
+
+VolumeInfo info_of(const TagHeader& header, const Region& region) {
+  VolumeInfo info;
+  info.dims = region.shape();
+  info.type = header.parameters.type;
+  info.nrrd_fields = fields_of_region(header.nrrd_fields, region.box.low, region.step);
+  info.geometry = geometry_of(info.nrrd_fields);
+  return info;
+}
+
+// The region in pieces: some rows of bricks of one layer, all of the region along x.
+class Pieces {
+ public:
+  Pieces(const Region& region, const BrickGrid& bricks, std::int64_t rows)
+      : region_(region), bricks_(bricks), rows_(rows) {
+    y_ = bricks.owner(region.box.low.y);
+    z_ = bricks.owner(region.box.low.z);
+  }
+  /// The next piece that has samples; false after the last one.
+  bool next(Region& piece) {
+    while (z_ <= bricks_.owner(region_.box.high.z)) {
+      const std::int64_t last = std::min(y_ + rows_ - 1, bricks_.owner(region_.box.high.y));
+      Box box = {bricks_.owned_box({0, y_, z_}).low, bricks_.owned_box({0, last, z_}).high};
+      box.low.x = region_.box.low.x;
+      box.high.x = region_.box.high.x;
+      y_ = last + 1;
+      if (y_ > bricks_.owner(region_.box.high.y)) {
+        y_ = bricks_.owner(region_.box.low.y);
+        ++z_;
+      }
+      numbers_ = region_.numbers_in(box);
+      if (numbers_.empty()) continue;
+      piece = {{region_.sample(numbers_.low), region_.sample(numbers_.high)}, region_.step};
+      return true;
+    }
+    return false;
+  }
+  /// Of the last piece: the numbers of its samples in the region, on each axis.
+  const Box& numbers() const { return numbers_; }
+
+ private:
+  const Region& region_;
+  const BrickGrid& bricks_;
+  std::int64_t rows_, y_ = 0, z_ = 0;
+  Box numbers_;
+};
+
+// Samples of the largest piece of so many rows of bricks.
+std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, std::int64_t rows) {
+  const Index3 shape = region.shape();
+  const std::int64_t edge = std::int64_t{p.brick_edge} * p.cube_size;
+  const auto at_most = [&](std::int64_t samples, int axis) {
+    return std::min(shape[axis], (samples + region.step[axis]) / region.step[axis]);
+  };
+  return static_cast<std::uint64_t>(shape.x * at_most(rows * edge + 1, 1) * at_most(edge + 1, 2)) *
+         size_of(p.type);
+}
+
+struct RegionPlan {
+  int threads = 1;
+  std::int64_t rows = 1;  ///< of bricks in a piece
+  std::uint64_t memory = 0;
+};
+
+// The largest pieces that fit, on as many threads as then fit.
+RegionPlan plan_region(const Region& region, const CodingParameters& p, const Resources& resources,
+                       bool any_order, std::uint64_t besides) {
+  const BrickGrid bricks = p.bricks();
+  const std::int64_t all = bricks.owner(region.box.high.y) - bricks.owner(region.box.low.y) + 1;
+  const auto needed = [&](int threads, std::int64_t rows) {
+    // The blocks of a piece are read before they are decoded.
+    return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows) +
+           static_cast<std::uint64_t>(bricks.count()) * 48 + besides;
+  };
+  const std::int64_t least = any_order ? 1 : all;
+  const std::uint64_t limit =
+      resources.memory ? *resources.memory
+                       : std::max(available_memory() / 4 / static_cast<std::uint64_t>(resources.processes),
+                                  needed(1, least));
+  for (int threads = resources.threads; threads >= 1; --threads)
+    for (std::int64_t rows = all; rows >= least; rows = rows > 1 ? (rows + 1) / 2 : 0)
+      if (needed(threads, rows) <= limit) return {threads, rows, needed(threads, rows)};
+  const Index3 n = region.shape();
+  throw MemoryLimit(fmt::format("decoding a region of {} x {} x {} {}", n.x, n.y, n.z, name_of(p.type)),
+                    limit, needed(1, least), {});
+}
+
+}  // namespace
+
+bool WantedRegion::is_all() const {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (low[axis] || high[axis]) return false;
+  return step == 1;
+}
+
+Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
+  const Index3& dims = parameters.dims;
+  if (wanted.step < 1 || wanted.step > parameters.cube_size ||
+      !std::has_single_bit(static_cast<std::uint64_t>(wanted.step)))
+    throw UsageError(fmt::format("a step of {}: must be 1, 2, 4 ... {}, the edge of this file's root cubes",
+                                 wanted.step, parameters.cube_size));
+  Region region;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const std::int64_t low = wanted.low[a].value_or(0), high = wanted.high[a].value_or(dims[axis]);
+    if (low < 0 || low >= high || high > dims[axis])
+      throw UsageError(fmt::format(
+          "a region of {}:{} along {}: is empty or not within the volume, which has {} samples there (0:{})",
+          low, high, "xyz"[axis], dims[axis], dims[axis]));
+    region.step[axis] = wanted.step;
+    region.box.low[axis] = (low + wanted.step - 1) / wanted.step * wanted.step;
+    region.box.high[axis] = high - 1;
+    if (region.box.low[axis] > region.box.high[axis])
+      throw UsageError(
+          fmt::format("a region of {}:{} along {}: has no sample whose coordinate is a multiple of {}", low,
+                      high, "xyz"[axis], wanted.step));
+  }
+  return region;
+}
+
+DecodeResult decode_region(const std::string& input, const std::string& output, VolumeFormat format,
+                           bool overwrite, const WantedRegion& wanted, const Resources& resources,
+                           const Progress& progress, const BeforeNaming<DecodeResult>& before_naming,
+                           const VdbOptions& vdb) {
+  refuse_same_file(input, output);
+  refuse_same_file(input, samples_path(output, format));
+  Blocks blocks(input);
+  const CodingParameters& parameters = blocks.header().parameters;
+  const Region region = region_of(wanted, parameters);
+  const VolumeInfo info = info_of(blocks.header(), region);
+  const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
+  const RegionPlan plan = plan_region(region, parameters, resources, any_order,
+                                      format == VolumeFormat::vdb ? memory_of_vdb_writer(info) : 0);
+  VdbOptions grid = vdb;
+  grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
+  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
+
+  const BrickGrid bricks = parameters.bricks();
+  const std::uint64_t total = sample_bytes(info.dims, info.type).value();
+  std::uint64_t done = 0;
+  std::vector<std::byte> samples;
+  Pieces pieces(region, bricks, plan.rows);
+  for (Region piece; pieces.next(piece);) {
+    std::vector<BrickBytes> bytes;
+    for (const std::int64_t id : bricks_of(piece, bricks)) bytes.push_back(blocks.read(id));
+    const Index3 shape = piece.shape();
+    const std::size_t row = static_cast<std::size_t>(shape.x) * size_of(info.type),
+                      slice = static_cast<std::size_t>(shape.y) * row;
+    samples.resize(static_cast<std::size_t>(shape.z) * slice);
+    const Strides strides = {static_cast<std::int64_t>(size_of(info.type)), static_cast<std::int64_t>(row),
+                             static_cast<std::int64_t>(slice)};
+    decode_bricks(bytes, parameters, blocks.name(), piece, samples.data(), strides, plan.threads);
+    for (std::int64_t z = 0; z < shape.z; ++z) {
+      const Box& numbers = pieces.numbers();
+      const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;
+      writer.write_samples(first, std::span(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
+    }
+    done += samples.size();
+    if (progress) progress(done, total);
+  }
+  const TagIndex& index = blocks.finish();
+  DecodeResult result = {blocks.header(),        index,       blocks.sizes().file,
+                         writer.bytes_written(), plan.memory, writer.vdb()};
+  result.dims = info.dims;
+  if (before_naming) before_naming(result);
+  writer.commit();
+  return result;
+}
+
+}  // namespace tagrid
