@@ -180,7 +180,7 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
         "3-vector",  "covariant-vector", "normal",     "3-gradient",          "list",       "point",
         "complex",   "2-vector",         "quaternion", "3D-symmetric-matrix", "time",       "stub",
         "scalar",    "unheard-of"})
-    for (const std::string kinds :
+    for (const std::string& kinds :
          {kind + " domain domain", "space " + kind + " space", "none none " + kind}) {
       const std::string message =
           message_of<BrokenInput>([&] { parse_nrrd_header(plain + "kinds: " + kinds + "\n"); });

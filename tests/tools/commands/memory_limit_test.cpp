@@ -11,6 +11,8 @@ namespace tagrid {
 namespace {
 
 constexpr std::size_t mebibyte = std::size_t{1} << 20;
+/// That of int16 by default. Nothing is said of noise that goes far beyond its range where it is asked for.
+constexpr const char* usual_scale = "0.001953125";
 
 class MemoryLimit : public CommandLine {
  protected:
@@ -57,8 +59,9 @@ class MemoryLimitOfShapes : public MemoryLimit, public testing::WithParamInterfa
 TEST_P(MemoryLimitOfShapes, IsKept) {
   const Shape& shape = GetParam();
   make_sparse("a.raw", shape.samples * 2);
-  const Arguments encode = {"encode",  "a.raw",     "--dims", shape.dims, "--type", "int16",
-                            "--brick", shape.brick, "-f",     "-o",       "a.tag"};
+  const Arguments encode = {"encode", "a.raw",         "--dims",    shape.dims, "--type",
+                            "int16",  "--brick",       shape.brick, "-f",       "-o",
+                            "a.tag",  "--field-scale", usual_scale};
   const Arguments decode = {"decode", "a.tag", "-f", "-o", "b.raw"};
   EXPECT_GE(shape.samples * 2, 8 * run_with_smallest(encode) * mebibyte) << "eight times the limit";
   EXPECT_GE(shape.samples * 2, 8 * run_with_smallest(decode) * mebibyte);
@@ -105,7 +108,7 @@ TEST_F(MemoryLimit, IsKeptByNoise) {
   for (char& c : noise) c = static_cast<char>(random());
   write(noise, "a.raw");
   for (const Arguments& more : {Arguments{}, Arguments{"--effort", "best"}, Arguments{"--grid-only"}}) {
-    const Arguments volume = {"--dims", "70,70,70", "--type", "int16", "-f"};
+    const Arguments volume = {"--dims", "70,70,70", "--type", "int16", "-f", "--field-scale", usual_scale};
     run_with_smallest(with(with({"encode", "a.raw", "-o", "a.tag"}, volume), more));
     run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw"});
   }
