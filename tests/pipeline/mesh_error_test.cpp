@@ -71,13 +71,14 @@ class MeshError : public TemporaryFolder {
     return worst;
   }
 
-  void expect_promise(const std::vector<T>& samples, Index3 dims, const Bounds& bounds, int cube_size) {
+  void expect_promise(const std::vector<T>& samples, Index3 dims, const Bounds& bounds, int cube_size,
+                      int brick_edge = 1) {
     SCOPED_TRACE("E " + text(bounds.max_error) + ", F " + text(bounds.surface_error) + ", M " +
                  text(bounds.mesh_error) + (bounds.grid ? ", grid, " : ", ") + std::to_string(dims.x) + "x" +
                  std::to_string(dims.y) + "x" + std::to_string(dims.z) + ", S " + std::to_string(cube_size));
     EncodeOptions options;
     options.cube_size = cube_size;
-    options.brick_edge = 1;
+    options.brick_edge = brick_edge;
     options.grid_only = bounds.grid;
     options.max_error = bounds.max_error;
     options.surface_error = bounds.surface_error;
@@ -140,6 +141,19 @@ TYPED_TEST(MeshError, RoundedPointsOfCutsCount) {
     samples.push_back(static_cast<TypeParam>((i % 7 + 2 * (i / 7 % 12) + i / 84) / 3));
   for (const double m : {0.0, 1.0, 2.0, 3.0})
     this->expect_promise(samples, dims, {false, std::min(m, 1.0), {}, m}, 16);
+}
+
+// Where all is flat nothing bends, but what precedes it in its brick decides which values the flat part gets,
+// and those outside the active points may be further off than the mesh.
+TYPED_TEST(MeshError, HoldsAtTheBorderOfAFlatTileBehindNoise) {
+  for (const std::int64_t n : {22, 23, 24})
+    for (unsigned seed = 1; seed < 4; ++seed) {
+      const Index3 dims{n, n, n};
+      auto samples = awkward_volume<TypeParam>(Awkward::noise, dims, seed);
+      for (TypeParam& v : samples) v = static_cast<TypeParam>(v / 5);
+      std::fill(samples.begin() + 12 * n * n, samples.end(), static_cast<TypeParam>(30 + seed));
+      this->expect_promise(samples, dims, {false, 30, 1, 4}, 8, 3);
+    }
 }
 
 class MeshErrorRecord : public MeshError<std::int16_t> {
