@@ -9,6 +9,7 @@
 #include "mesh_field.h"
 #include "pipeline/mesh.h"
 #include "pipeline/run.h"
+#include "pipeline/verifier.h"
 #include "pipeline/verify.h"
 #include "tests/io/temporary_folder.h"
 #include "tests/pipeline/awkward_volumes.h"
@@ -213,6 +214,20 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   EXPECT_NE(complaint("").find("above its bound"), std::string::npos) << complaint("");
   forge(9, NAN);
   EXPECT_NE(complaint("").find("no number"), std::string::npos) << complaint("");
+}
+
+// As several processes do it.
+TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
+  const double recorded = encode(2, 9).index.total.mesh_error;
+  Verifier verifier(tag_, in_, std::nullopt, 1);
+  verifier.begin_any_order();
+  const BrickGrid bricks = verifier.parameters().bricks();
+  Statistics counted;
+  for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
+    for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
+      counted.add(verifier.verify({y, y + 1, z, z + 1}, [](std::uint64_t) {}).counted);
+  EXPECT_EQ(counted.mesh_error, recorded);
+  EXPECT_NO_THROW(verifier.finish(counted));
 }
 
 TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
