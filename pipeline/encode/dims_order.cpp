@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
+#include "io/bytes/little_endian.h"
 #include "io/nrrd/header.h"
 
 namespace tagrid {
@@ -63,14 +63,14 @@ double roughness(Samples& samples, const Index3& dims, std::int64_t total) {
   return count > 0 ? sum / count : 0;
 }
 
+}  // namespace
+
 bool fits(FileBytes& file, const RawDescription& raw) {
   const auto bytes = sample_bytes(raw.dims, raw.type);
   if (!bytes || !file.size() || *file.size() < raw.offset || *file.size() - raw.offset != *bytes)
     return false;
   return raw.offset > 0 || !begins_nrrd(file.peek(9));
 }
-
-}  // namespace
 
 std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw) {
   std::array<std::int64_t, 3> sizes = {raw.dims.x, raw.dims.y, raw.dims.z};

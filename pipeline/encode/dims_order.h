@@ -8,6 +8,11 @@
 
 namespace tagrid {
 
+class FileBytes;
+
+/// Whether the file can seek, has as many bytes as `raw` says, and is read as samples without a header.
+bool fits(FileBytes& file, const RawDescription& raw);
+
 /// Another order of raw.dims that fits the file's samples far better: in the right order neighbours along y
 /// and z differ little. Nothing where there is none, where the file's size does not fit, and for what cannot
 /// seek or begins as an NRRD file. Reads a few hundred short stretches of the file.

@@ -9,7 +9,7 @@
 #include <span>
 #include <variant>
 
-#include "pipeline/encode/closed_samples.h"
+#include "stages/brick/closed_samples.h"
 #include "pipeline/encode/schedule.h"
 #include "stages/marks/curvature.h"
 #include "stages/marks/halo.h"

@@ -11,7 +11,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/file_bytes.h"
-#include "pipeline/encode/likelier_reading.h"
+#include "pipeline/encode/dims_order.h"
 
 namespace tagrid {
 namespace {

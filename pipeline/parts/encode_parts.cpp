@@ -10,6 +10,7 @@
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/parts/part_folder.h"
+#include "pipeline/encode/graph.h"
 #include "pipeline/encode/schedule.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"

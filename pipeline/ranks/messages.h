@@ -30,7 +30,7 @@ inline constexpr std::size_t member_count = 0;
 template <class Struct>
 auto members_of(Struct& of) {
   constexpr std::size_t count = member_count<std::remove_const_t<Struct>>;
-  static_assert(count > 0 && count <= 9, "member_count does not say how many members there are");
+  static_assert(count > 0 && count <= 10, "member_count does not say how many members there are");
   if constexpr (count == 1) {
     auto& [a] = of;
     return std::tie(a);
@@ -55,9 +55,12 @@ auto members_of(Struct& of) {
   } else if constexpr (count == 8) {
     auto& [a, b, c, d, e, f, g, h] = of;
     return std::tie(a, b, c, d, e, f, g, h);
-  } else {
+  } else if constexpr (count == 9) {
     auto& [a, b, c, d, e, f, g, h, i] = of;
     return std::tie(a, b, c, d, e, f, g, h, i);
+  } else {
+    auto& [a, b, c, d, e, f, g, h, i, j] = of;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
   }
 }
 

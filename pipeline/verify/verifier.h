@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/tag/file.h"
-#include "pipeline/encode/closed_samples.h"
+#include "stages/brick/closed_samples.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/shared_faces.h"

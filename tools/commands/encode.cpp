@@ -68,7 +68,7 @@ struct EncodeCommand {
     const char* advice = "leave out --rm";
     auto files = removable_volume(input, asked.source, path, advice);
     const VolumeReader volume = open_volume(input, asked.source);
-    const double max_error = parameters_but_scale(asked.options, volume).max_error;
+    const double max_error = parameters_but_scale(asked.options, volume.info()).max_error;
     require_replaceable(input, {max_error, volume.headerless(), trust_description}, advice);
     return files;
   }

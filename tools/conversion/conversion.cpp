@@ -33,7 +33,7 @@ inline constexpr std::size_t member_count<ManifestLine> = 4;
 template <>
 inline constexpr std::size_t member_count<RunOptions> = 7;
 template <>
-inline constexpr std::size_t member_count<ConversionOptions> = 4;
+inline constexpr std::size_t member_count<ConversionOptions> = 5;
 template <>
 inline constexpr std::size_t member_count<ConversionOrder> = 2;
 template <>

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
+#include "pipeline/encode/dims_order.h"
 #include "pipeline/encode/likelier_reading.h"
 #include "tools/options/command_line_error.h"
 #include "tools/options/suggestion.h"

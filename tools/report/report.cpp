@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 
+#include "io/nrrd/geometry.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/printable.h"

@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "mesh_field.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
+#include "pipeline/verify/verifier.h"
 #include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
@@ -71,13 +73,14 @@ class MeshError : public TemporaryFolder {
     return worst;
   }
 
-  void expect_promise(const std::vector<T>& samples, Index3 dims, const Bounds& bounds, int cube_size) {
+  void expect_promise(const std::vector<T>& samples, Index3 dims, const Bounds& bounds, int cube_size,
+                      int brick_edge = 1) {
     SCOPED_TRACE("E " + text(bounds.max_error) + ", F " + text(bounds.surface_error) + ", M " +
                  text(bounds.mesh_error) + (bounds.grid ? ", grid, " : ", ") + std::to_string(dims.x) + "x" +
                  std::to_string(dims.y) + "x" + std::to_string(dims.z) + ", S " + std::to_string(cube_size));
     EncodeOptions options;
     options.cube_size = cube_size;
-    options.brick_edge = 1;
+    options.brick_edge = brick_edge;
     options.grid_only = bounds.grid;
     options.max_error = bounds.max_error;
     options.surface_error = bounds.surface_error;
@@ -142,6 +145,19 @@ TYPED_TEST(MeshError, RoundedPointsOfCutsCount) {
     this->expect_promise(samples, dims, {false, std::min(m, 1.0), {}, m}, 16);
 }
 
+// Where all is flat nothing bends, but what precedes it in its brick decides which values the flat part gets,
+// and those outside the active points may be further off than the mesh.
+TYPED_TEST(MeshError, HoldsAtTheBorderOfAFlatTileBehindNoise) {
+  for (const std::int64_t n : {22, 23, 24})
+    for (unsigned seed = 1; seed < 4; ++seed) {
+      const Index3 dims{n, n, n};
+      auto samples = awkward_volume<TypeParam>(Awkward::noise, dims, seed);
+      for (TypeParam& v : samples) v = static_cast<TypeParam>(v / 5);
+      std::fill(samples.begin() + 12 * n * n, samples.end(), static_cast<TypeParam>(30 + seed));
+      this->expect_promise(samples, dims, {false, 30, 1, 4}, 8, 3);
+    }
+}
+
 class MeshErrorRecord : public MeshError<std::int16_t> {
  protected:
   MeshErrorRecord() {
@@ -199,6 +215,20 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   EXPECT_NE(complaint("").find("above its bound"), std::string::npos) << complaint("");
   forge(9, NAN);
   EXPECT_NE(complaint("").find("no number"), std::string::npos) << complaint("");
+}
+
+// As several processes do it.
+TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
+  const double recorded = encode(2, 9).index.total.mesh_error;
+  Verifier verifier(tag_, in_, std::nullopt, 1);
+  verifier.begin_any_order();
+  const BrickGrid bricks = verifier.parameters().bricks();
+  Statistics counted;
+  for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
+    for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
+      counted.add(verifier.verify({y, y + 1, z, z + 1}, [](std::uint64_t) {}).counted);
+  EXPECT_EQ(counted.mesh_error, recorded);
+  EXPECT_NO_THROW(verifier.finish(counted));
 }
 
 TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {

@@ -1,4 +1,4 @@
-#include "pipeline/encode/closed_samples.h"
+#include "stages/brick/closed_samples.h"
 
 #include <algorithm>
 #include <cstring>
