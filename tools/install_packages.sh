@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs the Debian packages that are named, where they are missing: ours, for building, testing, fuzzing and
-# comparing with other codecs.
-#   tools/install_packages.sh build|mpi|test|fuzz|bench
+# Installs a named set of Debian packages where they are missing: for building, testing, fuzzing, comparing with other
+# codecs, and making the pictures of the documents.
+#   tools/install_packages.sh build|mpi|test|fuzz|bench|pictures
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
@@ -11,6 +11,7 @@ test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shell
   libopenvdb-dev libopenvdb-tools libboost-dev)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
+pictures=(python3 python3-numpy python3-pil)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;
@@ -18,7 +19,8 @@ case "${1:-}" in
   test) wanted=("${test[@]}") ;;
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
-  *) echo "usage: $0 build|mpi|test|fuzz|bench" >&2; exit 64 ;;
+  pictures) wanted=("${pictures[@]}") ;;
+  *) echo "usage: $0 build|mpi|test|fuzz|bench|pictures" >&2; exit 64 ;;
 esac
 
 missing=()

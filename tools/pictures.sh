@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Makes the pictures of docs/images again, from a phantom and the program's own output.
+#   tools/pictures.sh [PROGRAM]      PROGRAM: build/release/tagrid by default
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tagrid=${1:-build/release/tagrid}
+tools/install_packages.sh pictures
+folder=$(mktemp -d)
+trap 'rm -r "$folder"' EXIT
+
+"$tagrid" phantom --dims 256,256,96 -o "$folder/phantom.nhdr"
+"$tagrid" encode "$folder/phantom.nhdr" --quiet
+"$tagrid" mesh "$folder/phantom.tag" --quiet
+tools/pictures/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64 docs/images/slice_and_grid.png
