@@ -1,0 +1,146 @@
+"""Commands that documents show work as they are shown.
+
+    commands_test.py PROGRAM
+
+The sessions of README.md and docs/archives.md (lines that begin with "$ ") are run, and what they print is compared with
+what the document says. Every other command line of a document is run by itself, on phantoms under the names that it uses.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = pathlib.Path(sys.argv.pop(1)).resolve()
+
+# A volume of this size is in every document; here it may be smaller.
+SMALLER = {"512,512,300": "96,96,48"}
+
+
+def blocks(text):
+    """What stands between ``` and ```, or between .Bd and .Ed in the manual page."""
+    found = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return found + re.findall(r"^\.Bd[^\n]*\n(.*?)^\.Ed", text, re.MULTILINE | re.DOTALL)
+
+
+def sessions(text):
+    """The blocks that are sessions, each as a list of [command, what it prints]."""
+    for block in blocks(text):
+        if not block.startswith("$ "):
+            continue
+        session = []
+        complete = True
+        for line in block.splitlines():
+            if line.startswith("$ "):
+                session.append([line[2:], ""])
+                complete = is_complete(line[2:])
+            elif not complete:
+                session[-1][0] += "\n" + line
+                complete = is_complete(session[-1][0])
+            else:
+                session[-1][1] += line + "\n"
+        yield session
+
+
+def is_complete(command):
+    return subprocess.run(["bash", "-n", "-c", command], capture_output=True).returncode == 0
+
+
+def commands(text):
+    """The lines that begin with the program's name, outside of sessions, and what follows their | or \\."""
+    for block in blocks(text):
+        for line in re.sub(r"([|\\])\n\s+", r"\1 ", block).splitlines():
+            if line.startswith("tagrid "):
+                yield line
+
+
+def without_memory(text):
+    """How much memory a run had is another number each time."""
+    return re.sub(r"[\d.]+ MiB", "# MiB", text)
+
+
+class Commands(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+        (self.folder / "bin").mkdir()
+        (self.folder / "bin" / "tagrid").symlink_to(PROGRAM)
+
+    def run_in(self, folder, command):
+        path = f"PATH={self.folder / 'bin'}:$PATH\n"
+        return subprocess.run(["bash", "-o", "pipefail", "-c", path + command], cwd=folder, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def make(self, folder, command):
+        run = self.run_in(folder, command)
+        self.assertEqual(run.returncode, 0, command + "\n" + run.stdout)
+
+    def test_the_sessions_print_what_documents_say(self):
+        count = 0
+        for document in ("README.md", "docs/archives.md"):
+            for session in sessions((ROOT / document).read_text()):
+                folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+                for volume in ("2019/knee.nhdr", "2019/skull.nhdr"):
+                    self.make(folder, f"mkdir -p 2019 old && tagrid phantom --dims 96,96,48 -o {volume}")
+                self.make(folder, f"truncate -s {512 * 512 * 133 * 2} old/chest.raw")
+                for command, printed in session:
+                    run = self.run_in(folder, command)
+                    if "--remove-verified" in command:
+                        # What has no header stays after a lossy encoding.
+                        self.assertEqual(run.returncode, 65, run.stdout)
+                        self.assertIn("--trust-description", run.stdout)
+                        self.assertEqual([path.name for path in folder.rglob("*.raw")], ["chest.raw"])
+                    else:
+                        self.assertEqual(run.returncode, 0, command + "\n" + run.stdout)
+                    if printed or document == "README.md":
+                        self.assertEqual(without_memory(run.stdout), without_memory(printed), command)
+                    count += 1
+        self.assertGreaterEqual(count, 7)
+
+    def test_every_command_is_accepted(self):
+        volumes = self.folder / "volumes"
+        volumes.mkdir()
+        self.make(volumes, "tagrid phantom --dims 256,256,64 -o scan.nhdr && tagrid encode scan.nhdr --max-level 9"
+                           " && tagrid phantom --dims 64,64,64 --type float32 -o smoke.vdb")
+        count = 0
+        documents = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "tagrid.1"]
+        for document in documents:
+            for command in commands(document.read_text()):
+                if command.startswith("tagrid convert"):
+                    continue  # They need records of earlier ones: the session above has them.
+                for large, small in SMALLER.items():
+                    command = command.replace(large, small)
+                folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+                self.provide(volumes, folder, command)
+                with self.subTest(f"{document.name}: {command}"):
+                    run = self.run_in(folder, command)
+                    self.assertEqual(run.returncode, 64 if "# refused" in command else 0, run.stdout)
+                    count += 1
+                shutil.rmtree(folder)
+        self.assertGreaterEqual(count, 30)
+
+    def provide(self, volumes, folder, command):
+        """The files that a command reads: a phantom under every name of a volume."""
+        for name in re.findall(r"\b[\w-]+\.nhdr\b", command):
+            if not command.startswith("tagrid phantom"):
+                (folder / name).write_text((volumes / "scan.nhdr").read_text().replace("scan.raw", "samples.raw"))
+                os.link(volumes / "scan.raw", folder / "samples.raw")
+        if "smoke.vdb" in command:
+            shutil.copy(volumes / "smoke.vdb", folder)
+        if not re.search(r"\btagrid (encode|phantom)\b", command):
+            for name in re.findall(r"\b[\w-]+\.tag\b", command):
+                shutil.copy(volumes / "scan.tag", folder / name)
+
+    def test_a_command_that_does_not_work_is_found(self):
+        self.assertEqual(list(commands("```\ntagrid a |\n    tagrid b\nother\n```\n")), ["tagrid a | tagrid b"])
+        self.assertEqual(list(sessions("```\n$ a\nb\n$ { c\n  d; }\ne\n```\n")), [[["a", "b\n"], ["{ c\n  d; }", "e\n"]]])
+        self.assertNotEqual(self.run_in(self.folder, "tagrid info --nothing x").returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
