@@ -8,7 +8,8 @@ _tagrid_options() {
     --max-level --range --field-scale --brick --vdb-grid"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $encoding --resume --trust-description" ;;
-    decode) echo "$run $memory --spool $output $removal --format --vdb-grid --vdb-background --vdb-tolerance" ;;
+    decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-background
+      --vdb-tolerance" ;;
     info) echo "$run" ;;
     verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
