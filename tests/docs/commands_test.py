@@ -136,6 +136,15 @@ class Commands(unittest.TestCase):
             for name in re.findall(r"\b[\w-]+\.tag\b", command):
                 shutil.copy(volumes / "scan.tag", folder / name)
 
+    def test_the_scripts_that_documents_call_are_there(self):
+        scripts = set()
+        for document in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")]:
+            for block in blocks(document.read_text()):
+                scripts.update(re.findall(r"^(tools/\S+\.sh|\.ci/\S+)", block, re.MULTILINE))
+        self.assertTrue({"tools/quickstart.sh", "tools/test.sh"} <= scripts, scripts)
+        for script in scripts:
+            self.assertTrue(os.access(ROOT / script, os.X_OK), script)
+
     def test_a_command_that_does_not_work_is_found(self):
         self.assertEqual(list(commands("```\ntagrid a |\n    tagrid b\nother\n```\n")), ["tagrid a | tagrid b"])
         self.assertEqual(list(sessions("```\n$ a\nb\n$ { c\n  d; }\ne\n```\n")), [[["a", "b\n"], ["{ c\n  d; }", "e\n"]]])
