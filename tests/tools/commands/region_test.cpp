@@ -1,6 +1,7 @@
 // decode --region and --step, through the command line.
 #include <gtest/gtest.h>
 
+#include "stages/grid/box.h"
 #include "tests/support/command_line.h"
 
 namespace tagrid {
