@@ -9,7 +9,6 @@
 
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
-#include "pipeline/run/run.h"
 #include "stages/phantom/phantom.h"
 #include "stages/volume/sample_type.h"
 #include "tests/support/mesh_laws.h"

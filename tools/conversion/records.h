@@ -49,8 +49,9 @@ struct KnownOutput {
 };
 
 /// The keys of a record that say what the output is; null where that is not known.
-inline constexpr std::array output_keys = {"dims",      "type",        "settings",   "achieved",   "bytes_in",
-                                           "bytes_out", "input_files", "input_xxh3", "output_xxh3"};
+inline constexpr std::array output_keys = {"dims",       "type",       "settings",    "achieved",
+                                           "bytes_in",   "bytes_out",  "input_files", "headerless",
+                                           "input_xxh3", "output_xxh3"};
 
 /// Says in `record` what the output is, as an earlier record has it.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);

@@ -84,7 +84,7 @@ class ForgedFiles : public CommandLine {
                                      {"decode", "-o", "-"},
                                      {"info"},
                                      {"verify"},
-                                     {"mesh", "-o", "x.vtu"}}) {
+                                     {"mesh", "--padded", "-o", "x.vtu"}}) {
       SCOPED_TRACE(command[0]);
       expect_refused(tagrid(with(command, {"forged.tag"})), most_memory);
       expect_refused(tagrid(with(command, {"-"}), bytes), most_memory);

@@ -1,0 +1,65 @@
+// The header lines of a region: its samples lie where they lay in the whole volume.
+#include "io/nrrd/region.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+
+#include "io/nrrd/geometry.h"
+
+namespace tagrid {
+namespace {
+
+const std::vector<std::string> geometries = {
+    "spacings: 0.5 0.25 2\n",
+    "spacings: 0.5 -0.25 2\naxis mins: -3 4 5\n",
+    "spacings: 0.5 0.25 2\naxis mins: -3 4 5\ncenters: node cell node\n",
+    "spacings: 1 nan 2\n",
+    "space: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.75,0) (0,0,3)\n",
+    "space: LPS\nspace directions: (0.5,0.25,0) (-0.125,0.75,0) (0,0.5,3)\nspace origin: (10,-20,30)\n",
+};
+
+RC_GTEST_PROP(FieldsOfRegion, PutEverySampleWhereItWas, ()) {
+  const std::string fields = *rc::gen::elementOf(geometries);
+  const auto number = [](int most) { return static_cast<std::int64_t>(*rc::gen::inRange(0, most)); };
+  const Index3 low = {number(40), number(40), number(40)};
+  const Index3 step = {number(4) + 1, number(4) + 1, number(4) + 1};
+  const Geometry whole = geometry_of(fields), region = geometry_of(fields_of_region(fields, low, step));
+  for (const Index3& p : {Index3{0, 0, 0}, Index3{1, 0, 0}, Index3{3, 7, 5}}) {
+    const auto was = to_world(whole, low + Index3{p.x * step.x, p.y * step.y, p.z * step.z});
+    const auto is = to_world(region, p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      // What was not known cannot follow: along such an axis samples count as 1 apart, before and after.
+      if (std::isnan(whole.spacing[axis])) continue;
+      RC_ASSERT(std::abs(was[axis] - is[axis]) < 1e-9);
+    }
+  }
+}
+
+TEST(FieldsOfRegion, OfTheWholeVolumeAreTheSameToTheByte) {
+  for (const std::string& fields : geometries)
+    EXPECT_EQ(fields_of_region(fields, {0, 0, 0}, {1, 1, 1}), fields);
+}
+
+TEST(FieldsOfRegion, KeepEverythingElse) {
+  const std::string others = "content: a scan\n# made by hand\nspace units: \"mm\" \"mm\" \"mm\"\nkVp:=120\n";
+  const std::string fields = others + "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n";
+  const std::string region = fields_of_region(fields, {1, 2, 3}, {2, 2, 2});
+  EXPECT_EQ(region.substr(0, others.size()), others);
+  EXPECT_EQ(region.substr(others.size()),
+            "space: LPS\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (1,2,3)\n");
+}
+
+TEST(FieldsOfRegion, ForgetTheEndsOfTheWholeVolume) {
+  const std::string fields = "spacings: 1 1 1\naxis mins: 0 0 0\naxis maxs: 10 10 10\n";
+  EXPECT_EQ(fields_of_region(fields, {2, 0, 0}, {1, 1, 1}), "spacings: 1 1 1\naxis mins: 2 0 0\n");
+}
+
+TEST(FieldsOfRegion, SayNothingWhereNothingWasSaid) {
+  EXPECT_EQ(fields_of_region("", {2, 3, 4}, {2, 2, 2}), "");
+  EXPECT_EQ(fields_of_region("kVp:=120\n", {2, 3, 4}, {2, 2, 2}), "kVp:=120\n");
+}
+
+}  // namespace
+}  // namespace tagrid
