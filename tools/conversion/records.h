@@ -1,5 +1,5 @@
 // What `convert` writes down of every volume, and what a later run learns from that. A record is a line of
-// JSON; README.md says what is in it.
+// JSON; docs/archives.md says what is in it.
 #pragma once
 
 #include <array>
