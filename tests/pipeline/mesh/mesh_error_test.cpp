@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "mesh_field.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"
