@@ -14,8 +14,8 @@ namespace tagrid {
 namespace setting {
 inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};
-inline constexpr Setting surface_error = {"surface-error", "the largest error at active points"};
-inline constexpr Setting mesh_error = {"mesh-error", "the largest error of the mesh"};
+inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
+inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
 inline constexpr Setting effort = {"effort", "the effort"};
 inline constexpr Setting accuracy = {"accuracy", "the accuracy"};
 inline constexpr Setting cube = {"cube", "the edge of a root cube"};
