@@ -61,7 +61,10 @@ std::string uuid_of(std::uint64_t high, std::uint64_t low) {
 
 struct VdbWriter::Grid {
   Grid(const std::string& path, const VolumeInfo& the_info, const VdbOptions& the_options)
-      : info(the_info), options(the_options), place(vdb_place_of(info.nrrd_fields)), spool(path) {
+      : info(the_info),
+        options(the_options),
+        place(vdb_place_of(info.nrrd_fields)),
+        spool(SpoolFile::beside(path)) {
     if (options.background && !is_number_of(info.type, *options.background))
       throw UsageError(
           Sentence{"{} {}: is no {}", {background_setting, *options.background, name_of(info.type)}});

@@ -1,4 +1,4 @@
-// How many members the structs have that ranks send each other: see order_fields.h. A count that is not right
+// How many members the structs have that ranks send each other: see messages.h. A count that is not right
 // does not compile.
 #pragma once
 
