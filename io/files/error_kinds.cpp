@@ -12,37 +12,38 @@ SortedError sorted_error(const std::exception_ptr& exception) {
   try {
     std::rethrow_exception(exception);
   } catch (const UsageError& error) {
-    return {ErrorKind::usage, error.what()};
+    return {ErrorKind::usage, error.what(), error.detail()};
   } catch (const BrokenInput& error) {
-    return {ErrorKind::broken_input, error.what()};
+    return {ErrorKind::broken_input, error.what(), error.detail()};
   } catch (const ClosedPipe& error) {
-    return {ErrorKind::closed_pipe, error.what()};
+    return {ErrorKind::closed_pipe, error.what(), error.detail()};
   } catch (const WorldError& error) {
-    return {ErrorKind::world, error.what()};
+    return {ErrorKind::world, error.what(), error.detail()};
   } catch (const std::bad_alloc& error) {
-    return {ErrorKind::memory, error.what()};
+    return {ErrorKind::memory, error.what(), {}};
   } catch (const std::length_error& error) {
     // A container was asked for more than any memory holds.
-    return {ErrorKind::memory, error.what()};
+    return {ErrorKind::memory, error.what(), {}};
   } catch (const std::system_error& error) {
-    return {ErrorKind::world, error.what()};
+    return {ErrorKind::world, error.what(), {}};
   } catch (const std::exception& error) {
-    return {ErrorKind::bug, error.what()};
+    return {ErrorKind::bug, error.what(), {}};
   } catch (...) {
-    return {ErrorKind::bug, "something that is no exception was thrown"};
+    return {ErrorKind::bug, "something that is no exception was thrown", {}};
   }
 }
 
 void throw_sorted(const SortedError& error) {
   switch (error.kind) {
     case ErrorKind::usage:
-      throw UsageError(error.message);
+      if (error.detail.problem == Problem::memory_limit) throw MemoryLimit(error.message, error.detail);
+      throw UsageError(error.message, error.detail);
     case ErrorKind::broken_input:
-      throw BrokenInput(error.message);
+      throw BrokenInput(error.message, error.detail);
     case ErrorKind::closed_pipe:
-      throw ClosedPipe(error.message);
+      throw ClosedPipe(error.message, error.detail);
     case ErrorKind::world:
-      throw WorldError(error.message);
+      throw WorldError(error.message, error.detail);
     case ErrorKind::memory:
       throw std::bad_alloc();
     case ErrorKind::bug:

@@ -5,6 +5,8 @@
 #include <exception>
 #include <string>
 
+#include "io/files/errors.h"
+
 namespace tagrid {
 
 enum class ErrorKind : std::uint8_t {
@@ -19,6 +21,7 @@ enum class ErrorKind : std::uint8_t {
 struct SortedError {
   ErrorKind kind = ErrorKind::bug;
   std::string message;  ///< what() of it
+  ErrorDetail detail{};
 
   bool operator==(const SortedError&) const = default;
 };
@@ -26,7 +29,7 @@ struct SortedError {
 /// REQUIRES: an exception.
 SortedError sorted_error(const std::exception_ptr& exception);
 
-/// Throws an exception of that kind with that message; of `memory` without.
+/// Throws an exception of that kind with that message and detail; of `memory` without.
 [[noreturn]] void throw_sorted(const SortedError& error);
 
 }  // namespace tagrid

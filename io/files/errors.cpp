@@ -1,5 +1,6 @@
 #include "io/files/errors.h"
 
+#include <fmt/args.h>
 #include <fmt/format.h>
 
 #include <cerrno>
@@ -34,16 +35,17 @@ constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
 
-std::string text(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
-                 std::optional<std::uint64_t> needed_with_spool) {
-  const std::string spool = needed_with_spool
-                                ? fmt::format(", or --spool DIR, a folder for the samples, and -M {}M",
-                                              mebibytes(*needed_with_spool))
-                                : "";
+std::string text(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
   const std::string limit =
       allowed < mebibyte ? fmt::format("{} B", allowed) : fmt::format("{} MiB", allowed / mebibyte);
-  return fmt::format("{} needs at least {} MiB of memory, and {} are allowed: give -M {}M{}", work,
-                     mebibytes(needed), limit, mebibytes(needed), spool);
+  return fmt::format("{} needs at least {} MiB of memory, and {} are allowed", work, mebibytes(needed),
+                     limit);
+}
+
+ErrorDetail detail_of(std::uint64_t needed, std::optional<std::uint64_t> needed_with_spool) {
+  ErrorDetail detail{Problem::memory_limit, "", {}, {needed}};
+  if (needed_with_spool) detail.numbers.push_back(*needed_with_spool);
+  return detail;
 }
 
 }  // namespace
@@ -53,10 +55,18 @@ WorldError world_error(std::string_view what, std::string_view path, int error_n
                                 advice(error_number)));
 }
 
+Term::Term(double value) : text(fmt::format("{}", value)) {}
+
+std::string text_of(const Sentence& sentence, std::string_view prefix) {
+  fmt::dynamic_format_arg_store<fmt::format_context> terms;
+  for (const Term& term : sentence.terms)
+    terms.push_back(prefix.empty() || term.setting.empty() ? term.text
+                                                           : fmt::format("{}{}", prefix, term.setting));
+  return fmt::vformat(sentence.text, terms);
+}
+
 MemoryLimit::MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
                          std::optional<std::uint64_t> needed_with_spool)
-    : UsageError(text(work, allowed, needed, needed_with_spool)),
-      needed_(needed),
-      needed_with_spool_(needed_with_spool) {}
+    : UsageError(text(work, allowed, needed), detail_of(needed, needed_with_spool)) {}
 
 }  // namespace tagrid

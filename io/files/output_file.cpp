@@ -28,7 +28,7 @@ bool is_special(const std::string& path) {
 }
 
 UsageError exists_already(const std::string& path) {
-  return UsageError(path + ": exists already; give -f to overwrite it");
+  return UsageError(path + ": exists already", Problem::output_exists);
 }
 
 /// Renames without overwriting; returns 0 or an errno.

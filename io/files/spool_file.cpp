@@ -36,14 +36,25 @@ std::string folder_beside(const std::string& path) {
 
 }  // namespace
 
-SpoolFile::SpoolFile(const std::string& path)
-    : name_(path == "-" ? "standard output" : path), folder_(folder_beside(path)) {
+SpoolFile SpoolFile::beside(const std::string& path) {
+  return {folder_beside(path), path == "-" ? "standard output" : path};
+}
+
+SpoolFile SpoolFile::in(const std::string& folder, const std::string& whose) { return {folder, whose}; }
+
+SpoolFile::SpoolFile(std::string folder, std::string name)
+    : name_(std::move(name)), folder_(std::move(folder)) {
   create();
 }
 
-SpoolFile::SpoolFile(const std::string& folder, const std::string& whose) : name_(whose), folder_(folder) {
-  create();
-}
+SpoolFile::SpoolFile(SpoolFile&& other) noexcept
+    : name_(std::move(other.name_)),
+      folder_(std::move(other.folder_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      buffer_(std::move(other.buffer_)),
+      reading_(other.reading_),
+      flushed_(other.flushed_),
+      size_(other.size_) {}
 
 void SpoolFile::create() {
   buffer_.reserve(buffer_size);

@@ -13,10 +13,11 @@ namespace tagrid {
 /// start, so nothing is left however the program ends. Every failure is a WorldError.
 class SpoolFile {
  public:
-  /// Makes the file in the folder of `path`, or in the folder for temporary files for "-" and for devices.
-  explicit SpoolFile(const std::string& path);
-  /// Makes the file in `folder`; `whose` is named where that fails.
-  SpoolFile(const std::string& folder, const std::string& whose);
+  /// A file in the folder of `path`, or in the folder for temporary files for "-" and for devices.
+  static SpoolFile beside(const std::string& path);
+  /// A file in `folder`; `whose` is named where that fails.
+  static SpoolFile in(const std::string& folder, const std::string& whose);
+  SpoolFile(SpoolFile&& other) noexcept;
   ~SpoolFile();
   SpoolFile(const SpoolFile&) = delete;
   SpoolFile& operator=(const SpoolFile&) = delete;
@@ -45,6 +46,7 @@ class SpoolFile {
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:
+  SpoolFile(std::string folder, std::string name);
   [[noreturn]] void fail(const char* what, int error) const;
   void create();
   void write_all(std::uint64_t position, std::span<const std::byte> bytes);

@@ -45,12 +45,12 @@ void require_plain_file(const std::string& header_name, const std::string& data_
                     tagrid::quoted(std::string_view(data_file))));
 }
 
-std::string why_no_volume(FileBytes& file) {
-  if (file.peek(1).empty()) return "is empty, and no volume";
-  const std::string_view advice = advice_on_format(file.peek(other_formats_peek));
-  if (!advice.empty()) return std::string(advice);
-  return "not an NRRD volume, nor an OpenVDB file; if these are samples without a header, say how they lie, "
-         "with --dims and --type";
+BrokenInput no_volume(FileBytes& file) {
+  if (file.peek(1).empty()) return BrokenInput(file.name() + ": is empty, and no volume");
+  const OtherFormat format = other_format(file.peek(other_formats_peek));
+  if (!format.what.empty())
+    return BrokenInput(fmt::format("{}: {}", file.name(), format.what), format.problem);
+  return BrokenInput(file.name() + ": not an NRRD volume, nor an OpenVDB file", Problem::no_known_format);
 }
 
 std::string beside(const std::string& header_path, const std::string& data_file) {
@@ -71,19 +71,19 @@ VolumeReader open_volume(const std::string& path, const SourceDescription& sourc
     return reader;
   }
   if (!source.vdb_grid.empty())
-    throw UsageError(reader.file_->name() + ": is no OpenVDB file; leave out --vdb-grid");
+    throw UsageError(reader.file_->name() + ": is no OpenVDB file", Problem::not_openvdb);
   if (!headerless && begins_nrrd(reader.file_->peek(9)))
     reader.open_nrrd(path, raw);
   else if (raw)
     reader.open_raw(*raw);
   else
-    throw BrokenInput(reader.file_->name() + ": " + why_no_volume(*reader.file_));
+    throw no_volume(*reader.file_);
   reader.check_size();
   return reader;
 }
 
 void VolumeReader::open_vdb(const SourceDescription& source) {
-  if (source.raw) throw UsageError(file_->name() + ": is an OpenVDB file; leave out --dims and the like");
+  if (source.raw) throw UsageError(file_->name() + ": is an OpenVDB file", Problem::openvdb_described);
   if (!file_->size())
     throw UsageError(file_->name() + ": an OpenVDB file cannot be read from a pipe; give the file");
   vdb_ = std::make_unique<VdbReader>(std::move(file_), source.vdb_grid);
@@ -123,22 +123,20 @@ void VolumeReader::open_nrrd(const std::string& path, const std::optional<RawDes
 /// What the caller says of an NRRD file must be what its header says.
 void VolumeReader::check_against(const RawDescription& raw, const NrrdHeader& header,
                                  const std::string& name) const {
-  const std::string both = fmt::format("{}: its NRRD header says {}, the command line {}", name,
+  const std::string both = fmt::format("{}: its NRRD header says {}, its description {}", name,
                                        described(info_.dims, info_.type), described(raw.dims, raw.type));
   if (raw.dims != info_.dims) throw BrokenInput(both);
   if (raw.type != info_.type) throw UsageError(both);
   if (raw.big_endian && size_of(info_.type) > 1 && *raw.big_endian != header.big_endian)
-    throw UsageError(fmt::format("{}: its NRRD header says endian {}; leave out --endian", name,
-                                 header.big_endian ? "big" : "little"));
+    throw UsageError(
+        fmt::format("{}: its NRRD header says endian {}", name, header.big_endian ? "big" : "little"),
+        Problem::endian_differs);
   if (raw.spacing && *raw.spacing != info_.geometry.spacing) {
     const auto& [x, y, z] = info_.geometry.spacing;
-    throw UsageError(
-        info_.geometry.has_spacing
-            ? fmt::format("{}: its NRRD header says the spacing {}, {}, {}; leave out --spacing", name, x, y,
-                          z)
-            : name +
-                  ": its NRRD header says no spacing; leave out --spacing, or give the header a line "
-                  "\"spacings: x y z\"");
+    if (!info_.geometry.has_spacing)
+      throw UsageError(name + ": its NRRD header says no spacing", Problem::spacing_not_in_header);
+    throw UsageError(fmt::format("{}: its NRRD header says the spacing {}, {}, {}", name, x, y, z),
+                     Problem::spacing_differs);
   }
 }
 
@@ -210,9 +208,10 @@ void VolumeReader::check_size() const {
   if (gzip_ || present == expected) return;
   // What was said of it is wrong, or it is another file than it was taken for.
   if (size == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), samples_expected()));
-  const std::string_view advice = start_ == 0 ? advice_on_format(file_->peek(other_formats_peek)) : "";
+  const OtherFormat format = start_ == 0 ? other_format(file_->peek(other_formats_peek)) : OtherFormat{};
   throw BrokenInput(fmt::format("{}: {}, but {} are present{}{}", file_->name(), samples_expected(), present,
-                                advice.empty() ? "" : "; it ", advice));
+                                format.what.empty() ? "" : "; it ", format.what),
+                    format.problem);
 }
 
 }  // namespace tagrid

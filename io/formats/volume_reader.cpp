@@ -90,7 +90,7 @@ void VolumeReader::seek_slice(std::int64_t z) {
 void VolumeReader::spool(const std::string& folder) {
   assert(next_sample_ == 0);
   if (vdb_) return spool_slices(folder);
-  SpoolFile spooled(folder, file_->name());
+  SpoolFile spooled = SpoolFile::in(folder, file_->name());
   std::vector<std::byte> part(std::size_t{1} << 20);
   for (std::uint64_t left = *sample_bytes(info_.dims, info_.type), done = 0; left > 0;) {
     const std::size_t wanted = std::min<std::uint64_t>(left, part.size());
@@ -113,7 +113,7 @@ void VolumeReader::spool(const std::string& folder) {
 
 // The same of an OpenVDB file, whose slices are made one by one.
 void VolumeReader::spool_slices(const std::string& folder) {
-  SpoolFile spooled(folder, files_.front());
+  SpoolFile spooled = SpoolFile::in(folder, files_.front());
   std::vector<std::byte> slice(static_cast<std::size_t>(slice_bytes()));
   for (std::int64_t z = 0; z < info_.dims.z; ++z) {
     vdb_->read_slice(z, slice.data());

@@ -90,10 +90,10 @@ void write_computed(OutputFile& output, std::int64_t count, NumberOf number_of) 
 VtuWriter::VtuWriter(const std::string& path, SampleType value_type, bool overwrite)
     : value_type_(value_type),
       output_(path, overwrite),
-      coordinates_(path),
-      values_(path),
-      connectivity_(path),
-      levels_(path) {}
+      coordinates_(SpoolFile::beside(path)),
+      values_(SpoolFile::beside(path)),
+      connectivity_(SpoolFile::beside(path)),
+      levels_(SpoolFile::beside(path)) {}
 
 void VtuWriter::add_points(std::span<const double> xyz, std::span<const std::byte> values) {
   assert(xyz.size() % 3 == 0 && values.size() == xyz.size() / 3 * size_of(value_type_));

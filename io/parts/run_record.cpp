@@ -141,15 +141,18 @@ std::uint64_t run_id(std::span<const std::byte> record_bytes) {
   return load_little_endian<std::uint64_t>(record_bytes.data() + record_bytes.size() - 8);
 }
 
-std::string difference_of(const RunRecord& was, const RunRecord& now) {
-  if (was.program != now.program) return fmt::format("{} began it, this is {}", was.program, now.program);
+Sentence difference_of(const RunRecord& was, const RunRecord& now) {
+  if (was.program != now.program) return {"{} began it, this is {}", {was.program, now.program}};
   for (const auto& [name, value] : now.settings)
     for (const auto& [other_name, other] : was.settings)
-      if (name == other_name && value != other) return fmt::format("{} was {}, now {}", name, other, value);
-  if (was.inputs.size() != now.inputs.size()) return "the input was another one";
+      if (name == other_name && value != other)
+        return {"{} was {}, now {}", {Setting{name, name}, other, value}};
+  if (was.inputs.size() != now.inputs.size()) return {"the input was another one", {}};
   for (std::size_t i = 0; i < was.inputs.size(); ++i)
-    if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty()) return change;
-  return was.settings != now.settings || was.header != now.header ? "other settings, or another input" : "";
+    if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty())
+      return {"{}", {change}};
+  const bool same = was.settings == now.settings && was.header == now.header;
+  return {same ? "" : "other settings, or another input", {}};
 }
 
 }  // namespace tagrid

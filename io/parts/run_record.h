@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/files/errors.h"
 #include "stages/volume/status.h"
 
 namespace tagrid {
@@ -30,7 +31,7 @@ std::string change_of(const FileIdentity& was, const FileIdentity& now);
 
 struct RunRecord {
   std::string program;  ///< with its version: another one may make other bytes
-  /// Name and value of everything that decides on the result, in words.
+  /// Everything that decides on the result: names of settings, and their values as text.
   std::vector<std::pair<std::string, std::string>> settings;
   std::vector<FileIdentity> inputs;
   std::vector<std::byte> header;  ///< of the .tag file
@@ -43,7 +44,7 @@ std::vector<std::byte> serialize_record(const RunRecord& record);
 Status parse_record(std::span<const std::byte> bytes, RunRecord& record);
 std::uint64_t run_id(std::span<const std::byte> record_bytes);
 
-/// The first thing in which what two runs are asked for differs, in words; "" where they are the same.
-std::string difference_of(const RunRecord& was, const RunRecord& now);
+/// The first thing in which what two runs are asked for differs; without text where they are the same.
+Sentence difference_of(const RunRecord& was, const RunRecord& now);
 
 }  // namespace tagrid

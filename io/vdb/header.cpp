@@ -13,6 +13,7 @@ namespace tagrid {
 namespace {
 
 constexpr std::size_t longest_name = 4096;
+constexpr Setting vdb_grid_setting = {"vdb-grid", "the grid"};
 
 /// Metadata of a file or a grid; what tagrid wrote goes to `head`.
 void read_metadata(VdbBytes& bytes, VdbGridHead* head) {
@@ -100,15 +101,15 @@ const VdbGrid& choose_vdb_grid(const std::vector<VdbGrid>& grids, const std::str
   if (grids.empty()) throw BrokenInput(file + ": this OpenVDB file has no grid");
   if (name.empty() && grids.size() == 1) return grids[0];
   if (name.empty())
-    throw UsageError(
-        fmt::format("{}: has several grids; choose one with --vdb-grid: {}", file, list_of(grids)));
+    throw UsageError(fmt::format("{}: has several grids: {}", file, list_of(grids)), Problem::several_grids);
   const auto exactly = [&](const VdbGrid& grid) { return grid.name == name; };
   const auto nearly = [&](const VdbGrid& grid) { return plain_name(grid.name) == name; };
   if (const auto found = std::find_if(grids.begin(), grids.end(), exactly); found != grids.end())
     return *found;
   if (std::count_if(grids.begin(), grids.end(), nearly) == 1)
     return *std::find_if(grids.begin(), grids.end(), nearly);
-  throw UsageError(fmt::format("{}: --vdb-grid {}: has no such grid; it has {}", file, name, list_of(grids)));
+  throw UsageError(
+      Sentence{"{}: {} {}: has no such grid; it has {}", {file, vdb_grid_setting, name, list_of(grids)}});
 }
 
 VdbGridHead read_vdb_grid_head(VdbBytes& bytes, const VdbGrid& grid) {

@@ -23,6 +23,8 @@
 namespace tagrid {
 namespace {
 
+constexpr Setting background_setting = {"vdb-background", "the background"};
+
 constexpr std::uint32_t library_major = 10, library_minor = 0;  // whose files look so
 
 /// The type of the grid for samples of type S.
@@ -59,9 +61,13 @@ std::string uuid_of(std::uint64_t high, std::uint64_t low) {
 
 struct VdbWriter::Grid {
   Grid(const std::string& path, const VolumeInfo& the_info, const VdbOptions& the_options)
-      : info(the_info), options(the_options), place(vdb_place_of(info.nrrd_fields)), spool(path) {
+      : info(the_info),
+        options(the_options),
+        place(vdb_place_of(info.nrrd_fields)),
+        spool(SpoolFile::beside(path)) {
     if (options.background && !is_number_of(info.type, *options.background))
-      throw UsageError(fmt::format("--vdb-background {}: is no {}", *options.background, name_of(info.type)));
+      throw UsageError(
+          Sentence{"{} {}: is no {}", {background_setting, *options.background, name_of(info.type)}});
     if (!options.background && place.background && is_number_of(info.type, *place.background))
       options.background = place.background;
     summary.grid = !options.grid.empty() ? options.grid : !place.grid.empty() ? place.grid : "density";

@@ -4,7 +4,7 @@ namespace tagrid {
 
 RowOutput::RowOutput(VolumeWriter& writer, const std::string& spool_folder, const std::string& name)
     : writer_(writer) {
-  if (!spool_folder.empty()) spool_.emplace(spool_folder, name);
+  if (!spool_folder.empty()) spool_.emplace(SpoolFile::in(spool_folder, name));
 }
 
 void RowOutput::write(const DecodedRows& rows) {

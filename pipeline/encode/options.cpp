@@ -14,13 +14,12 @@
 namespace tagrid {
 namespace {
 
-void require(bool condition, const std::string& message) {
-  if (!condition) throw UsageError(message);
+void require(bool condition, const Sentence& otherwise) {
+  if (!condition) throw UsageError(otherwise);
 }
 
-void require_bound(const std::optional<double>& bound, const char* option) {
-  require(!bound || (std::isfinite(*bound) && *bound >= 0),
-          fmt::format("{} must be a number from 0", option));
+void require_bound(const std::optional<double>& bound, const Setting& setting) {
+  require(!bound || (std::isfinite(*bound) && *bound >= 0), {"{} must be a number from 0", {setting}});
 }
 
 // The field scale is this many voxels for the whole value range. It does not depend on S: with a scale in
@@ -39,16 +38,15 @@ std::pair<double, double> usual_range(SampleType type) {
     case SampleType::int16:
       return {-1024, 3072};
     default:
-      throw UsageError(
-          fmt::format("a pipe of {} samples needs --range lo:hi or --field-scale: what matters in it cannot "
-                      "be known before it was read",
-                      name_of(type)));
+      throw UsageError(Sentence{
+          "a pipe of {} samples needs {} lo:hi or {}: what matters in it cannot be known before it was read",
+          {name_of(type), setting::range, setting::field_scale}});
   }
 }
 
 std::pair<double, double> range_of_data(VolumeReader& reader) {
-  require(reader.seekable(),
-          "--range auto reads the volume twice, which a pipe does not allow; give --range lo:hi");
+  require(reader.seekable(), {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
+                              {setting::range, setting::range}});
   double low = INFINITY, high = -INFINITY;
   with_sample_type(reader.info().type, [&](auto type) {
     using T = decltype(type);
@@ -107,12 +105,17 @@ void require_mesh_of_voxels(const CodingParameters& p) {
   const bool two_bounds = p.surface_error >= 0;
   const double of_values = two_bounds ? p.surface_error : p.max_error;
   if (p.mesh_error < 0 || p.mesh_error >= of_values) return;
-  const char* option = two_bounds ? "--surface-error" : "--max-error";
-  throw UsageError(fmt::format(
-      "--mesh-error {0} cannot be kept with {1} {2}: the mesh has values that are up to {2} off; give "
-      "--mesh-error {2} or more, or {1} {0} or less{3}",
-      p.mesh_error, option, of_values,
-      two_bounds ? "" : fmt::format(", or --surface-error {} besides", p.mesh_error)));
+  const Setting& bound = two_bounds ? setting::surface_error : setting::max_error;
+  Sentence refusal{
+      "{0} {1} cannot be kept with {2} {3}: the mesh has values that are up to {3} off; give {0} {3} or "
+      "more, "
+      "or {2} {1} or less",
+      {setting::mesh_error, p.mesh_error, bound, of_values}};
+  if (!two_bounds) {
+    refusal.text += ", or {4} {1} besides";
+    refusal.terms.push_back(setting::surface_error);
+  }
+  throw UsageError(refusal);
 }
 
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
@@ -126,7 +129,8 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
     p.max_error = std::max(whole(options.max_error), 0.0);
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
-            "--surface-error must be below --max-error, both rounded down to whole units");
+            {"{} must be below {}, both rounded down to whole units",
+             {setting::surface_error, setting::max_error}});
     require_mesh_of_voxels(p);
     return;
   }
@@ -141,38 +145,45 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
 // What a reader would refuse is not written in the first place.
 void require_valid(const CodingParameters& p, const std::string& volume) {
   const Status status = check_parameters(p);
-  require(status.ok(), fmt::format("{} cannot be encoded so: {}", volume, status.what()));
+  require(status.ok(), {"{} cannot be encoded so: {}", {volume, status.what()}});
 }
 
 }  // namespace
 
 void EncodeOptions::validate() const {
-  require_bound(max_error, "--max-error");
-  require_bound(surface_error, "--surface-error");
-  require_bound(mesh_error, "--mesh-error");
-  require(!surface_error || !grid_only, "--surface-error binds voxels; it does not go with --grid-only");
-  require(!surface_error || max_error, "--surface-error needs --max-error, which binds the other voxels");
-  require(!surface_error || *surface_error < *max_error, "--surface-error must be below --max-error");
-  require(accuracy >= 3 && accuracy <= max_accuracy, "--accuracy must be a whole number, 3 .. 1000000");
+  namespace set = setting;
+  require_bound(max_error, set::max_error);
+  require_bound(surface_error, set::surface_error);
+  require_bound(mesh_error, set::mesh_error);
+  require(!surface_error || !grid_only,
+          {"{} binds voxels; it does not go with {}", {set::surface_error, set::grid_only}});
+  require(!surface_error || max_error,
+          {"{} needs {}, which binds the other voxels", {set::surface_error, set::max_error}});
+  require(!surface_error || *surface_error < *max_error,
+          {"{} must be below {}", {set::surface_error, set::max_error}});
+  require(accuracy >= 3 && accuracy <= max_accuracy,
+          {"{} must be a whole number, 3 .. 1000000", {set::accuracy}});
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),
-          "--cube must be a power of two, 4 .. 256");
-  require(
-      !max_level || (*max_level >= 0 && *max_level <= tagrid::max_level(cube_size)),
-      fmt::format("--max-level must be 0 .. {} for cubes of {}", tagrid::max_level(cube_size), cube_size));
-  const bool limited = max_level && *max_level < tagrid::max_level(cube_size);
-  require(!limited || !grid_only || !max_error,
-          "a grid with --max-level keeps no bound: leave out --max-error");
-  require(!limited || !mesh_error, "a grid with --max-level keeps no bound: leave out --mesh-error");
+          {"{} must be a power of two, 4 .. 256", {set::cube}});
+  const int deepest = tagrid::max_level(cube_size);
+  require(!max_level || (*max_level >= 0 && *max_level <= deepest),
+          {"{} must be 0 .. {} for cubes of {}", {set::max_level, deepest, cube_size}});
+  const bool limited = max_level && *max_level < deepest;
+  const auto no_bound = [](const Setting& bound) {
+    return Sentence{"a grid with {} keeps no bound: leave out {}", {set::max_level, bound}};
+  };
+  require(!limited || !grid_only || !max_error, no_bound(set::max_error));
+  require(!limited || !mesh_error, no_bound(set::mesh_error));
   require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
-          "--brick must be at least 1 root cube and at most 512 samples an edge");
+          {"{} must be at least 1 root cube and at most 512 samples an edge", {set::brick}});
   require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
-          "--field-scale must be positive");
+          {"{} must be positive", {set::field_scale}});
   require(!field_scale || (!range && !range_from_data),
-          "--field-scale and --range say the same thing: give one");
+          {"{} and {} say the same thing: give one", {set::field_scale, set::range}});
   require(
       !range || (std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second),
-      "--range must be lo:hi with lo < hi");
+      {"{} must be lo:hi with lo < hi", {set::range}});
 }
 
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {

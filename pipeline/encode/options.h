@@ -4,10 +4,26 @@
 #include <optional>
 #include <utility>
 
+#include "io/files/errors.h"
 #include "io/formats/volume_reader.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
+
+/// What may be asked, by name and in words. Records of runs have the names, too.
+namespace setting {
+inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
+inline constexpr Setting max_error = {"max-error", "the largest error"};
+inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
+inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
+inline constexpr Setting effort = {"effort", "the effort"};
+inline constexpr Setting accuracy = {"accuracy", "the accuracy"};
+inline constexpr Setting cube = {"cube", "the edge of a root cube"};
+inline constexpr Setting brick = {"brick", "the edge of a brick"};
+inline constexpr Setting max_level = {"max-level", "the highest level"};
+inline constexpr Setting range = {"range", "the value range"};
+inline constexpr Setting field_scale = {"field-scale", "the field scale"};
+}  // namespace setting
 
 struct EncodeOptions {
   bool grid_only = false;

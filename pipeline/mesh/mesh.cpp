@@ -179,8 +179,8 @@ int checked_level(const MeshOptions& options, int cube_size) {
   const int deepest = max_level(cube_size);
   const int level = options.level.value_or(deepest);
   if (level < 0 || level > deepest)
-    throw UsageError(
-        fmt::format("--level must be 0 .. {}, as root cubes have an edge of {}", deepest, cube_size));
+    throw UsageError(Sentence{"{} must be 0 .. {}, as root cubes have an edge of {}",
+                              {Setting{"level", "the level"}, deepest, cube_size}});
   return level;
 }
 
@@ -188,10 +188,9 @@ void refuse_flat(const TagReader& reader, bool padded) {
   const Index3& n = reader.parameters().dims;
   if (padded || (n.x > 1 && n.y > 1 && n.z > 1)) return;
   throw UsageError(
-      fmt::format("{}: a volume of {} x {} x {} samples is one slice, or less, and fills no space; --padded "
-                  "gives the mesh "
-                  "of whole root cubes",
-                  reader.name(), n.x, n.y, n.z));
+      fmt::format("{}: a volume of {} x {} x {} samples is one slice, or less, and fills no space",
+                  reader.name(), n.x, n.y, n.z),
+      Problem::mesh_fills_no_space);
 }
 
 // Layer by layer, as the values of a file with voxels are in its slices.

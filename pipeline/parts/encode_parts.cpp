@@ -21,6 +21,8 @@
 namespace tagrid {
 namespace {
 
+constexpr Setting resume = {"resume", "the earlier run"};
+
 Bytes content_of(const std::string& path) {
   FileBytes file(path);
   Bytes bytes(file.size().value_or(0));
@@ -55,8 +57,8 @@ class RunInParts {
     // output.
     if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
     // Before anything is read: a limit that cannot be kept is found at once.
-    plan_ = plan_encoding(parameters_but_scale(options, reader_.info()), of_this_rank(ranks_, parts_.resources),
-                          true, memory_besides_parts(reader_));
+    plan_ = plan_encoding(parameters_but_scale(options, reader_.info()),
+                          of_this_rank(ranks_, parts_.resources), true, memory_besides_parts(reader_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
     if (!goes_on) check_output(output_, overwrite);
@@ -106,7 +108,7 @@ class RunInParts {
     if (!status_of(folder.record())) return false;
     const Status status = parse_record(content_of(folder.record()), earlier_);
     if (!status.ok())
-      throw UsageError(fmt::format("--resume: {} {}; {}", folder.record(), status.what(), advice(folder)));
+      throw UsageError(Sentence{"{}: {} {}; {}", {resume, folder.record(), status.what(), advice(folder)}});
     return true;
   }
 
@@ -138,10 +140,12 @@ class RunInParts {
   }
 
   void require_same_run(const PartFolder& folder) const {
-    const std::string difference = difference_of(earlier_, record_);
-    if (!difference.empty())
-      throw UsageError(
-          fmt::format("--resume: {}: cannot go on: {}; {}", output_, difference, advice(folder)));
+    const Sentence difference = difference_of(earlier_, record_);
+    if (difference.text.empty()) return;
+    Sentence refusal{"{}: {}: cannot go on: " + difference.text + "; {}", {resume, output_}};
+    refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
+    refusal.terms.push_back(advice(folder));
+    throw UsageError(refusal);
   }
 
   bool is_finished() const {

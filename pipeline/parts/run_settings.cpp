@@ -13,22 +13,22 @@ std::vector<std::pair<std::string, std::string>> settings_of(const CodingParamet
                                                              const SourceDescription& source) {
   const bool ranged = p.range_low < p.range_high;
   return {
-      {"--dims", fmt::format("{},{},{}", p.dims.x, p.dims.y, p.dims.z)},
-      {"--type", std::string(name_of(p.type))},
-      {"--endian", source.raw && source.raw->big_endian.value_or(false) ? "big" : "little"},
-      {"--offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
-      {"--vdb-grid", source.vdb_grid.empty() ? "not given" : source.vdb_grid},
-      {"--grid-only", p.mode == FileMode::grid ? "given" : "not given"},
-      {"--max-error", bound(p.max_error)},
-      {"--surface-error", bound(p.surface_error)},
-      {"--mesh-error", bound(p.mesh_error)},
-      {"--effort", std::string(name_of(p.effort))},
-      {"--accuracy", fmt::format("{}", p.accuracy)},
-      {"--cube", fmt::format("{}", p.cube_size)},
-      {"--brick", fmt::format("{}", p.brick_edge)},
-      {"--max-level", fmt::format("{}", p.max_level)},
-      {"--range", ranged ? fmt::format("{}:{}", p.range_low, p.range_high) : "not given"},
-      {"--field-scale", fmt::format("{}", p.field_scale)},
+      {"dims", fmt::format("{},{},{}", p.dims.x, p.dims.y, p.dims.z)},
+      {"type", std::string(name_of(p.type))},
+      {"endian", source.raw && source.raw->big_endian.value_or(false) ? "big" : "little"},
+      {"offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
+      {"vdb-grid", source.vdb_grid.empty() ? "not given" : source.vdb_grid},
+      {"grid-only", p.mode == FileMode::grid ? "given" : "not given"},
+      {"max-error", bound(p.max_error)},
+      {"surface-error", bound(p.surface_error)},
+      {"mesh-error", bound(p.mesh_error)},
+      {"effort", std::string(name_of(p.effort))},
+      {"accuracy", fmt::format("{}", p.accuracy)},
+      {"cube", fmt::format("{}", p.cube_size)},
+      {"brick", fmt::format("{}", p.brick_edge)},
+      {"max-level", fmt::format("{}", p.max_level)},
+      {"range", ranged ? fmt::format("{}:{}", p.range_low, p.range_high) : "not given"},
+      {"field-scale", fmt::format("{}", p.field_scale)},
   };
 }
 

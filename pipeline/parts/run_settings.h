@@ -1,4 +1,4 @@
-// Everything that decides on what a run makes, in words: to be compared with what it was begun with.
+// All settings that affect the output, as text, so that a resumed run can be compared with the original one.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace tagrid {
 
-/// Options and their values, as the command line has them.
+/// Names of the settings, and their values.
 std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& parameters,
                                                              const SourceDescription& source);
 

@@ -30,7 +30,8 @@ MakeSlice slice_maker(SampleType type) {
 VolumeInfo info_of(const PhantomOptions& options) {
   const Index3 n = options.dims;
   if (!sample_bytes(n, options.type))
-    throw UsageError(fmt::format("--dims {},{},{}: the volume must be below 2^62 bytes", n.x, n.y, n.z));
+    throw UsageError(Sentence{"{} {},{},{}: the volume must be below 2^62 bytes",
+                              {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
   VolumeInfo info;
   info.dims = n;
   info.type = options.type;

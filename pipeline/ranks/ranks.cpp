@@ -29,7 +29,13 @@ struct Outcome {
 }  // namespace
 
 template <>
-inline constexpr std::size_t member_count<SortedError> = 2;
+inline constexpr std::size_t member_count<Term> = 2;
+template <>
+inline constexpr std::size_t member_count<Sentence> = 2;
+template <>
+inline constexpr std::size_t member_count<ErrorDetail> = 4;
+template <>
+inline constexpr std::size_t member_count<SortedError> = 3;
 template <>
 inline constexpr std::size_t member_count<Outcome> = 2;
 
@@ -40,11 +46,14 @@ Outcome outcome_of(const std::exception_ptr& exception) {
   try {
     std::rethrow_exception(exception);
   } catch (const Stopped&) {
-    return {Outcome::State::stopped, {ErrorKind::bug, "the work was stopped"}};
+    return {Outcome::State::stopped, {ErrorKind::bug, "the work was stopped", {}}};
   } catch (...) {
     constexpr std::size_t longest_message = 4000;
     SortedError error = sorted_error(exception);
-    error.message.resize(std::min(error.message.size(), longest_message));
+    if (error.message.size() > longest_message) {
+      error.message.resize(longest_message);
+      error.detail = {};
+    }
     return {Outcome::State::failed, error};
   }
 }
@@ -118,8 +127,11 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
     auto its = unpacked_order<Outcome>(all[rank]);
     // The first that failed; where none did, one that was stopped.
     if (its.state <= chosen.state) continue;
-    if (rank > 0 && its.state == State::failed)
-      its.error.message = fmt::format("rank {}: {}", rank, its.error.message);
+    if (rank > 0 && its.state == State::failed) {
+      const std::string where = fmt::format("rank {}: ", rank);
+      its.error.message = where + its.error.message;
+      its.error.detail.context = where + its.error.detail.context;
+    }
     chosen = std::move(its);
   }
   Bytes bytes = packed_order(chosen);

@@ -194,7 +194,7 @@ void add_vdb_files(Seeds& seeds) {
 void add_record(Seeds& seeds) {
   RunRecord record;
   record.program = "tagrid 1.2.3";
-  record.settings = {{"--max-error", "2"}, {"--cube", "32"}, {"parts", ""}};
+  record.settings = {{"max-error", "2"}, {"cube", "32"}, {"parts", ""}};
   record.inputs = {{"a.nhdr", 100, 5, 1, 2, 3, 4, 77}, {"a.raw", 1 << 20, 6, -1, 2, 3, 4, 78}};
   record.header.resize(40, std::byte{9});
   for (const auto& bytes : {serialize_record(record), serialize_record({})})

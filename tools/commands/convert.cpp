@@ -37,6 +37,7 @@ struct ConvertCommand {
   bool remove_verified = false, keep_folders = false;
 
   void execute(const OptionTexts& given) const {
+    options.run.obey_memory_limit();
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Also where no volume is left for them.
     const Encoding asked = encoding_of(given);

@@ -31,6 +31,7 @@ struct DecodeCommand {
   bool remove = false;
 
   void execute() const {
+    run.obey_memory_limit();
     const std::string path = output.path.empty() ? default_output() : output.path;
     // An NRRD file that is to be decoded would be told that it is its own output, and not what it is.
     if (output.path.empty() && path == input && path != "-") TagReader{input};

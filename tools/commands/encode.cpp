@@ -31,6 +31,7 @@ struct EncodeCommand {
   bool remove = false, trust_description = false, resume = false;
 
   void execute() const {
+    run.obey_memory_limit();
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
                        ": has the name of an encoded volume; to get that: tagrid decode, else give -o FILE");

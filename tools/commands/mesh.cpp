@@ -20,6 +20,7 @@ struct MeshCommand {
   MeshOptions options;
 
   void execute() {
+    run.obey_memory_limit();
     const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(path, "meshes");

@@ -5,6 +5,7 @@
 #include "io/files/errors.h"
 #include "pipeline/parts/verify_parts.h"
 #include "tools/commands/commands.h"
+#include "tools/options/raw_rows.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
 #include "tools/report/printable.h"
@@ -22,6 +23,7 @@ struct VerifyCommand {
   std::string vdb_grid;
 
   void execute() const {
+    run.obey_memory_limit();
     const auto description = raw.description();
     if (original.empty() && (description || !vdb_grid.empty()))
       throw UsageError("--dims and the like describe the original; give it with --against");

@@ -11,6 +11,7 @@
 #include "io/tag/file.h"
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/output_names.h"
+#include "tools/report/advice.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -131,7 +132,7 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
   } catch (const BrokenInput& broken) {
     throw UsageError(
         fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",
-                    volume.output, volume.input, broken.what()));
+                    volume.output, volume.input, words_of(broken)));
   }
 }
 

@@ -12,6 +12,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "tools/conversion/output_names.h"
+#include "tools/report/advice.h"
 
 namespace tagrid {
 namespace {
@@ -99,7 +100,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       taken.take(line.output, number);
       lines.push_back(std::move(line));
     } catch (const UsageError& error) {
-      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, error.what()));
+      throw UsageError(fmt::format("{}: line {}: {}", file.name(), number, words_of(error)));
     }
   }
   if (lines.empty())

@@ -9,70 +9,11 @@
 #include "io/files/errors.h"
 #include "pipeline/encode/dims_order.h"
 #include "pipeline/encode/likelier_reading.h"
-#include "tools/options/command_line_error.h"
+#include "tools/options/encoding_rows.h"
 #include "tools/options/suggestion.h"
-#include "tools/options/vdb_options.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
-namespace {
-
-void add_bounds(CLI::App& command, EncodeOptions& o) {
-  const char* group = "What is kept";
-  add_number_option(command, "--max-error", o.max_error,
-                    "Largest error of any voxel; 0, the default: lossless")
-      ->option_text("E")
-      ->group(group);
-  add_number_option(command, "--surface-error", o.surface_error, "Tighter bound where the grid is refined")
-      ->option_text("F")
-      ->group(group);
-  command.add_flag("--grid-only", o.grid_only, "Store the adaptive grid alone; voxels are interpolated")
-      ->group(group);
-  command
-      .add_option_function<std::string>(
-          "--effort",
-          [&o](const std::string& word) {
-            const auto found = std::find(effort_names.begin(), effort_names.end(), word);
-            o.effort = static_cast<Effort>(found - effort_names.begin());
-          },
-          "fast, default or best: time for size, of voxels of 8 and 16 bits")
-      ->check(one_of({"fast", "default", "best"}))
-      ->option_text("fast|default|best")
-      ->group(group);
-  add_number_option(command, "--mesh-error", o.mesh_error,
-                    "Refine until the mesh is within E of every sample; not below the bound of active voxels")
-      ->option_text("E")
-      ->group(group);
-}
-
-void add_grid_options(CLI::App& command, EncodingOptions& c) {
-  const char* group = "The grid";
-  EncodeOptions& o = c.options;
-  add_number_option(command, "--accuracy", o.accuracy, "m: as good as a circle's m-gon (20)")
-      ->option_text("m")
-      ->group(group);
-  add_number_option(command, "--cube", o.cube_size, "Edge of a root cube, a power of two, 4 .. 256 (32)")
-      ->option_text("S")
-      ->group(group);
-  add_number_option(command, "--max-level", o.max_level, "Refine no further than this level")
-      ->option_text("n")
-      ->group(group);
-  command
-      .add_option("--range", c.range,
-                  "Value range that counts as 8 voxels of height, or auto: that of the data")
-      ->option_text("lo:hi|auto")
-      ->group(group);
-  add_number_option(command, "--field-scale", o.field_scale,
-                    "Voxels of height per unit of value, instead of --range")
-      ->option_text("lambda")
-      ->group(group);
-  add_number_option(command, "--brick", o.brick_edge, "Root cubes an edge of a brick; default max(2, 64/S)")
-      ->option_text("N")
-      ->group(group);
-}
-
-}  // namespace
-
 Encoding EncodingOptions::checked() const {
   Encoding encoding{options, raw.description()};
   encoding.source.vdb_grid = vdb_grid;
@@ -87,54 +28,37 @@ Encoding EncodingOptions::checked() const {
 }
 
 void add_encoding_options(CLI::App& command, EncodingOptions& options) {
-  add_bounds(command, options.options);
-  add_grid_options(command, options);
-  add_raw_options(command, options.raw);
-  add_vdb_grid_option(command, options.vdb_grid);
+  for (const auto& row : encoding_rows()) add_row(command, row, options);
 }
 
 OptionTexts encoding_options_given(const CLI::App& command) {
-  CLI::App all;
-  EncodingOptions unused;
-  all.set_help_flag();
-  add_encoding_options(all, unused);
   OptionTexts texts;
-  for (const CLI::Option* option : all.get_options()) {
-    const std::string& name = option->get_lnames().front();
-    const CLI::Option* given = command.get_option_no_throw("--" + name);
-    if (given != nullptr && given->count() > 0) texts[name] = given->results().back();
+  for (const auto& row : encoding_rows()) {
+    const CLI::Option* given = command.get_option_no_throw("--" + row.name);
+    if (given != nullptr && given->count() > 0) texts[row.name] = given->results().back();
   }
   return texts;
 }
 
 namespace {
 
-std::string unknown_name(const CLI::App& known, const std::string& name) {
+const OptionRow<EncodingOptions>& row_named(const std::string& name) {
   std::vector<std::string> names;
-  for (const CLI::Option* option : known.get_options()) names.push_back(option->get_lnames().front());
-  const auto meant = nearest(name, names);
-  return meant
-             ? fmt::format("unknown option --{}; did you mean --{}?", name, *meant)
-             : fmt::format("unknown option --{}; those of a volume are --{}", name, fmt::join(names, ", --"));
+  for (const auto& row : encoding_rows()) {
+    if (row.name == name) return row;
+    names.push_back(row.name);
+  }
+  if (const auto meant = nearest(name, names))
+    throw UsageError(fmt::format("unknown option --{}; did you mean --{}?", name, *meant));
+  throw UsageError(
+      fmt::format("unknown option --{}; those of a volume are --{}", name, fmt::join(names, ", --")));
 }
 
 }  // namespace
 
 Encoding encoding_of(const OptionTexts& texts) {
-  CLI::App app;
   EncodingOptions options;
-  app.set_help_flag();
-  add_encoding_options(app, options);
-  std::vector<std::string> arguments;
-  for (const auto& [name, value] : texts) {
-    if (app.get_option_no_throw("--" + name) == nullptr) throw UsageError(unknown_name(app, name));
-    arguments.push_back("--" + name + "=" + value);
-  }
-  try {
-    app.parse(std::move(arguments));
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(explain(app, error));
-  }
+  for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
   return options.checked();
 }
 

@@ -13,6 +13,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
 #include "pipeline/ranks/ranks.h"
+#include "tools/options/raw_rows.h"
 
 namespace tagrid {
 
@@ -55,6 +56,10 @@ void add_run_options(CLI::App& command, RunOptions& options) {
       ->option_text("auto|bar|plain|none");
 }
 
+void RunOptions::obey_memory_limit() const {
+  if (memory) give_back_freed_memory(*memory);
+}
+
 bool RunOptions::is_watched() const {
   return !quiet && (verbosity > 0 || shown_style(progress, quiet) != ProgressStyle::none);
 }
@@ -82,7 +87,6 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
             if (!options.memory || *options.memory == 0)
               throw UsageError(
                   fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M, G or T", text));
-            give_back_freed_memory(*options.memory);
           },
           "Take no more memory than this, at any moment; K, M, G, T: times 1024, 1024^2 and so on")
       ->option_text("SIZE");
@@ -150,28 +154,9 @@ SampleType sample_type_option(const std::string& name) {
       name));
 }
 
-void add_raw_options(CLI::App& command, RawOptions& options) {
-  const char* group = "Headerless input";
-  add_dims_option(command, options.dims)->group(group);
-  command.add_option("--type", options.type, "uint8, int8, uint16, int16, uint32, int32, float32 or float64")
-      ->option_text("TYPE")
-      ->group(group);
-  command.add_option("--endian", options.endian, "little (default) or big")
-      ->check(one_of({"little", "big"}))
-      ->option_text("little|big")
-      ->group(group);
-  command.add_option("--spacing", options.spacing, "Distance of samples along x, y and z")
-      ->option_text("X,Y,Z")
-      ->group(group);
-  command
-      .add_option("--offset", options.offset,
-                  "Bytes before the first sample; K, M, G, T: times 1024, 1024^2 and so on")
-      ->option_text("BYTES")
-      ->group(group);
-}
-
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {
-  return command.add_option("--dims", dims, "Samples along x (fastest), y and z")->option_text("X,Y,Z");
+  const auto& row = raw_rows().front();
+  return command.add_option("--" + row.name, dims, row.help)->option_text(row.value);
 }
 
 Index3 dims_option(const std::string& dims) {

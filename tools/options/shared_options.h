@@ -27,6 +27,8 @@ struct RunOptions {
   std::string spool;
 
   int thread_count() const;
+  /// Sets up the heap for the limit on memory, if there is one. To be called before anything large is taken.
+  void obey_memory_limit() const;
   /// Whether somebody looks on: what is no error is said where progress is shown, and with -v.
   bool is_watched() const;
   Resources resources() const;
@@ -45,22 +47,26 @@ std::string number_wanted() {
     return "a finite number";
 }
 
-/// An option with a number as its value (T, or std::optional<T>), read as tools/options/numbers.h says;
+/// Reads the value of an option that is a number (T, or std::optional<T>), as tools/options/numbers.h says;
 /// anything else is a UsageError. The option parser's own conversion takes 020 for 16.
+template <class Value>
+void read_number(const std::string& option, const std::string& text, Value& value) {
+  using Number = typename decltype(std::optional(value))::value_type;
+  std::optional<Number> number;
+  if constexpr (std::integral<Number>)
+    number = whole_number<Number>(text);
+  else
+    number = finite_number(text);
+  if (!number) throw UsageError(fmt::format("{}: {}: must be {}", option, text, number_wanted<Number>()));
+  value = *number;
+}
+
+/// An option with such a number as its value.
 template <class Value>
 CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
                                const std::string& description) {
-  using Number = typename decltype(std::optional(value))::value_type;
   const std::string name = names.substr(names.rfind(',') + 1);
-  const auto set = [name, &value](const std::string& text) {
-    std::optional<Number> number;
-    if constexpr (std::integral<Number>)
-      number = whole_number<Number>(text);
-    else
-      number = finite_number(text);
-    if (!number) throw UsageError(fmt::format("{}: {}: must be {}", name, text, number_wanted<Number>()));
-    value = *number;
-  };
+  const auto set = [name, &value](const std::string& text) { read_number(name, text, value); };
   return command.add_option_function<std::string>(names, set, description);
 }
 /// For values that are one of a few words.
@@ -116,8 +122,6 @@ VolumeFormat volume_format_option(const std::string& format, const std::string& 
 
 /// The type that --type names; throws UsageError with those that exist.
 SampleType sample_type_option(const std::string& name);
-
-void add_raw_options(CLI::App& command, RawOptions& options);
 
 /// --dims
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims);

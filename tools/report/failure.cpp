@@ -6,6 +6,7 @@
 
 #include "io/files/error_kinds.h"
 #include "io/files/errors.h"
+#include "tools/report/advice.h"
 #include "tools/report/exit_codes.h"
 
 namespace tagrid {
@@ -19,13 +20,13 @@ Failure current_failure() {
   const SortedError error = sorted_error(std::current_exception());
   switch (error.kind) {
     case ErrorKind::usage:
-      return {exit_usage, error.message};
+      return {exit_usage, words_of(error)};
     case ErrorKind::broken_input:
-      return {exit_broken_input, error.message};
+      return {exit_broken_input, words_of(error)};
     case ErrorKind::closed_pipe:
       return {exit_world, ""};
     case ErrorKind::world:
-      return {exit_world, error.message};
+      return {exit_world, words_of(error)};
     case ErrorKind::memory:
       return {exit_world, out_of_memory};
     case ErrorKind::bug:

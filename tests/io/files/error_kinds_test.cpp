@@ -35,13 +35,48 @@ TEST(ErrorKinds, WhatIsThrownAgainIsOfTheSameKind) {
   for (const ErrorKind kind : {ErrorKind::usage, ErrorKind::broken_input, ErrorKind::closed_pipe,
                                ErrorKind::world, ErrorKind::memory, ErrorKind::bug}) {
     try {
-      throw_sorted({kind, "x"});
+      throw_sorted({kind, "x", {}});
     } catch (...) {
       const SortedError again = sorted_error(std::current_exception());
       EXPECT_EQ(again.kind, kind);
       EXPECT_TRUE(again.message == "x" || kind == ErrorKind::memory) << again.message;
     }
   }
+}
+
+TEST(ErrorKinds, CodeAndValuesAreThrownAgain) {
+  const SortedError refused = sorted(UsageError(
+      Sentence{"{} {}: is a {}", {Setting{"level", "the level"}, 0.5, "fraction"}}, Problem::output_exists));
+  EXPECT_EQ(refused.message, "the level 0.5: is a fraction");
+  EXPECT_EQ(text_of(refused.detail.sentence, "--"), "--level 0.5: is a fraction");
+  const SortedError broken = sorted(BrokenInput("a.gz: is compressed", Problem::compressed_file));
+  const SortedError world = sorted(WorldError("x", Problem::no_known_format));
+  for (const SortedError& error : {refused, broken, world}) {
+    EXPECT_NE(error.detail.problem, Problem::none);
+    try {
+      throw_sorted(error);
+    } catch (...) {
+      EXPECT_EQ(sorted_error(std::current_exception()), error);
+    }
+  }
+}
+
+TEST(ErrorKinds, ALimitOnMemoryIsThrownAgainAsOneWithItsNumbers) {
+  try {
+    throw_sorted(sorted(MemoryLimit("encoding", 7, 3'000'000'001, 5)));
+  } catch (const MemoryLimit& again) {
+    EXPECT_EQ(again.needed(), 3'000'000'001U);
+    EXPECT_EQ(again.needed_with_spool(), 5U);
+  }
+  try {
+    throw_sorted(sorted(MemoryLimit("encoding", 7, 8, {})));
+  } catch (const MemoryLimit& again) {
+    EXPECT_FALSE(again.needed_with_spool());
+  }
+}
+
+TEST(ErrorKinds, TextInASentenceIsTakenAsItIs) {
+  EXPECT_EQ(text_of({"{}: is no {}", {"a{0}{b.raw", "{}"}}), "a{0}{b.raw: is no {}");
 }
 
 }  // namespace

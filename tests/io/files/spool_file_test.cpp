@@ -26,7 +26,7 @@ class SpoolFileTest : public TemporaryFolder {
 TEST_F(SpoolFileTest, WhatWasWrittenInOrderComesBackInAnyPieces) {
   // Around the size of its buffer, 1 MiB.
   for (const std::size_t size : {0U, 1U, (1U << 20) - 1, 1U << 20, (1U << 20) + 1, 2'500'000U}) {
-    SpoolFile spool(folder_.string(), "x");
+    SpoolFile spool = SpoolFile::in(folder_.string(), "x");
     const auto bytes = counted(size);
     for (std::size_t at = 0; at < size; at += 70'001)
       spool.write(std::span(bytes).subspan(at, std::min<std::size_t>(70'001, size - at)));
@@ -41,7 +41,7 @@ TEST_F(SpoolFileTest, WhatWasWrittenInOrderComesBackInAnyPieces) {
 }
 
 TEST_F(SpoolFileTest, WhatWasWrittenAtItsPlaceComesBackInOrderAndNothingOfBeforeIsLeft) {
-  SpoolFile spool(folder_.string(), "x");
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
   for (const unsigned step : {1U, 3U}) {
     // The second time less: what lay behind is gone.
     const auto bytes = counted(2'000'000 / step, step);
@@ -56,14 +56,15 @@ TEST_F(SpoolFileTest, WhatWasWrittenAtItsPlaceComesBackInOrderAndNothingOfBefore
 
 TEST_F(SpoolFileTest, HasNoNameAndLiesBesideItsOutputOrInItsFolder) {
   file("out.nrrd", "older");
-  SpoolFile beside(path("out.nrrd")), in(folder_.string(), "x"), elsewhere("/dev/null");
+  SpoolFile beside = SpoolFile::beside(path("out.nrrd")), in = SpoolFile::in(folder_.string(), "x"),
+            elsewhere = SpoolFile::beside("/dev/null");
   beside.write(counted(3'000'000));
   EXPECT_EQ(names(), std::vector<std::string>{"out.nrrd"});
 }
 
 TEST_F(SpoolFileTest, AFolderThatIsNotThereIsNamedWithWhomItIsFor) {
   try {
-    SpoolFile spool(path("none"), "scan.nrrd");
+    SpoolFile::in(path("none"), "scan.nrrd");
     ADD_FAILURE();
   } catch (const WorldError& error) {
     EXPECT_NE(std::string(error.what()).find("scan.nrrd: cannot create a temporary file in " + path("none")),
@@ -73,7 +74,7 @@ TEST_F(SpoolFileTest, AFolderThatIsNotThereIsNamedWithWhomItIsFor) {
 }
 
 TEST_F(SpoolFileTest, ReadingBehindTheEndIsAnErrorOfTheWorld) {
-  SpoolFile spool(folder_.string(), "x");
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
   spool.write(counted(10));
   std::vector<std::byte> some(11);
   EXPECT_THROW(spool.read_at(0, some), WorldError);

@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <regex>
 
 #include "io/files/errors.h"
 #include "pipeline/memory/available_memory.h"
@@ -36,14 +35,12 @@ Resources limited(int threads, std::uint64_t memory, const std::string& spool = 
   return resources;
 }
 
-// The smallest limit that the message of a refusal names.
+// The smallest limit that a refusal says can be kept.
 std::uint64_t smallest(const std::function<void(std::uint64_t)>& plan) {
   try {
     plan(1);
-  } catch (const UsageError& error) {
-    std::smatch found;
-    const std::string text = error.what();
-    if (std::regex_search(text, found, std::regex("give -M ([0-9]+)M"))) return std::stoull(found[1]) << 20;
+  } catch (const MemoryLimit& error) {
+    return error.needed();
   }
   ADD_FAILURE() << "one byte was not refused";
   return 0;
@@ -62,7 +59,8 @@ TEST(MemoryPlan, OfEncodingKeepsEveryLimitThatItDoesNotRefuse) {
     for (const bool random_access : {false, true}) {
       const std::uint64_t least =
           smallest([&](std::uint64_t limit) { plan_encoding(p, limited(3, limit), random_access); });
-      EXPECT_THROW(plan_encoding(p, limited(3, least - (std::uint64_t{1} << 20)), random_access), UsageError);
+      EXPECT_EQ(least, smallest_memory_of_encoding(p, random_access));
+      EXPECT_THROW(plan_encoding(p, limited(3, least - 1), random_access), MemoryLimit);
       std::int64_t rows = 0;
       for (const std::uint64_t times : {1, 2, 3, 5, 20, 1000}) {
         const EncodePlan plan = plan_encoding(p, limited(3, least * times), random_access);

@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "tests/support/mesh_field.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"
 #include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/mesh_field.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -243,7 +243,8 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
 // What is refused says what works.
 TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWorks) {
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
-  for (const char* advice : {"--mesh-error 10 or more", "--max-error 3 or less", "--surface-error 3"})
+  for (const char* advice :
+       {"bound of the mesh 10 or more", "largest error 3 or less", "active points 3 besides"})
     EXPECT_NE(message.find(advice), std::string::npos) << message;
   EXPECT_EQ(names(), std::vector<std::string>{"in.nrrd"});
   expect_promise(samples_, dims_, {false, 10, {}, 10}, 8);
@@ -252,7 +253,7 @@ TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWor
 
   options_.surface_error = 5;
   const std::string second = message_of<UsageError>([&] { encode(10, 3); });
-  for (const char* advice : {"--mesh-error 5 or more", "--surface-error 3 or less"})
+  for (const char* advice : {"bound of the mesh 5 or more", "active points 3 or less"})
     EXPECT_NE(second.find(advice), std::string::npos) << second;
   expect_promise(samples_, dims_, {false, 10, 5, 5}, 8);
 }

@@ -108,10 +108,12 @@ TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
   for (const Index3 dims : {Index3{11, 18, 1}, Index3{1, 18, 9}, Index3{11, 1, 9}}) {
     encode(spiky_volume(dims, 3), options_);
     const auto before = names();
-    const std::string message = message_of<UsageError>([&] {
+    try {
       write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, 1);
-    });
-    EXPECT_NE(message.find("--padded"), std::string::npos) << message;
+      ADD_FAILURE();
+    } catch (const UsageError& error) {
+      EXPECT_EQ(error.detail().problem, Problem::mesh_fills_no_space) << error.what();
+    }
     EXPECT_EQ(names(), before);
     EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, 1));
   }

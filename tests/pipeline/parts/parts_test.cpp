@@ -138,13 +138,13 @@ TEST_F(PartFiles, EveryFlippedBitEveryTruncationAndEveryOtherPartIsFound) {
 TEST(RunRecords, ComeBackAndEveryFlippedBitAndEveryTruncationIsFound) {
   RunRecord record;
   record.program = "tagrid 1";
-  record.settings = {{"--max-error", "2"}, {"--cube", "32"}};
+  record.settings = {{"max-error", "2"}, {"cube", "32"}};
   record.inputs = {{"in.nrrd", 12345, 77, 1, 2, -3, 4, 99}};
   record.header = {std::byte{1}, std::byte{2}};
   const std::vector<std::byte> good = serialize_record(record);
   RunRecord back;
   ASSERT_TRUE(parse_record(good, back).ok());
-  EXPECT_EQ(difference_of(record, back), "");
+  EXPECT_EQ(difference_of(record, back), Sentence());
   EXPECT_EQ(back.inputs[0].changed, -3);
   for (std::size_t size = 0; size < good.size(); ++size)
     EXPECT_FALSE(parse_record(std::span(good).first(size), back).ok()) << size;
@@ -157,25 +157,27 @@ TEST(RunRecords, ComeBackAndEveryFlippedBitAndEveryTruncationIsFound) {
 
 TEST(RunRecords, NameTheSettingAndTheInputThatChanged) {
   RunRecord was;
-  was.settings = {{"--max-error", "2"}, {"--cube", "32"}};
+  was.settings = {{"max-error", "2"}, {"cube", "32"}};
   was.inputs = {{"in.nrrd", 12345, 77, 1, 2, 3, 4, 99}};
   RunRecord now = was;
   now.settings[0].second = "3";
-  EXPECT_EQ(difference_of(was, now), "--max-error was 2, now 3");
+  EXPECT_EQ(text_of(difference_of(was, now)), "max-error was 2, now 3");
+  EXPECT_EQ(text_of(difference_of(was, now), "--"), "--max-error was 2, now 3");
   now = was;
   now.inputs[0].size = 7;
-  EXPECT_EQ(difference_of(was, now), "the input in.nrrd has changed since: it had 12345 bytes, now 7");
+  EXPECT_EQ(text_of(difference_of(was, now)),
+            "the input in.nrrd has changed since: it had 12345 bytes, now 7");
   now = was;
   now.inputs[0].modified = 1'000'000'000;
-  EXPECT_NE(difference_of(was, now).find("has changed since: modified 2001-09-"), std::string::npos);
+  EXPECT_NE(text_of(difference_of(was, now)).find("has changed since: modified 2001-09-"), std::string::npos);
   for (auto member : {&FileIdentity::inode, &FileIdentity::ends_checksum}) {
     now = was;
     ++(now.inputs[0].*member);
-    EXPECT_NE(difference_of(was, now), "");
+    EXPECT_NE(difference_of(was, now), Sentence());
   }
   now = was;
   ++now.inputs[0].changed_ns;
-  EXPECT_NE(difference_of(was, now), "");
+  EXPECT_NE(difference_of(was, now), Sentence());
 }
 
 class InParts : public TemporaryFolder {

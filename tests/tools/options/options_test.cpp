@@ -80,8 +80,7 @@ TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {
   phantom("volume.vdb", {"--type", "float32"});
   for (const char* command : {"decode", "info", "verify", "mesh"}) {
     const Ending ending = tagrid({command, "-"}, content("volume.nrrd"));
-    expect_error(ending, broken_input,
-                 "not a .tag file, but an NRRD volume; encode it first");
+    expect_error(ending, broken_input, "not a .tag file, but an NRRD volume; encode it first");
     expect_error(tagrid({command, "-"}, content("volume.vdb")), broken_input,
                  "but an OpenVDB file; encode it first");
   }

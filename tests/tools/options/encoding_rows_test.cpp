@@ -1,0 +1,48 @@
+// One table of options: a line of a manifest means what the same options mean on the command line.
+#include "tools/options/encoding_rows.h"
+
+#include <gtest/gtest.h>
+
+namespace tagrid {
+namespace {
+
+// Something that each option may be, and that is not its default.
+std::string example_of(const OptionRow<EncodingOptions>& row) {
+  if (!row.words.empty()) return row.words.back();
+  if (row.value.empty()) return "true";
+  if (row.value == "X,Y,Z") return "4,5,6";
+  if (row.name == "range") return "1:2";
+  return row.name == "type" ? "int8" : "8";
+}
+
+std::string text_of_options(const EncodingOptions& all) {
+  const EncodeOptions& o = all.options;
+  const auto number = [](const auto& value) { return value ? fmt::format("{}", *value) : "none"; };
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.grid_only, number(o.max_error),
+                     number(o.surface_error), number(o.mesh_error), o.accuracy, o.cube_size,
+                     number(o.max_level), number(o.brick_edge), name_of(o.effort), number(o.field_scale),
+                     all.range, all.raw.dims, all.raw.type, all.raw.endian, all.raw.spacing, all.raw.offset,
+                     all.vdb_grid);
+}
+
+TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
+  for (const auto& row : encoding_rows()) {
+    CLI::App command;
+    EncodingOptions given, set;
+    add_encoding_options(command, given);
+    const std::string option = row.value.empty() ? "--" + row.name : "--" + row.name + "=" + example_of(row);
+    command.parse(std::vector<std::string>{option});
+    set_row(row, set, example_of(row));
+    EXPECT_EQ(text_of_options(given), text_of_options(set)) << row.name;
+    EXPECT_NE(text_of_options(given), text_of_options({})) << row.name;
+    EXPECT_EQ(encoding_options_given(command), (OptionTexts{{row.name, example_of(row)}}));
+  }
+}
+
+TEST(EncodingRows, RefuseWordsThatAreNone) {
+  for (const char* name : {"effort", "endian", "grid-only"})
+    EXPECT_THROW(encoding_of({{name, "maybe"}}), UsageError) << name;
+}
+
+}  // namespace
+}  // namespace tagrid

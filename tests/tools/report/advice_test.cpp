@@ -1,0 +1,75 @@
+// What a library user reads, and what somebody at the command line reads of the same error.
+#include "tools/report/advice.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/encode/options.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Problem last_problem = Problem::mesh_fills_no_space;
+
+// The words of what validate() throws.
+std::string refusal_of(const EncodeOptions& options) {
+  try {
+    options.validate();
+  } catch (const UsageError& error) {
+    EXPECT_EQ(std::string(error.what()).find("--"), std::string::npos) << error.what();
+    return words_of(error);
+  }
+  return "";
+}
+
+TEST(Advice, FollowsWhatHappened) {
+  EXPECT_EQ(words_of(UsageError("a.tag: exists already", Problem::output_exists)),
+            "a.tag: exists already; give -f to overwrite it");
+  EXPECT_EQ(words_of(UsageError("a.tag: is gone")), "a.tag: is gone");
+}
+
+TEST(Advice, IsThereForEveryProblem) {
+  for (int problem = 1; problem <= static_cast<int>(last_problem); ++problem) {
+    const ErrorDetail detail{static_cast<Problem>(problem), "", {}, {1}};
+    EXPECT_GT(words_of(UsageError("x", detail)).size(), 5U) << problem;
+  }
+}
+
+TEST(Advice, NamesTheSmallestLimitOnMemory) {
+  const MemoryLimit with_spool("encoding", 1 << 20, (9 << 20) + 1, 5 << 20);
+  EXPECT_STREQ(with_spool.what(), "encoding needs at least 10 MiB of memory, and 1 MiB are allowed");
+  EXPECT_EQ(words_of(with_spool),
+            "encoding needs at least 10 MiB of memory, and 1 MiB are allowed: give -M 10M, or --spool DIR, a "
+            "folder for the samples, and -M 5M");
+  EXPECT_EQ(words_of(MemoryLimit("decoding", 17, 1, {})),
+            "decoding needs at least 1 MiB of memory, and 17 B are allowed: give -M 1M");
+}
+
+TEST(Advice, CallsSettingsByTheirOptions) {
+  EncodeOptions options;
+  options.max_error = -1;
+  EXPECT_EQ(refusal_of(options), "--max-error must be a number from 0");
+  options.max_error = 1;
+  options.surface_error = 2;
+  EXPECT_EQ(refusal_of(options), "--surface-error must be below --max-error");
+  options = {};
+  options.max_level = 3;
+  options.mesh_error = 1;
+  EXPECT_EQ(refusal_of(options), "a grid with --max-level keeps no bound: leave out --mesh-error");
+  options = {};
+  options.range = {2, 1};
+  EXPECT_EQ(refusal_of(options), "--range must be lo:hi with lo < hi");
+  options.field_scale = 1;
+  EXPECT_EQ(refusal_of(options), "--field-scale and --range say the same thing: give one");
+  options = {};
+  options.cube_size = 33;
+  EXPECT_EQ(refusal_of(options), "--cube must be a power of two, 4 .. 256");
+}
+
+TEST(Advice, KeepsTheRankThatFailed) {
+  ErrorDetail detail{Problem::output_exists, "rank 2: ", {"{}: exists", {Setting{"level", "the level"}}}, {}};
+  EXPECT_EQ(words_of(UsageError("rank 2: the level: exists", detail)),
+            "rank 2: --level: exists; give -f to overwrite it");
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,88 @@
+#include "tools/options/encoding_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tools/options/raw_rows.h"
+
+namespace tagrid {
+namespace {
+
+using Row = OptionRow<EncodingOptions>;
+
+constexpr const char* kept = "What is kept";
+constexpr const char* grid = "The grid";
+
+template <class Value>
+Row number_row(const Setting& setting, const char* group, const char* value, const char* help,
+               Value EncodeOptions::*member) {
+  const std::string name(setting.name);
+  return {name, group, value, help, [name, member](EncodingOptions& o, const std::string& text) {
+            read_number("--" + name, text, o.options.*member);
+          }};
+}
+
+Row text_row(std::string_view name, const char* group, const char* value, const char* help,
+             std::string EncodingOptions::*member) {
+  return {std::string(name), group, value, help,
+          [member](EncodingOptions& o, const std::string& text) { o.*member = text; }};
+}
+
+void set_grid_only(EncodingOptions& o, const std::string& text) {
+  if (text != "true" && text != "false")
+    throw UsageError(fmt::format("--grid-only: {}: must be true or false", text));
+  o.options.grid_only = text == "true";
+}
+
+void set_effort(EncodingOptions& o, const std::string& word) {
+  const auto found = std::find(effort_names.begin(), effort_names.end(), word);
+  o.options.effort = static_cast<Effort>(found - effort_names.begin());
+}
+
+std::vector<Row> all_rows() {
+  using E = EncodeOptions;
+  std::vector<Row> rows = {
+      number_row(setting::max_error, kept, "E", "Largest error of any voxel; 0, the default: lossless",
+                 &E::max_error),
+      number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
+                 &E::surface_error),
+      {"grid-only", kept, "", "Store the adaptive grid alone; voxels are interpolated", set_grid_only},
+      {"effort",
+       kept,
+       "fast|default|best",
+       "fast, default or best: time for size, of voxels of 8 and 16 bits",
+       set_effort,
+       {"fast", "default", "best"}},
+      number_row(setting::mesh_error, kept, "E",
+                 "Refine until the mesh is within E of every sample; not below the bound of active voxels",
+                 &E::mesh_error),
+      number_row(setting::accuracy, grid, "m", "m: as good as a circle's m-gon (20)", &E::accuracy),
+      number_row(setting::cube, grid, "S", "Edge of a root cube, a power of two, 4 .. 256 (32)",
+                 &E::cube_size),
+      number_row(setting::max_level, grid, "n", "Refine no further than this level", &E::max_level),
+      text_row(setting::range.name, grid, "lo:hi|auto",
+               "Value range that counts as 8 voxels of height, or auto: that of the data",
+               &EncodingOptions::range),
+      number_row(setting::field_scale, grid, "lambda",
+                 "Voxels of height per unit of value, instead of --range", &E::field_scale),
+      number_row(setting::brick, grid, "N", "Root cubes an edge of a brick; default max(2, 64/S)",
+                 &E::brick_edge),
+  };
+  for (const auto& row : raw_rows()) {
+    const auto set = [set = row.set](EncodingOptions& o, const std::string& text) { set(o.raw, text); };
+    rows.push_back({row.name, row.group, row.value, row.help, set, row.words});
+  }
+  rows.push_back(text_row("vdb-grid", "", "NAME", "Name of the grid of an OpenVDB file, if it has several",
+                          &EncodingOptions::vdb_grid));
+  return rows;
+}
+
+}  // namespace
+
+const std::vector<Row>& encoding_rows() {
+  static const std::vector<Row> rows = all_rows();
+  return rows;
+}
+
+}  // namespace tagrid

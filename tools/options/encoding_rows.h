@@ -1,0 +1,14 @@
+// The table of the options of a volume: what it is encoded with, and what has to be said of its input.
+#pragma once
+
+#include <vector>
+
+#include "tools/options/encoding_options.h"
+#include "tools/options/option_row.h"
+
+namespace tagrid {
+
+/// In the order of the help. They are those of encode and convert, and of every line of convert's manifest.
+const std::vector<OptionRow<EncodingOptions>>& encoding_rows();
+
+}  // namespace tagrid

@@ -1,0 +1,51 @@
+// Options as rows of a table, so that the command line and the lines of convert's manifest read the same ones.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "tools/options/shared_options.h"
+
+namespace tagrid {
+
+template <class Options>
+struct OptionRow {
+  std::string name;   ///< without dashes
+  std::string group;  ///< in the help; "": the first one
+  std::string value;  ///< what the help calls its value; "": a flag, whose value is true or false
+  std::string help;
+  /// Reads the value. Throws UsageError where it cannot be one.
+  std::function<void(Options&, const std::string& text)> set;
+  std::vector<std::string> words = {};  ///< all the values that there are; empty: set() knows
+};
+
+/// Adds the option of a row to a command; `options` outlives it.
+template <class Options>
+CLI::Option* add_row(CLI::App& command, const OptionRow<Options>& row, Options& options) {
+  const auto set = [&options, set = row.set](const std::string& text) { set(options, text); };
+  const std::string name = "--" + row.name;
+  CLI::Option* option = nullptr;
+  if (row.value.empty()) {
+    const auto set_flag = [set](std::int64_t count) { set(count > 0 ? "true" : "false"); };
+    option = command.add_flag_function(name, set_flag, row.help);
+  } else {
+    option = command.add_option_function<std::string>(name, set, row.help)->option_text(row.value);
+  }
+  if (!row.words.empty()) option->check(one_of(row.words));
+  if (!row.group.empty()) option->group(row.group);
+  return option;
+}
+
+/// Reads a value that was not given on the command line. Throws UsageError.
+template <class Options>
+void set_row(const OptionRow<Options>& row, Options& options, const std::string& text) {
+  if (!row.words.empty())
+    if (const std::string wrong = one_of(row.words)(text); !wrong.empty())
+      throw UsageError("--" + row.name + ": " + wrong);
+  row.set(options, text);
+}
+
+}  // namespace tagrid

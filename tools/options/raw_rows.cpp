@@ -1,0 +1,26 @@
+#include "tools/options/raw_rows.h"
+
+namespace tagrid {
+
+const std::vector<OptionRow<RawOptions>>& raw_rows() {
+  const auto row = [](const char* name, const char* value, const char* help, std::string RawOptions::*member,
+                      const std::vector<std::string>& words = {}) {
+    const auto set = [member](RawOptions& o, const std::string& text) { o.*member = text; };
+    return OptionRow<RawOptions>{name, "Headerless input", value, help, set, words};
+  };
+  static const std::vector<OptionRow<RawOptions>> rows = {
+      row("dims", "X,Y,Z", "Samples along x (fastest), y and z", &RawOptions::dims),
+      row("type", "TYPE", "uint8, int8, uint16, int16, uint32, int32, float32 or float64", &RawOptions::type),
+      row("endian", "little|big", "little (default) or big", &RawOptions::endian, {"little", "big"}),
+      row("spacing", "X,Y,Z", "Distance of samples along x, y and z", &RawOptions::spacing),
+      row("offset", "BYTES", "Bytes before the first sample; K, M, G, T: times 1024, 1024^2 and so on",
+          &RawOptions::offset),
+  };
+  return rows;
+}
+
+void add_raw_options(CLI::App& command, RawOptions& options) {
+  for (const auto& row : raw_rows()) add_row(command, row, options);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,14 @@
+// The table of the options that say how headerless samples lie: --dims, --type, --endian, --spacing, --offset.
+#pragma once
+
+#include <vector>
+
+#include "tools/options/option_row.h"
+
+namespace tagrid {
+
+const std::vector<OptionRow<RawOptions>>& raw_rows();
+
+void add_raw_options(CLI::App& command, RawOptions& options);
+
+}  // namespace tagrid

@@ -1,0 +1,65 @@
+#include "tools/report/advice.h"
+
+#include <fmt/format.h>
+
+namespace tagrid {
+namespace {
+
+std::string memory_advice(const std::vector<std::uint64_t>& needed) {
+  const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
+  const std::string limit = fmt::format(": give -M {}M", mebibytes(needed[0]));
+  if (needed.size() == 1) return limit;
+  return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[1]));
+}
+
+// Follows what the error says.
+std::string advice_on(const ErrorDetail& detail) {
+  switch (detail.problem) {
+    case Problem::none:
+      return "";
+    case Problem::output_exists:
+      return "; give -f to overwrite it";
+    case Problem::memory_limit:
+      return memory_advice(detail.numbers);
+    case Problem::no_known_format:
+      return "; if these are samples without a header, say how they lie, with --dims and --type";
+    case Problem::compressed_file:
+      return "; decompress it into a pipe: zcat FILE | tagrid encode - (with --dims and --type, if it is no "
+             "NRRD file); the like for zstd, xz and bzip2";
+    case Problem::nifti_header:
+      return "; give its .img file with --dims, --type and --endian";
+    case Problem::nifti_file:
+      return "; its samples can be read with --offset (352, if vox_offset does not say otherwise), --dims "
+             "and "
+             "--type, or make an NRRD volume of it";
+    case Problem::meta_image_header:
+      return "; give the file of its samples with --dims and --type, or make an NRRD volume of it";
+    case Problem::not_openvdb:
+      return "; leave out --vdb-grid";
+    case Problem::openvdb_described:
+      return "; leave out --dims and the like";
+    case Problem::endian_differs:
+      return "; leave out --endian";
+    case Problem::spacing_differs:
+      return "; leave out --spacing";
+    case Problem::spacing_not_in_header:
+      return "; leave out --spacing, or give the header a line \"spacings: x y z\"";
+    case Problem::several_grids:
+      return "; choose one with --vdb-grid";
+    case Problem::mesh_fills_no_space:
+      return "; --padded gives the mesh of whole root cubes";
+  }
+  return "";
+}
+
+std::string words_of(const std::string& message, const ErrorDetail& detail) {
+  const bool in_terms = !detail.sentence.text.empty();
+  return (in_terms ? detail.context + text_of(detail.sentence, "--") : message) + advice_on(detail);
+}
+
+}  // namespace
+
+std::string words_of(const SortedError& error) { return words_of(error.message, error.detail); }
+std::string words_of(const Error& error) { return words_of(error.what(), error.detail()); }
+
+}  // namespace tagrid
