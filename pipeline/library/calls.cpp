@@ -10,9 +10,12 @@ tagrid_call settings_of(const tagrid_call* call) {
 
 Resources resources_of(const tagrid_call& call) {
   require(call.threads >= 0, "the number of threads is negative");
-  Resources resources(call.threads == 0 ? available_threads() : call.threads);
+  // More than these would only take memory.
+  constexpr int most_threads = 1024;
+  Resources resources(call.threads == 0 ? available_threads() : std::min(call.threads, most_threads));
   // The plan counts the whole process; a caller's limit is for the work of the call.
-  if (call.memory_limit > 0) resources.memory = call.memory_limit + memory_of_program;
+  if (call.memory_limit > 0)
+    resources.memory = std::min(call.memory_limit, UINT64_MAX - memory_of_program) + memory_of_program;
   return resources;
 }
 
