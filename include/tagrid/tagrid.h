@@ -120,7 +120,9 @@ typedef int (*tagrid_progress)(void* user, uint64_t done, uint64_t total);
 /* How a call may work. Where a function takes a pointer to one, NULL stands for the defaults. */
 typedef struct tagrid_call {
   size_t struct_size;
-  int threads;              /* at most so many; 0: as many as this process may run on (its affinity) */
+  int threads;              /* at most so many; 0: as many as this process may run on (its affinity).
+                             * oneTBB gives all calls of a process together as many as the machine has, besides
+                             * those that call; a global_control of the process changes that. */
   uint64_t memory_limit;    /* bytes that the call may take for its work, besides what it hands out; 0: no limit */
   tagrid_progress progress; /* may be NULL */
   void* progress_user;      /* handed to `progress` */

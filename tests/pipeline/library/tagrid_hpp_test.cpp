@@ -43,7 +43,8 @@ MemoryInput encoded() {
     file.bytes.insert(file.bytes.end(), part.begin(), part.end());
   });
   encoder.write(ramp());
-  EXPECT_EQ(encoder.finish().file_bytes, file.bytes.size());
+  const std::uint64_t bytes = encoder.finish().file_bytes;
+  EXPECT_EQ(bytes, file.bytes.size());
   return file;
 }
 
