@@ -44,7 +44,6 @@ target_link_libraries(tagrid_static INTERFACE $<INSTALL_INTERFACE:${TAGRID_STATI
 
 foreach(library tagrid_shared tagrid_static)
   target_include_directories(${library} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>)
-  target_compile_features(${library} INTERFACE $<$<COMPILE_LANGUAGE:CXX>:cxx_std_20>)
 endforeach()
 
 install(TARGETS tagrid_shared tagrid_static EXPORT tagridTargets
