@@ -6,13 +6,12 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "mesh_field.h"
+#include "tests/support/mesh_field.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"
 #include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
-#include "tests/support/mesh_field.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
