@@ -120,7 +120,9 @@ typedef int (*tagrid_progress)(void* user, uint64_t done, uint64_t total);
 /* How a call may work. Where a function takes a pointer to one, NULL stands for the defaults. */
 typedef struct tagrid_call {
   size_t struct_size;
-  int threads;              /* 0: as many as this process may run on (its affinity) */
+  int threads;              /* at most so many; 0: as many as this process may run on (its affinity).
+                             * oneTBB gives all calls of a process together as many as the machine has, besides
+                             * those that call; a global_control of the process changes that. */
   uint64_t memory_limit;    /* bytes that the call may take for its work, besides what it hands out; 0: no limit */
   tagrid_progress progress; /* may be NULL */
   void* progress_user;      /* handed to `progress` */
@@ -260,7 +262,12 @@ typedef struct tagrid_mesh_options {
 
 TAGRID_API void tagrid_mesh_options_init(tagrid_mesh_options* options);
 
-/* Hands the tetrahedra of the grid to `sink`: a conforming mesh, every point once. `options` may be NULL. */
+/* Hands the tetrahedra of the grid to `sink`: a conforming mesh, every point once. `options` may be NULL.
+ *
+ * The value of a point is that of its sample; of a grid without voxels the stored one. Tetrahedra that reach
+ * beyond the last samples are cut there, unless the mesh is padded. A volume of one slice fills no space: it has
+ * a padded mesh only. With a box, only bricks around it are read, two layers of them are in memory, and
+ * progress is in layers of bricks; without one, in bytes of samples. */
 TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
                                             const tagrid_mesh_sink* sink, const tagrid_call* call);
 

@@ -8,6 +8,7 @@
 
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
+#include "io/mesh/mesh_sink.h"
 #include "stages/volume/sample_type.h"
 
 namespace tagrid {
@@ -21,17 +22,13 @@ namespace tagrid {
 /// `type` (level % 3: the primitives I, II, III), both UInt8. It appears under its name in commit() only.
 ///
 /// Every failure of the world is a WorldError; UsageError if the output exists and `overwrite` is false.
-class VtuWriter {
+class VtuWriter : public MeshSink {
  public:
   VtuWriter(const std::string& path, SampleType value_type, bool overwrite);
 
-  /// Appends points: `xyz` has 3 coordinates a point, x y z; `values` one sample a point, as the sample type
-  /// lies in memory. The first point of the file has index 0. REQUIRES: as many values as points.
-  void add_points(std::span<const double> xyz, std::span<const std::byte> values);
-
-  /// Appends tetrahedra: 4 point indices each, in positive order, and their levels. Points may be added
-  /// later. REQUIRES: connectivity.size() == 4 * levels.size().
-  void add_tetrahedra(std::span<const std::int64_t> connectivity, std::span<const std::uint8_t> levels);
+  void add_points(std::span<const double> xyz, std::span<const std::byte> values) override;
+  void add_tetrahedra(std::span<const std::int64_t> connectivity,
+                      std::span<const std::uint8_t> levels) override;
 
   std::int64_t point_count() const { return points_; }
   std::int64_t tetrahedron_count() const { return tetrahedra_; }

@@ -1,7 +1,6 @@
 #include "pipeline/decode/graph.h"
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <memory>
@@ -78,8 +77,6 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {
-  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          static_cast<std::size_t>(budget.threads));
   oneapi::tbb::task_arena arena(budget.threads);
   arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
 }

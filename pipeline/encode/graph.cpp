@@ -1,7 +1,6 @@
 #include "pipeline/encode/graph.h"
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 #include <span>
 #include <variant>
 
-#include "stages/brick/closed_samples.h"
 #include "pipeline/encode/schedule.h"
+#include "stages/brick/closed_samples.h"
 #include "stages/marks/curvature.h"
 #include "stages/marks/halo.h"
 #include "stages/marks/heights.h"
@@ -251,8 +250,6 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
 
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams) {
-  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          static_cast<std::size_t>(budget.threads));
   oneapi::tbb::task_arena arena(budget.threads);
   arena.execute([&] {
     std::optional<ClosedSamples> closed;

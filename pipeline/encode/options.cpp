@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "io/files/errors.h"
 #include "io/tag/header.h"
@@ -44,54 +43,15 @@ std::pair<double, double> usual_range(SampleType type) {
   }
 }
 
-std::pair<double, double> range_of_data(VolumeReader& reader) {
-  require(reader.seekable(), {"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
-                              {setting::range, setting::range}});
-  double low = INFINITY, high = -INFINITY;
-  with_sample_type(reader.info().type, [&](auto type) {
-    using T = decltype(type);
-    // A slice may be larger than memory.
-    const Index3& dims = reader.info().dims;
-    const std::int64_t step = reader.whole_slices_only()
-                                  ? dims.y
-                                  : std::clamp<std::int64_t>((std::int64_t{1} << 20) / dims.x, 1, dims.y);
-    std::vector<T> part;
-    const auto take = [&] {
-      if constexpr (std::is_integral_v<T>) {
-        const auto [least, most] = std::minmax_element(part.begin(), part.end());
-        low = std::min(low, static_cast<double>(*least));
-        high = std::max(high, static_cast<double>(*most));
-      } else {
-        for (const T v : part) {
-          if (!std::isfinite(v)) continue;
-          low = std::min(low, static_cast<double>(v));
-          high = std::max(high, static_cast<double>(v));
-        }
-      }
-    };
-    for (std::int64_t z = 0; z < dims.z; ++z)
-      for (std::int64_t y = 0; y < dims.y; y += step) {
-        const Box rows{{0, y, z}, {dims.x - 1, std::min(y + step, dims.y) - 1, z}};
-        part.resize(static_cast<std::size_t>(rows.count()));
-        reader.read_rows(reinterpret_cast<std::byte*>(part.data()), rows);
-        take();
-      }
-  });
-  reader.finish();
-  reader.rewind();
-  if (low > high) low = high = 0;  // nothing is finite
-  if (low == high) ++high;         // a constant volume: any scale will do
-  return {low, high};
-}
-
-// `range_of_data` is asked where the options leave the range to the data.
-template <class RangeOfData>
-void set_field_scale(const EncodeOptions& options, RangeOfData range_of_data, CodingParameters& p) {
+void set_field_scale(const EncodeOptions& options, std::optional<std::pair<double, double>> range_of_data,
+                     CodingParameters& p) {
   if (options.field_scale) {
     p.field_scale = *options.field_scale;
     return;
   }
-  const auto [low, high] = options.range ? *options.range : range_of_data();
+  const auto [low, high] = options.range   ? *options.range
+                           : range_of_data ? *range_of_data
+                                           : usual_range(p.type);
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
@@ -201,26 +161,11 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   return p;
 }
 
-bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader) {
-  if (options.range || options.field_scale) return false;
-  return options.range_from_data || (is_wide_type(reader.info().type) && reader.seekable());
-}
-
-CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
-  CodingParameters p = parameters_but_scale(options, reader.info());
-  set_field_scale(
-      options,
-      [&] { return takes_range_from_data(options, reader) ? range_of_data(reader) : usual_range(p.type); },
-      p);
-  require_valid(p, reader.files().front());
-  return p;
-}
-
-CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info) {
+CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info, const std::string& name,
+                         std::optional<std::pair<double, double>> range_of_data) {
   CodingParameters p = parameters_but_scale(options, info);
-  set_field_scale(
-      options, [&] { return usual_range(p.type); }, p);
-  require_valid(p, "this volume");
+  set_field_scale(options, range_of_data, p);
+  require_valid(p, name);
   return p;
 }
 

@@ -54,7 +54,10 @@ bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& rea
 /// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
 
-/// The same of samples that can be read once, by whoever has them: no range is taken from the data.
-CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info);
+/// The same of samples that whoever has them may know more of: `range_of_data` is theirs, where the options
+/// leave it open; the usual one of the type where it is not given. `name` is the volume's, for messages.
+CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info,
+                         const std::string& name = "this volume",
+                         std::optional<std::pair<double, double>> range_of_data = {});
 
 }  // namespace tagrid

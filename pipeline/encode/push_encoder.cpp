@@ -61,6 +61,8 @@ void PushEncoder::run() {
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) { return take(); };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    // All slices may be there, but nobody waits for the file any more.
+    if (given_up_) throw GivenUp();
     done += code.statistics.samples * size_of(parameters.type);
     writer_->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
     if (progress_) progress_(done, total);
@@ -105,9 +107,10 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
 }
 
 void PushEncoder::finish() {
+  std::unique_lock lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
   if (fed_ < header_.parameters.dims.z)
     throw UsageError(fmt::format("{} of {} slices were fed", fed_, header_.parameters.dims.z));
-  std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ended_; });
   if (failure_) std::rethrow_exception(failure_);
 }

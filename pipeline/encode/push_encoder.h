@@ -1,6 +1,7 @@
 // An encoding that is fed slices: for callers that make samples instead of having a file of them.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -64,8 +65,8 @@ class PushEncoder {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<SliceSamples> waiting_;
-  bool given_up_ = false;  ///< by the caller
-  bool ended_ = false;     ///< the work
+  std::atomic<bool> given_up_ = false;  ///< by the caller
+  bool ended_ = false;                  ///< the work
   std::exception_ptr failure_;
   std::thread worker_;
 };

@@ -10,21 +10,29 @@
 
 namespace tagrid::library {
 
-/// The messages of a handle, one for each thread that uses it.
+/// The messages of a handle: one for each thread that uses it, or one for all of them.
 class Messages {
  public:
+  enum class Of { each_thread, the_handle };
+  explicit Messages(Of of) : of_(of) {}
+
   void set(std::string text) {
     const std::lock_guard lock(mutex_);
-    texts_[std::this_thread::get_id()] = std::move(text);
+    texts_[reader()] = std::move(text);
   }
   /// Of this thread; "" where it has none.
   const char* get() const {
     const std::lock_guard lock(mutex_);
-    const auto found = texts_.find(std::this_thread::get_id());
+    const auto found = texts_.find(reader());
     return found == texts_.end() ? "" : found->second.c_str();
   }
 
  private:
+  std::thread::id reader() const {
+    return of_ == Of::each_thread ? std::this_thread::get_id() : std::thread::id();
+  }
+
+  Of of_;
   mutable std::mutex mutex_;
   std::map<std::thread::id, std::string> texts_;
 };

@@ -37,27 +37,32 @@ size_t tagrid_sample_size(tagrid_type type) {
 }
 
 void tagrid_call_init(tagrid_call* call) {
+  if (call == nullptr) return;
   *call = {};
   call->struct_size = sizeof *call;
 }
 
 void tagrid_input_init(tagrid_input* input) {
+  if (input == nullptr) return;
   *input = {};
   input->struct_size = sizeof *input;
 }
 
 void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) {
+  if (sink == nullptr) return;
   *sink = {};
   sink->struct_size = sizeof *sink;
 }
 
 void tagrid_mesh_options_init(tagrid_mesh_options* options) {
+  if (options == nullptr) return;
   *options = {};
   options->struct_size = sizeof *options;
   options->level = -1;
 }
 
 void tagrid_encode_options_init(tagrid_encode_options* options) {
+  if (options == nullptr) return;
   const EncodeOptions defaults;
   *options = {};
   options->struct_size = sizeof *options;

@@ -18,13 +18,16 @@ namespace tagrid {
 /// side of the x face if the point lies on it, else of the y face, else of the z face: faces are taken over
 /// in the order z, y, x, and one plane for each axis is enough.
 ///
-/// Memory: 8 bytes for every point of one brick and of one slice of the domain, from the first brick on: not
+/// Memory: 8 bytes for every point of one brick and of one slice of all bricks, from the first brick on: not
 /// before there is one.
 class PointIds {
  public:
   static constexpr std::int64_t none = -1;
 
-  explicit PointIds(const BrickGrid& bricks);
+  /// Of the bricks at `positions` alone.
+  PointIds(const BrickGrid& bricks, const Box& positions);
+  explicit PointIds(const BrickGrid& bricks)
+      : PointIds(bricks, Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)})) {}
 
   /// Takes up the ids that are known on the low faces. REQUIRES: bricks come in the order of their numbers,
   /// each ended before the next.
@@ -40,7 +43,8 @@ class PointIds {
   std::int64_t& shared(int axis, Index3 p);
 
   BrickGrid bricks_;
-  std::int64_t row_;                    ///< points along x of the whole domain
+  Box positions_;                       ///< of the bricks that come
+  Box all_;                             ///< their closed boxes together
   Index3 position_;                     ///< of the brick
   Box box_;                             ///< its closed box
   std::vector<std::int64_t> ids_;       ///< of all points of box_, x fastest

@@ -1,7 +1,6 @@
 #include "pipeline/phantom/phantom.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -53,8 +52,6 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
   const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
   std::uint64_t done = 0;
-  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
-                                          static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);

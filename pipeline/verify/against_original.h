@@ -5,14 +5,12 @@
 #include <vector>
 
 #include "io/formats/volume_reader.h"
-#include "pipeline/decode/decoded_rows.h"
-#include "stages/grid/lattice_bits.h"
-#include "stages/volume/statistics.h"
+#include "pipeline/verify/comparison.h"
 
 namespace tagrid {
 
 /// Compares decoded rows with the original as they come.
-class AgainstOriginal {
+class AgainstOriginal : public Comparison {
  public:
   /// `parameters` outlive it. `name` is that of the file, for messages. Throws BrokenInput where the original
   /// is of another size or type.
@@ -25,19 +23,14 @@ class AgainstOriginal {
   std::uint64_t memory() const { return reader_.memory(); }
   /// See VolumeReader: from then on random_access().
   void spool(const std::string& folder) { reader_.spool(folder); }
-  /// The activity of the next brick of the rows that are compared next.
-  void add_activity(const LatticeBits& active) {
+  void add_activity(const LatticeBits& active) override {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
-  /// A brick of those rows, whose mesh has a bound. `values` are those of the points of its closed box.
-  void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) {
+  void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) override {
     meshes_.push_back({position, active, std::move(values)});
   }
-  /// Adds the errors to `errors`, that of the mesh too where there is one. Throws BrokenInput at the first
-  /// voxel that is further off than it may be.
-  void compare(const DecodedRows& rows, Statistics& errors);
-  /// Everything was compared, here or by others. Throws BrokenInput if the original goes on.
-  void finish();
+  void compare(const DecodedRows& rows, Statistics& errors) override;
+  void finish() override;
 
  private:
   struct BrickMesh {

@@ -52,17 +52,6 @@ class Verifier::Ranges {
   std::vector<std::pair<double, double>> ranges_;
 };
 
-Verifier::Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
-                   const Resources& resources)
-    : reader_(input) {
-  if (!original.empty()) against_.emplace(reader_.name(), parameters(), original, source);
-  const bool any_rows = !against_ || against_->random_access();
-  any_order_ = any_rows && reader_.can_seek();
-  plan_ = plan_decoding(parameters(), resources, any_rows ? DecodeUse::verify : DecodeUse::verify_stream,
-                        against_ ? against_->memory() : 0);
-  if (plan_.spooled) against_->spool(resources.spool);
-}
-
 Verifier::Verifier(std::unique_ptr<ByteStream> input, const Resources& resources)
     : reader_(std::move(input)),
       any_order_(reader_.can_seek()),

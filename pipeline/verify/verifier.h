@@ -2,16 +2,17 @@
 #pragma once
 
 #include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "io/formats/volume_reader.h"
 #include "io/tag/file.h"
-#include "stages/brick/closed_samples.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/verify/against_original.h"
+#include "pipeline/verify/comparison.h"
 #include "pipeline/verify/shared_faces.h"
 #include "pipeline/verify/verify.h"
+#include "stages/brick/closed_samples.h"
 #include "stages/volume/statistics.h"
 
 namespace tagrid {
@@ -63,7 +64,7 @@ class Verifier {
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
   TagReader reader_;
-  std::optional<AgainstOriginal> against_;
+  std::unique_ptr<Comparison> against_;  ///< of an original
   bool any_order_, seeks_ = false;
   DecodePlan plan_;
 };

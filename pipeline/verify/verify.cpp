@@ -4,13 +4,6 @@
 
 namespace tagrid {
 
-VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const SourceDescription& source, const Resources& resources,
-                         const Progress& progress) {
-  Verifier verifier(input, original, source, resources);
-  return verify_all(verifier, progress);
-}
-
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress) {
   Verifier verifier(std::move(input), resources);

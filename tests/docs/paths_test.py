@@ -5,7 +5,7 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("stages", "io", "pipeline", "tools", "tests", "docs", "cmake")
+FOLDERS = ("include", "stages", "io", "pipeline", "tools", "tests", "docs", "cmake", "examples")
 SOURCES = {".h", ".cpp", ".py", ".sh", ".cmake", ".sbatch", ".txt"}
 ENDINGS = ("", ".h", ".cpp", ".py", ".md")
 

@@ -1,6 +1,7 @@
 // tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
 
 #include <fmt/format.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include "io/files/errors.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line_error.h"
+#include "tools/options/shared_options.h"
 #include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
@@ -114,6 +116,9 @@ int run_with_mpi(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Runs say how many threads work for them, and -T may ask for more than the machine has cores.
+  const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
+                                            static_cast<std::size_t>(most_threads));
   keep_freed_memory();
   occupy_standard_streams();
 #ifdef TAGRID_MPI

@@ -43,8 +43,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
                     "Threads to use; 0, the default: all that the process may run on")
       ->check([](const std::string& text) {
         const auto threads = whole_number<int>(text);
-        const bool good = threads && *threads >= 0 && *threads <= 1024;
-        return good ? std::string() : text + " is no whole number from 0 to 1024";
+        const bool good = threads && *threads >= 0 && *threads <= most_threads;
+        return good ? std::string() : fmt::format("{} is no whole number from 0 to {}", text, most_threads);
       });
   command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
   command.add_flag("-v,--verbose", options.verbosity, "Say more");

@@ -17,6 +17,9 @@
 
 namespace tagrid {
 
+/// What -T may ask for.
+constexpr int most_threads = 1024;
+
 struct RunOptions {
   int threads = 0;  ///< 0: what affinity allows
   bool quiet = false;

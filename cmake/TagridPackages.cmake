@@ -1,0 +1,32 @@
+# Debian packages: `cpack -G DEB` in the build folder.
+set(CPACK_PACKAGE_NAME tagrid)
+set(CPACK_PACKAGE_VENDOR tagrid)
+set(CPACK_PACKAGE_CONTACT "tagrid <tagrid@localhost>")
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+
+set(CPACK_COMPONENTS_ALL tagrid libtagrid libtagrid-dev)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENT_TAGRID_DESCRIPTION
+    "CT volumes as one file\n tagrid turns a CT volume into one .tag file and back: every voxel within a bound, and a\n crack-free tetrahedral grid that is fine where the volume bends.")
+set(CPACK_COMPONENT_LIBTAGRID_DESCRIPTION
+    "CT volumes as one file, shared library\n libtagrid reads parts of .tag files, and writes .tag files from slices.")
+set(CPACK_COMPONENT_LIBTAGRID-DEV_DESCRIPTION
+    "CT volumes as one file, files to develop with\n Headers for C and C++, a static library, a CMake package, pkg-config's file and examples.")
+
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_TAGRID_PACKAGE_NAME tagrid)
+set(CPACK_DEBIAN_LIBTAGRID_PACKAGE_NAME libtagrid)
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_NAME libtagrid-dev)
+set(CPACK_DEBIAN_TAGRID_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_LIBTAGRID_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_SECTION libdevel)
+# The loader is told of the new library, and other packages which one gives it.
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
+# Only what is linked with libtagrid.a needs them.
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev")
+include(CPack)

@@ -1,0 +1,111 @@
+// A part of the mesh, from the bricks that it needs.
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "pipeline/memory/of_bricks.h"
+#include "pipeline/mesh/mesh_bricks.h"
+#include "stages/brick/decode.h"
+
+namespace tagrid {
+namespace {
+
+// Some bricks of one layer, decoded: those of the part, and where samples are needed those below them.
+class Layer {
+ public:
+  Layer() = default;
+  Layer(const TagBricks& file, const Box& positions, const Box& meshed, oneapi::tbb::task_arena& arena)
+      : positions_(positions), bricks_(static_cast<std::size_t>(positions.count())) {
+    const BrickGrid grid = file.parameters().bricks();
+    arena.execute([&] {
+      oneapi::tbb::parallel_for(std::int64_t{0}, positions.count(), [&](std::int64_t i) {
+        const Index3 size = positions_.size();
+        const Index3 position = positions_.low + Index3{i % size.x, i / size.x, 0};
+        const BrickBytes block = file.read(grid.id(position));
+        DecodedBrick& brick = bricks_[static_cast<std::size_t>(i)];
+        const Wanted wanted = meshed.contains(position) ? Wanted::samples_and_grid : Wanted::samples;
+        const Status status =
+            decode_brick(block.activity, block.values, file.parameters(), block.id, wanted, brick);
+        if (!status.ok())
+          throw BrokenInput(fmt::format("{}: brick {}: {}", file.name(), block.id, status.what()));
+      });
+    });
+  }
+  const DecodedBrick& at(Index3 position) const {
+    return bricks_[static_cast<std::size_t>(positions_.offset(position))];
+  }
+
+ private:
+  Box positions_;
+  std::vector<DecodedBrick> bricks_;
+};
+
+// The part of `box` that is in one layer.
+Box layer_of(Box box, std::int64_t z) {
+  box.low.z = box.high.z = z;
+  return box;
+}
+
+// How many threads may decode beside two layers of bricks. Throws MemoryLimit where not even one may.
+int threads_beside_layers(const CodingParameters& parameters, const Box& needed, const Resources& resources) {
+  if (!resources.memory) return resources.threads;
+  const std::uint64_t points = static_cast<std::uint64_t>(parameters.bricks().closed_box({0, 0, 0}).count());
+  // Samples, values and bits of each brick; of one brick the numbers of its points and its field.
+  const auto layer = static_cast<std::uint64_t>(layer_of(needed, needed.low.z).count());
+  const std::uint64_t kept = 2 * layer * points * (2 * size_of(parameters.type) + 1) + 40 * points;
+  const auto wanted = [&](int threads) { return memory_of_reading(parameters, threads) + kept; };
+  for (int threads = resources.threads; threads >= 1; --threads)
+    if (wanted(threads) <= *resources.memory) return threads;
+  throw MemoryLimit("meshing a part of the volume", *resources.memory, wanted(1), {});
+}
+
+}  // namespace
+
+void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
+              const Progress& progress) {
+  const CodingParameters& parameters = file.parameters();
+  const BrickGrid grid = parameters.bricks();
+  const std::size_t size = size_of(parameters.type);
+  const bool voxels = parameters.mode == FileMode::voxels;
+  const Box meshed = bricks_of(part, grid);
+  Box needed = meshed;
+  if (voxels)
+    for (int axis = 0; axis < 3; ++axis) needed.low[axis] = std::max(needed.low[axis] - 1, std::int64_t{0});
+
+  oneapi::tbb::task_arena arena(threads_beside_layers(parameters, needed, resources));
+  MeshBuilder mesh(file.header(), part, sink);
+  const Box volume = parameters.domain().volume();
+  const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
+  std::uint64_t done = 0;
+  Layer below, layer;
+  for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
+    below = std::move(layer);
+    layer = Layer(file, layer_of(needed, z), meshed, arena);
+    const auto sample_at = [&](Index3 p) {
+      const Index3 q = volume.nearest(p);
+      const Index3 owner = {grid.owner(q.x), grid.owner(q.y), grid.owner(q.z)};
+      const Layer& holder = owner.z < z ? below : layer;
+      return holder.at(owner).samples.data() +
+             static_cast<std::size_t>(grid.owned_box(owner).offset(q)) * size;
+    };
+    if (z >= meshed.low.z)
+      for (std::int64_t y = meshed.low.y; y <= meshed.high.y; ++y)
+        for (std::int64_t x = meshed.low.x; x <= meshed.high.x; ++x) {
+          const DecodedBrick& brick = layer.at({x, y, z});
+          if (voxels)
+            mesh.add_brick({x, y, z}, brick.active, sample_at);
+          else
+            mesh.add_brick({x, y, z}, brick.active, [&](Index3 p) {
+              return brick.points.data() + static_cast<std::size_t>(brick.active.box().offset(p)) * size;
+            });
+        }
+    if (progress) progress(++done, total);
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,65 @@
+// Tetrahedra of bricks, with numbers for their points and the values of these.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "io/mesh/mesh_sink.h"
+#include "io/tag/header.h"
+#include "io/volume/volume_info.h"
+#include "pipeline/mesh/point_ids.h"
+#include "stages/grid/lattice_bits.h"
+
+namespace tagrid {
+
+/// Which part of the mesh.
+struct MeshPart {
+  /// The prefix of the grid at this level: no point of a higher level.
+  int level = 0;
+  /// Fill whole root cubes, instead of ending at the last samples.
+  bool padded = false;
+  /// Only tetrahedra that meet this box, both ends included.
+  std::optional<Box> box = std::nullopt;
+};
+
+/// The bricks that have a tetrahedron of the part, as a box of their positions.
+Box bricks_of(const MeshPart& part, const BrickGrid& bricks);
+
+/// Makes tetrahedra of bricks, in their order.
+class MeshBuilder {
+ public:
+  /// Points to the value of a lattice point of the brick, until it is called again.
+  using ValueOf = std::function<const std::byte*(Index3)>;
+
+  /// `header` and `sink` outlive the builder.
+  MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink);
+
+  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers. `active` is of the closed box.
+  void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of);
+
+ private:
+  static constexpr std::size_t batch = std::size_t{1} << 16;  // tetrahedra that wait for the sink
+
+  void add_leaves(const LatticeBits& active, const ValueOf& value_of);
+  void add_cut_leaves(const LatticeBits& active, const ValueOf& value_of);
+  void add_tetrahedron(const std::array<Index3, 4>& vertices, int level, const ValueOf& value_of);
+  std::int64_t id_of(Index3 p, const ValueOf& value_of);
+  void flush();
+
+  const CodingParameters& parameters_;
+  Geometry geometry_;
+  bool mirrored_;
+  MeshPart part_;
+  PointIds ids_;
+  std::int64_t next_id_ = 0;
+  MeshSink& sink_;
+  std::vector<double> coordinates_;
+  std::vector<std::byte> values_;
+  std::vector<std::int64_t> connectivity_;
+  std::vector<std::uint8_t> levels_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,139 @@
+"""The library as it is installed: the examples are built with it, also after it was moved, and packages have its files."""
+
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(sys.argv.pop(1))
+# Its own calls: not those of the program, which writes to streams, has handlers of signals, and ends.
+FORBIDDEN = {"getenv", "secure_getenv", "setenv", "putenv", "signal", "sigaction", "sigprocmask", "raise", "kill", "exit",
+             "_exit", "quick_exit", "stderr", "stdout", "printf", "fprintf", "puts", "perror", "setlocale", "abort",
+             "__assert_fail", "atexit", "environ", "setrlimit", "mallopt"}
+
+
+def run(*command, cwd=None, **environment):
+    done = subprocess.run([str(part) for part in command], cwd=cwd, text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, env=os.environ | environment)
+    if done.returncode != 0:
+        raise AssertionError(f"{' '.join(map(str, command))}\n{done.stdout}")
+    return done.stdout
+
+
+class InstalledLibrary(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="tagrid-installed-"))
+        cls.prefix = cls.folder / "first place"
+        for component in ("libtagrid", "libtagrid-dev"):
+            run("cmake", "--install", BUILD, "--prefix", cls.prefix, "--component", component)
+        cls.library = next(cls.prefix.rglob("libtagrid.so")).parent
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    def use(self, programs, library):
+        """Encodes, reads a box and looks at the file with the examples."""
+        where = {"LD_LIBRARY_PATH": str(library)}
+        file = self.folder / "ball.tag"
+        self.assertIn("100% done", run(programs / "encode_slices", file, **where))
+        self.assertIn("1000 samples, mean 40", run(programs / "read_region", file, *"43 35 27 53 45 37".split(), **where))
+        said = run(programs / "info", file, **where)
+        self.assertIn("96 x 80 x 64 samples of 2 bytes", said)
+        self.assertIn("verified", said)
+        self.assertIn("tetrahedra", said)
+        outside = subprocess.run([programs / "info", ROOT / "README.md"], env=os.environ | where, text=True,
+                                 stderr=subprocess.PIPE)
+        self.assertEqual(outside.returncode, 1)
+        self.assertIn("README.md", outside.stderr)
+
+    def build_with_cmake(self, prefix, library, target, name):
+        build = self.folder / name
+        run("cmake", "-S", ROOT / "examples", "-B", build, f"-DCMAKE_PREFIX_PATH={prefix}", f"-DTAGRID_TARGET={target}",
+            "-DCMAKE_BUILD_TYPE=Debug")
+        run("cmake", "--build", build)
+        self.use(build, library)
+
+    def build_with_pkg_config(self, library, name, static):
+        build = self.folder / name
+        build.mkdir()
+        where = {"PKG_CONFIG_PATH": str(library / "pkgconfig")}
+        flags = shlex.split(run("pkg-config", "--cflags", "--libs", *["--static"] * static, "tagrid", **where))
+        if static:
+            flags = ["-l:libtagrid.a" if flag == "-ltagrid" else flag for flag in flags]
+        for source in ("read_region.c", "encode_slices.c", "info.cpp"):
+            compiler = ("c++", "-std=c++20") if source.endswith("cpp") else ("cc", "-std=c11")
+            run(*compiler, ROOT / "examples" / source, *flags, "-o", build / source.split(".")[0])
+        self.use(build, "" if static else library)
+
+    def build_all(self, prefix, library, name):
+        self.build_with_cmake(prefix, library, "tagrid::tagrid", f"{name}-cmake-shared")
+        self.build_with_cmake(prefix, "", "tagrid::static", f"{name}-cmake-static")
+        self.build_with_pkg_config(library, f"{name}-pkg-config-shared", False)
+        self.build_with_pkg_config(library, f"{name}-pkg-config-static", True)
+
+    def test_examples_are_built_and_run_with_it_also_where_it_was_moved(self):
+        # A copy, so that the other tests find it where it was.
+        first = self.folder / "another place"
+        shutil.copytree(self.prefix, first, symlinks=True)
+        library = self.library.relative_to(self.prefix)
+        self.build_all(first, first / library, "first")
+        moved = self.folder / "deeper" / "moved"
+        moved.parent.mkdir()
+        first.rename(moved)
+        self.build_all(moved, moved / library, "moved")
+
+    def test_it_exports_its_interface_and_nothing_else(self):
+        shared = self.library / "libtagrid.so"
+        names = [line.split()[-1] for line in run("nm", "-D", "--defined-only", shared).splitlines()]
+        declared = set(re.findall(r"\b(tagrid_\w+)\(", (ROOT / "include/tagrid/tagrid.h").read_text()))
+        declared = {name for name in declared if re.search(rf"TAGRID_API [^;]*\b{name}\(",
+                                                           (ROOT / "include/tagrid/tagrid.h").read_text())}
+        self.assertEqual(set(names), declared)
+        self.assertIn("Library soname: [libtagrid.so.0]", run("readelf", "-d", shared))
+
+    def test_it_does_not_touch_the_process(self):
+        shared = self.library / "libtagrid.so"
+        used = {line.split()[-1].split("@")[0] for line in run("nm", "-D", "--undefined-only", shared).splitlines()}
+        self.assertEqual(used & FORBIDDEN, set())
+
+    def test_no_installed_file_names_the_place_of_the_build_or_of_the_prefix(self):
+        for file in self.prefix.rglob("*"):
+            if file.suffix in (".pc", ".cmake", ".h", ".hpp"):
+                text = file.read_text()
+                self.assertNotIn(str(self.prefix), text, file)
+                self.assertNotIn(str(ROOT), text, file)
+
+    @unittest.skipUnless(shutil.which("dpkg-deb") and shutil.which("dpkg-shlibdeps"), "there are no tools for Debian packages")
+    def test_there_are_three_debian_packages(self):
+        folder = self.folder / "packages"
+        run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
+        packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
+        self.assertEqual(set(packages), {"tagrid", "libtagrid", "libtagrid-dev"})
+        content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
+        field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
+        for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
+            self.assertIn(path, content["tagrid"])
+        self.assertIn("libtagrid.so.0 ->", content["libtagrid"])
+        for path in ("include/tagrid/tagrid.h\n", "include/tagrid/tagrid.hpp", "libtagrid.so ->", "libtagrid.a", "tagrid.pc",
+                     "tagridConfig.cmake", "examples/read_region.c"):
+            self.assertIn(path, content["libtagrid-dev"])
+            self.assertNotIn(path, content["libtagrid"])
+            self.assertNotIn(path, content["tagrid"])
+        self.assertNotIn("libtagrid.so.0", content["libtagrid-dev"].replace("-> libtagrid.so.0", ""))
+        for name in ("tagrid", "libtagrid"):
+            self.assertRegex(field[name], r"Depends: .*libtbb")
+        self.assertRegex(field["libtagrid-dev"], r"Depends: .*libtagrid \(= ")
+        for name in packages:
+            self.assertIn("Description: CT volumes as one file", field[name])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,362 @@
+// Writing by the library: the bytes, and what happens to an encoder that fails, is cancelled or is left alone.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "pipeline/run/run.h"
+#include "tests/pipeline/library/library_calls.h"
+#include "tests/support/awkward_volumes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+struct LibraryEncoder : TemporaryFolder {
+  // With what the library and the program are told alike.
+  template <class T>
+  void expect_bytes_of_the_program(Index3 dims, const tagrid_encode_options& options, EncodeOptions same,
+                                   unsigned seed, const std::string& fields) {
+    const auto samples = awkward_volume<T>(Awkward(seed % static_cast<unsigned>(Awkward::count)), dims, seed);
+    write_nrrd(path("volume.nrrd"), dims, samples, fields);
+    same.cube_size = options.cube;
+    if (options.brick != 0) same.brick_edge = options.brick;
+    if (sizeof(T) > 2) same.range = {0, 100};
+    encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, 2);
+    Encoded encoded;
+    const tagrid_call call = call_of(1 + static_cast<int>(seed % 4));
+    encode(options, samples.data(), encoded, &call, 1 + seed % 5);
+    ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+    ASSERT_EQ(encoded.bytes, content("volume.tag"));
+    EXPECT_EQ(encoded.info.file_bytes, encoded.bytes.size());
+
+    // And back.
+    MemoryFile file{encoded.bytes};
+    const ReaderHandle reader = open_reader(file);
+    tagrid_info info = {};
+    info.struct_size = sizeof info;
+    ASSERT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+    EXPECT_EQ(info.type, options.type);
+    EXPECT_EQ(info.grid_only, options.grid_only);
+    EXPECT_EQ(info.active_points, encoded.info.active_points);
+    std::vector<T> out(samples.size());
+    const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
+    decode_volume(path("volume.tag"), path("again.nrrd"), VolumeFormat::nrrd, true, 1);
+    const auto decoded = read_samples<T>(path("again.nrrd"));
+    EXPECT_EQ(std::memcmp(out.data(), decoded.data(), out.size() * sizeof(T)), 0);
+    if (info.max_error == 0) {
+      EXPECT_EQ(std::memcmp(out.data(), samples.data(), out.size() * sizeof(T)), 0);
+    }
+    EXPECT_EQ(tagrid_reader_verify(reader.get(), nullptr), TAGRID_OK) << tagrid_reader_message(reader.get());
+  }
+
+  template <class T>
+  void expect_every_mode(unsigned seed) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    struct Mode {
+      bool grid_only;
+      double max_error, surface_error, mesh_error;
+      tagrid_effort effort;
+    };
+    for (const Mode& mode : {Mode{false, nan, nan, nan, TAGRID_EFFORT_DEFAULT},
+                             {false, 0, nan, nan, TAGRID_EFFORT_FAST},
+                             {false, 0, nan, nan, TAGRID_EFFORT_BEST},
+                             {false, 3, nan, nan, TAGRID_EFFORT_DEFAULT},
+                             {false, 3, 1, nan, TAGRID_EFFORT_DEFAULT},
+                             {true, nan, nan, nan, TAGRID_EFFORT_DEFAULT},
+                             {true, 5, nan, nan, TAGRID_EFFORT_DEFAULT},
+                             {false, 0, nan, 6, TAGRID_EFFORT_DEFAULT}}) {
+      ++seed;
+      const Index3 dims = {5 + seed % 13, 4 + seed % 11, 3 + seed % 17};
+      tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
+      if (seed % 3 == 0) options.cube = 8, options.brick = 0;
+      options.grid_only = mode.grid_only;
+      options.max_error = mode.max_error;
+      options.surface_error = mode.surface_error;
+      options.mesh_error = mode.mesh_error;
+      options.effort = mode.effort;
+      EncodeOptions same;
+      const auto given = [](double value) { return std::isnan(value) ? std::nullopt : std::optional(value); };
+      same.grid_only = mode.grid_only;
+      same.max_error = given(mode.max_error);
+      same.surface_error = given(mode.surface_error);
+      same.mesh_error = given(mode.mesh_error);
+      same.effort = static_cast<Effort>(mode.effort);
+      tagrid_geometry geometry = {};
+      std::string fields;
+      if (seed % 2 == 0) {
+        geometry.has_spacing = 1;
+        for (int axis = 0; axis < 3; ++axis) geometry.spacing[axis] = 0.5 + axis;
+        options.geometry = &geometry;
+        options.metadata = "key:=value\n";
+        fields = "spacings: 0.5 1.5 2.5\nkey:=value\n";
+      }
+      SCOPED_TRACE("seed " + std::to_string(seed));
+      expect_bytes_of_the_program<T>(dims, options, same, seed, fields);
+    }
+  }
+};
+
+TEST_F(LibraryEncoder, EveryTypeAndModeGivesTheBytesOfTheProgramAndComesBack) {
+  expect_every_mode<std::uint8_t>(0);
+  expect_every_mode<std::int8_t>(10);
+  expect_every_mode<std::uint16_t>(20);
+  expect_every_mode<std::int16_t>(30);
+  expect_every_mode<std::uint32_t>(40);
+  expect_every_mode<std::int32_t>(50);
+  expect_every_mode<float>(60);
+  expect_every_mode<double>(70);
+}
+
+constexpr Index3 dims = {21, 18, 16};
+
+TEST_F(LibraryEncoder, SlicesMayLieAnywhere) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::noise, dims, 1);
+  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  Encoded dense;
+  encode(options, samples.data(), dense);
+  // z fastest, from the last to the first, and y with gaps.
+  const std::int64_t strides[3] = {2 * dims.z * (dims.y + 3), 2 * dims.z, -2};
+  std::vector<std::int16_t> turned(static_cast<std::size_t>(dims.x * (dims.y + 3) * dims.z));
+  for (std::int64_t z = 0; z < dims.z; ++z)
+    for (std::int64_t y = 0; y < dims.y; ++y)
+      for (std::int64_t x = 0; x < dims.x; ++x)
+        turned[static_cast<std::size_t>((x * (dims.y + 3) + y) * dims.z + dims.z - 1 - z)] =
+            samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))];
+  Encoded encoded;
+  tagrid_encoder* opened = nullptr;
+  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  const EncoderHandle encoder(opened);
+  ASSERT_EQ(tagrid_encoder_write(opened, turned.data() + dims.z - 1, dims.z, strides), TAGRID_OK);
+  ASSERT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_OK);
+  EXPECT_EQ(encoded.bytes, dense.bytes);
+}
+
+TEST_F(LibraryEncoder, AWriteThatFailsEndsIt) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 2);
+  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  Encoded whole;
+  encode(options, samples.data(), whole);
+  ASSERT_EQ(whole.status, TAGRID_OK);
+  ASSERT_GT(whole.writes, 10);
+  const tagrid_call call = call_of(2);
+  for (int n = 0; n < whole.writes; ++n) {
+    Encoded encoded;
+    encoded.write_fails_at = n;
+    encode(options, samples.data(), encoded, &call, 1);
+    ASSERT_EQ(encoded.status, TAGRID_IO_ERROR) << n;
+    ASSERT_NE(encoded.message.find("error 9"), std::string::npos) << encoded.message;
+    ASSERT_EQ(encoded.bytes, whole.bytes.substr(0, encoded.bytes.size()));
+  }
+}
+
+TEST_F(LibraryEncoder, ItStopsWhereProgressSaysSo) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 3);
+  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  struct State {
+    int calls = 0, stop_at = -1;
+    std::uint64_t done = 0, total = 0;
+  };
+  const auto progress = [](void* user, uint64_t done, uint64_t total) {
+    auto& state = *static_cast<State*>(user);
+    state.done = done, state.total = total;
+    return state.calls++ == state.stop_at ? 1 : 0;
+  };
+  State whole;
+  tagrid_call call = call_of(2, progress, &whole);
+  Encoded encoded;
+  encode(options, samples.data(), encoded, &call);
+  ASSERT_EQ(encoded.status, TAGRID_OK);
+  EXPECT_EQ(whole.done, samples.size() * 2);
+  EXPECT_EQ(whole.total, samples.size() * 2);
+  for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
+    State state{0, stop_at};
+    call.progress_user = &state;
+    Encoded stopped;
+    encode(options, samples.data(), stopped, &call, 1);
+    ASSERT_EQ(stopped.status, TAGRID_CANCELLED) << stop_at;
+    ASSERT_EQ(stopped.message, "cancelled by the caller");
+  }
+}
+
+TEST_F(LibraryEncoder, OneThatIsNotFinishedIsEndedWhenItIsClosed) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 4);
+  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  Encoded whole;
+  encode(options, samples.data(), whole);
+  for (std::int64_t slices = 0; slices <= dims.z; ++slices) {
+    Encoded encoded;
+    tagrid_encoder* opened = nullptr;
+    ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+    const EncoderHandle encoder(opened);
+    ASSERT_EQ(tagrid_encoder_write(opened, samples.data(), slices, nullptr), TAGRID_OK);
+    if (slices < dims.z) {
+      EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_INVALID_ARGUMENT);
+      EXPECT_NE(std::string(tagrid_encoder_message(opened)).find("slices"), std::string::npos);
+    }
+  }
+}
+
+// An encoder that failed says why in every later call, also in finish() before all slices were fed.
+TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
+  const Index3 deep = {21, 18, 200};
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 5);
+  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
+  Encoded encoded;
+  encoded.write_fails_at = 1;
+  tagrid_encoder* opened = nullptr;
+  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  const EncoderHandle encoder(opened);
+  tagrid_status status = TAGRID_OK;
+  // Few slices are ahead of the bricks, so not all of them can be fed.
+  for (std::int64_t z = 0; z < deep.z && status == TAGRID_OK; ++z)
+    status = tagrid_encoder_write(opened, samples.data() + z * deep.x * deep.y, 1, nullptr);
+  ASSERT_EQ(status, TAGRID_IO_ERROR);
+  const std::string message = tagrid_encoder_message(opened);
+  EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_IO_ERROR);
+  EXPECT_EQ(tagrid_encoder_message(opened), message);
+  EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_IO_ERROR);
+  // Also for another thread.
+  std::thread([&] { EXPECT_EQ(tagrid_encoder_message(opened), message); }).join();
+}
+
+TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
+  for (const Index3 size : {dims, Index3{100, 3, 5}, Index3{3, 90, 40}}) {
+    const auto samples = awkward_volume<std::int16_t>(Awkward::noise, size, 6);
+    const tagrid_encode_options options = encode_options(size, SampleType::int16);
+    const std::uint64_t smallest = tagrid_encode_memory(&options);
+    ASSERT_GT(smallest, 0u);
+    Encoded free, limited, refused;
+    encode(options, samples.data(), free);
+    tagrid_call call = call_of(4);
+    call.memory_limit = smallest;
+    encode(options, samples.data(), limited, &call);
+    EXPECT_EQ(limited.status, TAGRID_OK) << limited.message;
+    EXPECT_EQ(limited.bytes, free.bytes);
+    call.memory_limit = smallest - 1;
+    encode(options, samples.data(), refused, &call);
+    EXPECT_EQ(refused.status, TAGRID_MEMORY_LIMIT);
+    EXPECT_NE(refused.message, "");
+    EXPECT_EQ(refused.bytes, "");
+  }
+}
+
+TEST_F(LibraryEncoder, OptionsThatMakeNoSenseAreRefused) {
+  const tagrid_encode_options good = encode_options(dims, SampleType::int16);
+  const std::function<void(tagrid_encode_options&)> mistakes[] = {
+      [](auto& o) { o.struct_size = 0; },
+      [](auto& o) { o.struct_size -= 1; },
+      [](auto& o) { o.dims[1] = 0; },
+      [](auto& o) { o.dims[2] = -5; },
+      [](auto& o) { o.dims[0] = INT64_MAX; },
+      [](auto& o) { o.type = static_cast<tagrid_type>(0); },
+      [](auto& o) { o.type = static_cast<tagrid_type>(99); },
+      [](auto& o) { o.max_error = -1; },
+      [](auto& o) { o.surface_error = 3; },
+      [](auto& o) { o.cube = 5; },
+      [](auto& o) { o.brick = -1; },
+      [](auto& o) { o.accuracy = -3; },
+      [](auto& o) { o.range[0] = 5; },
+      [](auto& o) { o.range[0] = 5, o.range[1] = 4; },
+      [](auto& o) { o.field_scale = -1; },
+      [](auto& o) { o.max_level = 1000; },
+      [](auto& o) { o.effort = static_cast<tagrid_effort>(7); },
+      [](auto& o) { o.metadata = "dimension: 3\n"; },
+      [](auto& o) { o.metadata = "no field"; },
+      [](auto& o) { o.type = TAGRID_FLOAT32; }};
+  int number = 0;
+  for (const auto& mistake : mistakes) {
+    tagrid_encode_options options = good;
+    mistake(options);
+    Encoded encoded;
+    encode(options, nullptr, encoded);
+    EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << number << ": " << encoded.message;
+    EXPECT_NE(encoded.message, "") << number;
+    EXPECT_EQ(encoded.bytes, "") << number;
+    ++number;
+  }
+  tagrid_encode_options float_type = good;
+  float_type.struct_size = 0;
+  EXPECT_EQ(tagrid_encode_memory(&float_type), 0u);
+  EXPECT_EQ(tagrid_encode_memory(nullptr), 0u);
+
+  Encoded encoded;
+  tagrid_encoder* opened = nullptr;
+  EXPECT_EQ(tagrid_encoder_open(&good, Encoded::write, &encoded, nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_open(nullptr, Encoded::write, &encoded, nullptr, &opened),
+            TAGRID_INVALID_ARGUMENT);
+  tagrid_encoder_close(opened);
+  EXPECT_EQ(tagrid_encoder_open(&good, nullptr, &encoded, nullptr, &opened), TAGRID_INVALID_ARGUMENT);
+  EXPECT_STRNE(tagrid_encoder_message(opened), "");
+  EXPECT_EQ(tagrid_encoder_write(opened, "", 1, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_INVALID_ARGUMENT);
+  tagrid_encoder_close(opened);
+  EXPECT_EQ(tagrid_encoder_write(nullptr, "", 1, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_finish(nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_STRNE(tagrid_encoder_message(nullptr), "");
+  tagrid_encoder_close(nullptr);
+}
+
+TEST_F(LibraryEncoder, WrongNumbersOfSlicesAreRefusedAndRightOnesMayFollow) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 7);
+  const tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  Encoded whole, encoded;
+  encode(options, samples.data(), whole);
+  tagrid_encoder* opened = nullptr;
+  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  const EncoderHandle encoder(opened);
+  EXPECT_EQ(tagrid_encoder_write(opened, samples.data(), -1, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_write(opened, samples.data(), dims.z + 1, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_write(opened, nullptr, 1, nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_write(opened, nullptr, 0, nullptr), TAGRID_OK);
+  ASSERT_EQ(tagrid_encoder_write(opened, samples.data(), dims.z, nullptr), TAGRID_OK);
+  EXPECT_EQ(tagrid_encoder_write(opened, samples.data(), 1, nullptr), TAGRID_INVALID_ARGUMENT);
+  tagrid_info small = {};
+  EXPECT_EQ(tagrid_encoder_finish(opened, &small), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_OK);
+  EXPECT_EQ(encoded.bytes, whole.bytes);
+}
+
+TEST_F(LibraryEncoder, TwoEncodersAndThreeReadersAtOnceGiveWhatEachGivesAlone) {
+  const auto first = awkward_volume<std::int16_t>(Awkward::noise, dims, 8);
+  const auto second = awkward_volume<float>(Awkward::smooth, dims, 9);
+  const tagrid_encode_options first_options = encode_options(dims, SampleType::int16);
+  tagrid_encode_options second_options = encode_options(dims, SampleType::float32);
+  second_options.max_error = 0.5;
+  Encoded first_alone, second_alone;
+  encode(first_options, first.data(), first_alone);
+  encode(second_options, second.data(), second_alone);
+  ASSERT_EQ(second_alone.status, TAGRID_OK) << second_alone.message;
+
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  Encoded first_again, second_again;
+  MemoryFile file{first_alone.bytes};
+  const ReaderHandle shared = open_reader(file);
+  std::vector<std::int16_t> read[2] = {std::vector<std::int16_t>(first.size()),
+                                       std::vector<std::int16_t>(first.size())};
+  tagrid_status status[3] = {TAGRID_BUG, TAGRID_BUG, TAGRID_BUG};
+  const tagrid_call call = call_of(3);
+  {
+    std::vector<std::thread> threads;
+    threads.emplace_back([&] { encode(first_options, first.data(), first_again, &call); });
+    threads.emplace_back([&] { encode(second_options, second.data(), second_again, &call, 1); });
+    for (int i = 0; i < 2; ++i)
+      threads.emplace_back([&, i] {
+        MemoryFile own{first_alone.bytes};
+        const ReaderHandle reader = open_reader(own);
+        status[i] = tagrid_reader_read(i == 0 ? shared.get() : reader.get(), &all, nullptr, read[i].data(),
+                                       nullptr, &call);
+      });
+    threads.emplace_back([&] { status[2] = tagrid_reader_verify(shared.get(), &call); });
+    for (std::thread& thread : threads) thread.join();
+  }
+  for (const tagrid_status s : status) EXPECT_EQ(s, TAGRID_OK);
+  EXPECT_EQ(first_again.bytes, first_alone.bytes);
+  EXPECT_EQ(second_again.bytes, second_alone.bytes);
+  EXPECT_EQ(read[0], first);
+  EXPECT_EQ(read[1], first);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,472 @@
+// Reading by the library: what is read, from where, by whom, and what comes of damage.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <thread>
+
+#include "tests/pipeline/library/library_calls.h"
+#include "tests/support/awkward_volumes.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Index3 dims = {27, 22, 19};
+
+template <class T>
+void expect_boxes(Awkward kind, unsigned seed) {
+  std::mt19937_64 random(seed);
+  const auto samples = awkward_volume<T>(kind, dims, seed);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  for (int i = 0; i < 25; ++i) {
+    const tagrid_box box = any_box(dims, random);
+    std::int64_t step[3], count[3], strides[3], length = static_cast<std::int64_t>(sizeof(T)), first = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      step[axis] = random() % 2 ? 1 : static_cast<std::int64_t>(random() % 9 + 1);
+      count[axis] = (box.high[axis] - box.low[axis] + step[axis] - 1) / step[axis];
+    }
+    // Axes in any order, with gaps, forwards or backwards.
+    int order[3] = {0, 1, 2};
+    const bool dense = i % 3 == 0;
+    if (!dense) std::shuffle(order, order + 3, random);
+    for (const int axis : order) {
+      strides[axis] = length;
+      length *= count[axis];
+      if (!dense) length += static_cast<std::int64_t>(random() % 3 * sizeof(T));
+      if (!dense && random() % 2) {
+        first += strides[axis] * (count[axis] - 1);
+        strides[axis] = -strides[axis];
+      }
+    }
+    std::string out(static_cast<std::size_t>(length + first), '\x5a'), expected = out;
+    for (std::int64_t z = 0; z < count[2]; ++z)
+      for (std::int64_t y = 0; y < count[1]; ++y)
+        for (std::int64_t x = 0; x < count[0]; ++x) {
+          const Index3 p = {box.low[0] + x * step[0], box.low[1] + y * step[1], box.low[2] + z * step[2]};
+          std::memcpy(expected.data() + first + x * strides[0] + y * strides[1] + z * strides[2],
+                      &samples[static_cast<std::size_t>(Box::of_size(dims).offset(p))], sizeof(T));
+        }
+    const tagrid_call call = call_of(1 + i % 4);
+    ASSERT_EQ(
+        tagrid_reader_read(reader.get(), &box, step, out.data() + first, dense ? nullptr : strides, &call),
+        TAGRID_OK)
+        << tagrid_reader_message(reader.get());
+    ASSERT_EQ(out, expected) << name_of(kind);
+  }
+}
+
+TEST(LibraryReader, AnyBoxWithAnyStepsAndStridesHasTheSamplesOfTheVolumeAndNothingElseIsWritten) {
+  for (int kind = 0; kind < static_cast<int>(Awkward::count); ++kind) {
+    const auto seed = static_cast<unsigned>(kind);
+    switch (kind % 4) {
+      case 0:
+        expect_boxes<std::int16_t>(static_cast<Awkward>(kind), seed);
+        break;
+      case 1:
+        expect_boxes<std::uint8_t>(static_cast<Awkward>(kind), seed);
+        break;
+      case 2:
+        expect_boxes<float>(static_cast<Awkward>(kind), seed);
+        break;
+      default:
+        expect_boxes<double>(static_cast<Awkward>(kind), seed);
+        break;
+    }
+  }
+}
+
+TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::noise, dims, 1);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  tagrid_info info = {};
+  info.struct_size = sizeof info;
+  ASSERT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+  for (const auto& [begin, end] : file.reads)
+    EXPECT_TRUE(end <= info.header_bytes || begin >= info.file_bytes - info.index_bytes - 8)
+        << begin << " " << end;
+
+  std::mt19937_64 random(2);
+  std::vector<std::uint16_t> out(samples.size());
+  for (int i = 0; i < 60; ++i) {
+    const tagrid_box box = any_box(dims, random);
+    const std::int64_t step[3] = {1 + i % 3 * 6, 1 + i % 2 * 10, 1 + i % 5 * 3};
+    std::set<std::pair<std::uint64_t, std::uint64_t>> allowed;
+    for (std::int64_t n = 0; n < info.bricks[0] * info.bricks[1] * info.bricks[2]; ++n) {
+      tagrid_brick brick = {};
+      brick.struct_size = sizeof brick;
+      ASSERT_EQ(tagrid_reader_brick(reader.get(), n, &brick), TAGRID_OK);
+      bool met = true;
+      for (int axis = 0; axis < 3; ++axis) {
+        bool on_axis = false;
+        for (std::int64_t c = box.low[axis]; c < box.high[axis]; c += step[axis])
+          on_axis |= c >= brick.box.low[axis] && c < brick.box.high[axis];
+        met &= on_axis;
+      }
+      // With the checksum before it.
+      if (met) allowed.emplace(brick.offset - 8, brick.offset + brick.bytes);
+    }
+    file.reads.clear();
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, step, out.data(), nullptr, nullptr), TAGRID_OK);
+    const std::set<std::pair<std::uint64_t, std::uint64_t>> read(file.reads.begin(), file.reads.end());
+    EXPECT_EQ(read, allowed);
+    EXPECT_EQ(file.reads.size(), allowed.size()) << "a brick was read twice";
+  }
+}
+
+TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost27Bricks) {
+  const Index3 large = {200, 160, 150};
+  const std::vector<std::uint8_t> samples(static_cast<std::size_t>(Box::of_size(large).count()), 7);
+  tagrid_encode_options options = encode_options(large, SampleType::uint8);
+  options.cube = 32;
+  options.brick = 0;
+  Encoded encoded;
+  encode(options, samples.data(), encoded);
+  ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+  MemoryFile file{encoded.bytes};
+  const ReaderHandle reader = open_reader(file);
+  std::vector<std::uint8_t> out(64 * 64 * 64);
+  std::mt19937 random(3);
+  for (int i = 0; i < 10; ++i) {
+    tagrid_box box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = static_cast<std::int64_t>(random() % static_cast<unsigned>(large[axis] - 63));
+      box.high[axis] = box.low[axis] + 64;
+    }
+    file.reads.clear();
+    ASSERT_EQ(tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
+    EXPECT_LE(file.reads.size(), 27u);
+  }
+}
+
+TEST(LibraryReader, SeveralThreadsReadOneReaderAtOnce) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::any_bits, dims, 4);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (unsigned t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      std::mt19937_64 random(t);
+      for (int i = 0; i < 8; ++i) {
+        const tagrid_box box = any_box(dims, random);
+        std::vector<std::int16_t> out(samples.size());
+        const tagrid_call call = call_of(1 + static_cast<int>(t));
+        if (tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, &call) != TAGRID_OK) ++wrong;
+        std::size_t n = 0;
+        for (std::int64_t z = box.low[2]; z < box.high[2]; ++z)
+          for (std::int64_t y = box.low[1]; y < box.high[1]; ++y)
+            for (std::int64_t x = box.low[0]; x < box.high[0]; ++x)
+              if (out[n++] != samples[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))])
+                ++wrong;
+        // A failure of another thread is not this one's.
+        const tagrid_box outside = {{0, 0, 0}, {dims.x + 1, 1, 1}};
+        if (t % 2 == 0) {
+          if (tagrid_reader_read(reader.get(), &outside, nullptr, out.data(), nullptr, nullptr) == TAGRID_OK)
+            ++wrong;
+        } else if (*tagrid_reader_message(reader.get()) != '\0') {
+          ++wrong;
+        }
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+int ignore_points(void*, size_t, const double*, const void*) { return 0; }
+int ignore_tetrahedra(void*, size_t, const int64_t*, const uint8_t*) { return 0; }
+
+tagrid_mesh_sink ignoring_sink() {
+  tagrid_mesh_sink sink;
+  tagrid_mesh_sink_init(&sink);
+  sink.points = ignore_points;
+  sink.tetrahedra = ignore_tetrahedra;
+  return sink;
+}
+
+// Everything that can be done with a reader; the first status that is not TAGRID_OK.
+tagrid_status do_everything(MemoryFile& file, void* out, const tagrid_call* call, std::string* message) {
+  tagrid_status status;
+  const ReaderHandle reader = open_reader(file, &status);
+  const auto tell = [&] {
+    *message = tagrid_reader_message(reader.get());
+    return status;
+  };
+  if (status != TAGRID_OK) return tell();
+  tagrid_info info = {};
+  info.struct_size = sizeof info;
+  tagrid_reader_info(reader.get(), &info);
+  tagrid_box all = {};
+  for (int axis = 0; axis < 3; ++axis) all.high[axis] = info.dims[axis];
+  status = tagrid_reader_read(reader.get(), &all, nullptr, out, nullptr, call);
+  if (status != TAGRID_OK) return tell();
+  status = tagrid_reader_verify(reader.get(), call);
+  if (status != TAGRID_OK) return tell();
+  const tagrid_mesh_sink sink = ignoring_sink();
+  status = tagrid_reader_mesh(reader.get(), nullptr, &sink, call);
+  if (status != TAGRID_OK) return tell();
+  tagrid_mesh_options options;
+  tagrid_mesh_options_init(&options);
+  options.box = &all;
+  status = tagrid_reader_mesh(reader.get(), &options, &sink, call);
+  return tell();
+}
+
+TEST(LibraryReader, EveryReadThatFailsIsReportedWithItsPlace) {
+  const Index3 small = {12, 11, 10};
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, small, 5);
+  MemoryFile file = encoded_file(small, samples);
+  std::vector<std::uint16_t> out(samples.size());
+  const tagrid_call call = call_of(2);
+  for (int n = 0;; ++n) {
+    file.reads.clear();
+    file.fails_at = n;
+    std::string message;
+    const tagrid_status status = do_everything(file, out.data(), &call, &message);
+    if (static_cast<int>(file.reads.size()) < n) break;
+    if (status == TAGRID_OK) {
+      EXPECT_GT(n, 20);
+      break;
+    }
+    ASSERT_EQ(status, TAGRID_IO_ERROR) << n << " " << message;
+    EXPECT_NE(message.find("memory: cannot read"), std::string::npos) << message;
+    EXPECT_NE(message.find("error 5"), std::string::npos) << message;
+  }
+}
+
+TEST(LibraryReader, CallsStopWhereProgressSaysSo) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 6);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  std::vector<std::uint16_t> out(samples.size());
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  const tagrid_mesh_sink sink = ignoring_sink();
+  tagrid_mesh_options options;
+  tagrid_mesh_options_init(&options);
+  options.box = &all;
+  struct State {
+    int calls = 0, stop_at = 0;
+    std::uint64_t done = 0, total = 0;
+  };
+  const auto progress = [](void* user, uint64_t done, uint64_t total) {
+    auto& state = *static_cast<State*>(user);
+    EXPECT_GE(done, state.done);
+    EXPECT_LE(done, total);
+    state.done = done;
+    state.total = total;
+    return state.calls++ == state.stop_at ? 1 : 0;
+  };
+  const std::function<tagrid_status(const tagrid_call*)> works[] = {
+      [&](const tagrid_call* call) {
+        return tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, call);
+      },
+      [&](const tagrid_call* call) { return tagrid_reader_verify(reader.get(), call); },
+      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader.get(), nullptr, &sink, call); },
+      [&](const tagrid_call* call) { return tagrid_reader_mesh(reader.get(), &options, &sink, call); }};
+  for (const auto& work : works) {
+    State whole{0, -1};
+    tagrid_call call = call_of(3, progress, &whole);
+    ASSERT_EQ(work(&call), TAGRID_OK);
+    EXPECT_GT(whole.calls, 0);
+    EXPECT_EQ(whole.done, whole.total);
+    for (int stop_at = 0; stop_at < whole.calls; ++stop_at) {
+      State state{0, stop_at};
+      call.progress_user = &state;
+      ASSERT_EQ(work(&call), TAGRID_CANCELLED);
+      EXPECT_STREQ(tagrid_reader_message(reader.get()), "cancelled by the caller");
+    }
+    // It can be used as before.
+    EXPECT_EQ(work(nullptr), TAGRID_OK);
+  }
+}
+
+TEST(LibraryReader, DamagedFilesGiveAnErrorOrTheRightSamples) {
+  const Index3 small = {10, 9, 11};
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, small, 7);
+  const MemoryFile whole = encoded_file(small, samples);
+  std::mt19937 random(8);
+  const tagrid_call call = call_of(1);
+  const auto expect_no_wrong_samples = [&](const std::string& bytes, const std::string& what) {
+    MemoryFile file{bytes};
+    tagrid_status status;
+    const ReaderHandle reader = open_reader(file, &status);
+    if (status == TAGRID_OK) {
+      std::vector<std::uint16_t> out(samples.size());
+      const tagrid_box all = {{0, 0, 0}, {small.x, small.y, small.z}};
+      status = tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call);
+      if (status == TAGRID_OK) {
+        ASSERT_EQ(out, samples) << what;
+      }
+    }
+    if (status != TAGRID_OK) {
+      ASSERT_EQ(status, TAGRID_BROKEN_INPUT) << what << ": " << tagrid_reader_message(reader.get());
+      ASSERT_STRNE(tagrid_reader_message(reader.get()), "") << what;
+    }
+    std::string message;
+    std::vector<std::uint16_t> out(samples.size());
+    EXPECT_EQ(do_everything(file, out.data(), &call, &message), TAGRID_BROKEN_INPUT) << what;
+  };
+  for (std::size_t size = 0; size < whole.bytes.size(); ++size)
+    expect_no_wrong_samples(whole.bytes.substr(0, size), "the first " + std::to_string(size) + " bytes");
+  for (std::size_t at = 0; at < whole.bytes.size(); ++at) {
+    std::string bytes = whole.bytes;
+    bytes[at] = static_cast<char>(bytes[at] ^ (1 << random() % 8));
+    expect_no_wrong_samples(bytes, "byte " + std::to_string(at));
+  }
+}
+
+TEST(LibraryReader, ALimitOfMemoryThatCannotBeKeptIsRefused) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 9);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  std::vector<std::uint16_t> out(samples.size());
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  const tagrid_mesh_sink sink = ignoring_sink();
+  tagrid_mesh_options options;
+  tagrid_mesh_options_init(&options);
+  options.box = &all;
+  for (const auto& [limit, status] : {std::pair<std::uint64_t, tagrid_status>{1, TAGRID_MEMORY_LIMIT},
+                                      {std::uint64_t{1} << 30, TAGRID_OK},
+                                      {UINT64_MAX, TAGRID_OK}}) {
+    tagrid_call call = call_of(2);
+    call.memory_limit = limit;
+    EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), status) << limit;
+    EXPECT_EQ(tagrid_reader_verify(reader.get(), &call), status) << limit;
+    EXPECT_EQ(tagrid_reader_mesh(reader.get(), nullptr, &sink, &call), status) << limit;
+    EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, &call), status) << limit;
+  }
+}
+
+TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 10);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle handle = open_reader(file);
+  const tagrid_reader* reader = handle.get();
+  std::vector<std::uint16_t> out(samples.size());
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  const auto bad = [&](tagrid_status status, const char* what) {
+    EXPECT_EQ(status, TAGRID_INVALID_ARGUMENT) << what;
+    EXPECT_STRNE(tagrid_reader_message(reader), "") << what;
+  };
+
+  EXPECT_EQ(tagrid_reader_open_file("no such file", nullptr), TAGRID_INVALID_ARGUMENT);
+  EXPECT_EQ(tagrid_reader_open(nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
+  tagrid_input unset = file.input();
+  unset.struct_size = 0;
+  tagrid_input without = file.input();
+  without.read_at = nullptr;
+  for (const tagrid_input* input : std::initializer_list<const tagrid_input*>{nullptr, &unset, &without}) {
+    tagrid_reader* opened = nullptr;
+    EXPECT_EQ(tagrid_reader_open(input, &opened), TAGRID_INVALID_ARGUMENT);
+    EXPECT_STRNE(tagrid_reader_message(opened), "");
+    // It is not open, and says so.
+    EXPECT_EQ(tagrid_reader_read(opened, &all, nullptr, out.data(), nullptr, nullptr),
+              TAGRID_INVALID_ARGUMENT);
+    EXPECT_EQ(tagrid_reader_verify(opened, nullptr), TAGRID_INVALID_ARGUMENT);
+    EXPECT_STREQ(tagrid_reader_metadata(opened), "");
+    tagrid_reader_close(opened);
+  }
+  for (const char* path : {static_cast<const char*>(nullptr), "no such file"}) {
+    tagrid_reader* opened = nullptr;
+    EXPECT_EQ(tagrid_reader_open_file(path, &opened), path ? TAGRID_IO_ERROR : TAGRID_INVALID_ARGUMENT);
+    EXPECT_STRNE(tagrid_reader_message(opened), "");
+    tagrid_reader_close(opened);
+  }
+  tagrid_reader_close(nullptr);
+  EXPECT_STRNE(tagrid_reader_message(nullptr), "");
+  EXPECT_STREQ(tagrid_reader_metadata(nullptr), "");
+  EXPECT_EQ(tagrid_reader_verify(nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
+
+  bad(tagrid_reader_info(reader, nullptr), "no info");
+  tagrid_info info = {};
+  bad(tagrid_reader_info(reader, &info), "size of info");
+  tagrid_brick brick = {};
+  bad(tagrid_reader_brick(reader, 0, &brick), "size of brick");
+  brick.struct_size = sizeof brick;
+  bad(tagrid_reader_brick(reader, -1, &brick), "brick -1");
+  bad(tagrid_reader_brick(reader, 1000000, &brick), "brick 1000000");
+  bad(tagrid_reader_brick(reader, 0, nullptr), "no brick");
+
+  bad(tagrid_reader_read(reader, nullptr, nullptr, out.data(), nullptr, nullptr), "no box");
+  bad(tagrid_reader_read(reader, &all, nullptr, nullptr, nullptr, nullptr), "no place");
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<tagrid_box> boxes(4, all);
+    boxes[0].low[axis] = -1;
+    boxes[1].high[axis] = dims[axis] + 1;
+    boxes[2].high[axis] = 0;
+    boxes[3].low[axis] = INT64_MIN, boxes[3].high[axis] = INT64_MAX;
+    for (const tagrid_box& box : boxes)
+      bad(tagrid_reader_read(reader, &box, nullptr, out.data(), nullptr, nullptr), "a box");
+    for (const std::int64_t step : {std::int64_t{0}, std::int64_t{-1}, INT64_MIN}) {
+      std::int64_t steps[3] = {1, 1, 1};
+      steps[axis] = step;
+      bad(tagrid_reader_read(reader, &all, steps, out.data(), nullptr, nullptr), "a step");
+    }
+  }
+  tagrid_call call = call_of(-1);
+  bad(tagrid_reader_read(reader, &all, nullptr, out.data(), nullptr, &call), "-1 threads");
+  call = call_of(1);
+  call.struct_size = sizeof call - 1;
+  bad(tagrid_reader_verify(reader, &call), "size of call");
+  tagrid_mesh_sink sink = ignoring_sink();
+  bad(tagrid_reader_mesh(reader, nullptr, nullptr, nullptr), "no sink");
+  sink.points = nullptr;
+  bad(tagrid_reader_mesh(reader, nullptr, &sink, nullptr), "no points");
+  sink = ignoring_sink();
+  tagrid_mesh_options options;
+  tagrid_mesh_options_init(&options);
+  for (const int level : {-2, 7, 1000}) {
+    options.level = level;
+    bad(tagrid_reader_mesh(reader, &options, &sink, nullptr), "a level");
+  }
+  tagrid_call_init(nullptr);
+  tagrid_input_init(nullptr);
+  tagrid_mesh_sink_init(nullptr);
+  tagrid_mesh_options_init(nullptr);
+}
+
+TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 11);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  struct {
+    tagrid_info info;
+    char more[40];
+  } newer;
+  std::memset(&newer, 0x77, sizeof newer);
+  newer.info.struct_size = sizeof newer;
+  ASSERT_EQ(tagrid_reader_info(reader.get(), &newer.info), TAGRID_OK);
+  EXPECT_EQ(newer.info.struct_size, sizeof newer);
+  EXPECT_EQ(newer.info.dims[0], dims.x);
+  for (const char c : newer.more) EXPECT_EQ(c, 0x77);
+  struct {
+    tagrid_call call;
+    char more[40];
+  } call;
+  std::memset(&call, 0x77, sizeof call);
+  call.call = call_of(1);
+  call.call.struct_size = sizeof call;
+  EXPECT_EQ(tagrid_reader_verify(reader.get(), &call.call), TAGRID_OK);
+}
+
+// oneTBB warns on the standard error where an arena is larger than what it has threads for.
+TEST(LibraryReader, AnEnormousNumberOfThreadsIsTakenAsALimitAndNothingIsSaid) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 12);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  std::vector<std::uint16_t> out(samples.size());
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  const tagrid_mesh_sink sink = ignoring_sink();
+  Encoded encoded;
+  const tagrid_call call = call_of(INT32_MAX);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_verify(reader.get(), &call), TAGRID_OK);
+  EXPECT_EQ(tagrid_reader_mesh(reader.get(), nullptr, &sink, &call), TAGRID_OK);
+  encode(encode_options(dims, SampleType::uint16), samples.data(), encoded, &call);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(encoded.bytes, file.bytes);
+}
+
+}  // namespace
+}  // namespace tagrid
