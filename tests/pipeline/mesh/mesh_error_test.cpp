@@ -11,6 +11,7 @@
 #include "pipeline/verify/verifier.h"
 #include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/mesh_field.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
