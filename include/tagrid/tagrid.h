@@ -123,7 +123,7 @@ typedef struct tagrid_call {
   int threads;              /* at most so many; 0: as many as this process may run on (its affinity).
                              * oneTBB gives all calls of a process together as many as the machine has, besides
                              * those that call; a global_control of the process changes that. */
-  uint64_t memory_limit;    /* bytes that the call may take for its work, besides what it hands out; 0: no limit */
+  uint64_t memory_limit;    /* bytes for the work of the call, besides what it hands out; 0: no limit */
   tagrid_progress progress; /* may be NULL */
   void* progress_user;      /* handed to `progress` */
 } tagrid_call;
@@ -177,12 +177,12 @@ typedef struct tagrid_info {
   int grid_only;        /* 1: a grid without voxels of its own; samples are interpolated in it */
   double max_error;     /* no sample is further than this from the original */
   double surface_error; /* the tighter bound of the active points */
-  double mesh_error;    /* no original sample is further than this from the piecewise linear field of the mesh */
+  double mesh_error;    /* no original sample is further than this from the field of the mesh */
   int cube;             /* edge of a root cube, in samples */
   int levels;           /* of the grid: 0 up to this number */
   int accuracy;
   double field_scale;
-  double range[2];      /* the range of values that the field scale came from; NaN where there was none */
+  double range[2]; /* the range of values that the field scale came from; NaN where there was none */
 
   /* What was measured against the original while it was encoded. NaN where it is not known. */
   double achieved_max_error;
@@ -194,8 +194,8 @@ typedef struct tagrid_info {
   /* Sizes, in bytes. */
   uint64_t file_bytes, header_bytes, activity_bytes, value_bytes, index_bytes;
 
-  int64_t bricks[3];     /* along x, y and z */
-  int64_t brick_edge;    /* samples an edge of a brick, but for the last on an axis */
+  int64_t bricks[3];      /* along x, y and z */
+  int64_t brick_edge;     /* samples an edge of a brick, but for the last on an axis */
   uint64_t active_points; /* vertices of the grid */
 } tagrid_info;
 
@@ -209,14 +209,15 @@ TAGRID_API const char* tagrid_reader_metadata(const tagrid_reader* reader);
 /* What is known of a brick without decoding it. */
 typedef struct tagrid_brick {
   size_t struct_size;
-  tagrid_box box;   /* the samples that it holds; every sample is held by one brick */
-  uint64_t offset;  /* of its first byte in the file */
-  uint64_t bytes;   /* in the file */
+  tagrid_box box;         /* the samples that it holds; every sample is held by one brick */
+  uint64_t offset;        /* of its first byte in the file */
+  uint64_t bytes;         /* in the file */
   double low, high, mean; /* of the finite samples of the original; low > high where none is finite */
 } tagrid_brick;
 
 /* The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
-TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, tagrid_brick* brick);
+TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number,
+                                             tagrid_brick* brick);
 
 /* Reads samples: of `box`, which lies within the volume, those at low, low + step, low + 2 * step, ... on each
  * axis. `step` has three numbers from 1 on; NULL stands for 1, 1, 1. So on each axis there are
@@ -229,8 +230,9 @@ TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_
  * Reads and decodes the bricks that have one of these samples, and nothing else. Memory: some MB for each
  * thread, whatever the size of the volume. Every brick is checked before samples of it are handed out; where
  * the call fails, `samples` may be filled in part. */
-TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box, const int64_t* step,
-                                            void* samples, const int64_t* strides, const tagrid_call* call);
+TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box,
+                                            const int64_t* step, void* samples, const int64_t* strides,
+                                            const tagrid_call* call);
 
 /* Decodes the whole file and checks everything that can be checked without the original: checksums, that every
  * brick decodes, that the grid has no crack, that bricks agree on the faces that they share, and the
@@ -256,8 +258,8 @@ TAGRID_API void tagrid_mesh_sink_init(tagrid_mesh_sink* sink);
 typedef struct tagrid_mesh_options {
   size_t struct_size;
   int level;             /* the grid up to this level, for a coarser mesh; -1: all of it */
-  int padded;            /* 1: whole root cubes are filled, beyond the samples; 0: the mesh ends at the first and last samples */
-  const tagrid_box* box; /* only tetrahedra that meet the box from sample low to sample high - 1; NULL: all */
+  int padded;            /* 1: fills whole root cubes; 0: ends at the first and last samples */
+  const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
 } tagrid_mesh_options;
 
 TAGRID_API void tagrid_mesh_options_init(tagrid_mesh_options* options);
@@ -274,7 +276,11 @@ TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const t
 /* --------------------------------------------------------------------------------------------------- writing */
 
 /* How small the values of 8 and 16 bit samples are made, at the cost of time. */
-typedef enum tagrid_effort { TAGRID_EFFORT_DEFAULT = 0, TAGRID_EFFORT_FAST = 1, TAGRID_EFFORT_BEST = 2 } tagrid_effort;
+typedef enum tagrid_effort {
+  TAGRID_EFFORT_DEFAULT = 0,
+  TAGRID_EFFORT_FAST = 1,
+  TAGRID_EFFORT_BEST = 2
+} tagrid_effort;
 
 /* What is encoded, and how. dims and type have to be set; the rest has defaults. */
 typedef struct tagrid_encode_options {
@@ -282,7 +288,7 @@ typedef struct tagrid_encode_options {
   int64_t dims[3];
   tagrid_type type;
   const tagrid_geometry* geometry; /* NULL: nothing is known */
-  const char* metadata;            /* more lines of an NRRD header, see tagrid_reader_metadata(); NULL: none */
+  const char* metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(); NULL: none */
 
   int grid_only;        /* 1: keep the grid alone; samples are interpolated in it */
   double max_error;     /* NaN: 0, every sample exactly, or with grid_only no bound */
@@ -312,8 +318,8 @@ typedef struct tagrid_encoder tagrid_encoder;
  * encoder. The same samples and options give the same bytes, which are also those of `tagrid encode`.
  *
  * As with a reader, `*encoder` is set in any case unless memory runs out, and has to be closed. */
-TAGRID_API tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_write write, void* user,
-                                             const tagrid_call* call, tagrid_encoder** encoder);
+TAGRID_API tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_write write,
+                                             void* user, const tagrid_call* call, tagrid_encoder** encoder);
 
 /* Feeds the next `slices` slices of dims[0] * dims[1] samples. `strides` as in tagrid_reader_read(). The samples
  * are copied; the call waits while the encoder has enough to do. */

@@ -131,8 +131,7 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
   const IndexForm form = index_form(parameters);
   std::vector<std::byte> fields;
   if (Status status = zstd_decompress(packed, index_size(count, form), fields); !status.ok()) return status;
-  if (Status status = parse_index(fields, count, form, index); !status.ok())
-    return status;
+  if (Status status = parse_index(fields, count, form, index); !status.ok()) return status;
   std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;

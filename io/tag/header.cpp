@@ -99,7 +99,8 @@ Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_s
   const auto found = reader.get_bytes(magic.size());
   if (found.size() != magic.size() || !std::ranges::equal(found, std::as_bytes(std::span(magic))))
     return Status::broken("this is not a .tag file" + what_it_is(preamble));
-  if (preamble.size() < tag_preamble_size) return Status::broken("the file ends in its header; it is truncated");
+  if (preamble.size() < tag_preamble_size)
+    return Status::broken("the file ends in its header; it is truncated");
   const auto file_version = reader.get<std::uint32_t>();
   if (file_version != version)
     return Status::broken("the file has format version " + std::to_string(file_version) +

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "io/files/file_bytes.h"
 #include "io/bytes/little_endian.h"
+#include "io/files/file_bytes.h"
 #include "io/nrrd/header.h"
 
 namespace tagrid {

@@ -34,10 +34,10 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
 struct DecodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;     ///< of the .tag file
-  std::uint64_t bytes_out = 0;    ///< written, headers included
-  std::uint64_t memory = 0;       ///< that the plan takes at most
-  std::optional<VdbSummary> vdb;  ///< of an OpenVDB file
+  std::uint64_t bytes_in = 0;            ///< of the .tag file
+  std::uint64_t bytes_out = 0;           ///< written, headers included
+  std::uint64_t memory = 0;              ///< that the plan takes at most
+  std::optional<VdbSummary> vdb;         ///< of an OpenVDB file
   Index3 dims = header.parameters.dims;  ///< of the volume that was written
 };
 

@@ -5,12 +5,12 @@
 #include <set>
 
 #include "io/files/errors.h"
-#include "tests/support/meshed_volume.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/points/coding.h"
 #include "tests/support/mesh_field.h"
+#include "tests/support/meshed_volume.h"
 
 namespace tagrid {
 namespace {
