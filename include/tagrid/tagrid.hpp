@@ -40,13 +40,20 @@ class Error : public std::runtime_error {
 /// The number of a C++ type of samples.
 template <class T>
 constexpr tagrid_type type_of() {
-  if constexpr (std::is_same_v<T, std::uint8_t>) return TAGRID_UINT8;
-  else if constexpr (std::is_same_v<T, std::int8_t>) return TAGRID_INT8;
-  else if constexpr (std::is_same_v<T, std::uint16_t>) return TAGRID_UINT16;
-  else if constexpr (std::is_same_v<T, std::int16_t>) return TAGRID_INT16;
-  else if constexpr (std::is_same_v<T, std::uint32_t>) return TAGRID_UINT32;
-  else if constexpr (std::is_same_v<T, std::int32_t>) return TAGRID_INT32;
-  else if constexpr (std::is_same_v<T, float>) return TAGRID_FLOAT32;
+  if constexpr (std::is_same_v<T, std::uint8_t>)
+    return TAGRID_UINT8;
+  else if constexpr (std::is_same_v<T, std::int8_t>)
+    return TAGRID_INT8;
+  else if constexpr (std::is_same_v<T, std::uint16_t>)
+    return TAGRID_UINT16;
+  else if constexpr (std::is_same_v<T, std::int16_t>)
+    return TAGRID_INT16;
+  else if constexpr (std::is_same_v<T, std::uint32_t>)
+    return TAGRID_UINT32;
+  else if constexpr (std::is_same_v<T, std::int32_t>)
+    return TAGRID_INT32;
+  else if constexpr (std::is_same_v<T, float>)
+    return TAGRID_FLOAT32;
   else {
     static_assert(std::is_same_v<T, double>, "samples are integers of 8, 16 or 32 bits, float or double");
     return TAGRID_FLOAT64;
@@ -120,10 +127,10 @@ class Input {
 /// A mesh, all of it in memory.
 template <class T>
 struct Mesh {
-  std::vector<double> points;          ///< x, y, z of each, in the world
-  std::vector<T> values;               ///< one a point
+  std::vector<double> points;            ///< x, y, z of each, in the world
+  std::vector<T> values;                 ///< one a point
   std::vector<std::int64_t> tetrahedra;  ///< four point numbers each
-  std::vector<std::uint8_t> levels;    ///< one a tetrahedron
+  std::vector<std::uint8_t> levels;      ///< one a tetrahedron
 };
 
 /// An open .tag file; see tagrid_reader.
@@ -191,7 +198,7 @@ class Reader {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (step[axis] < 1 || box.high[axis] <= box.low[axis])
         throw Error(TAGRID_INVALID_ARGUMENT, "the box is empty, or a step is below 1");
-      count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] + step[axis] - 1) / step[axis]);
+      count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
     }
     // So that no memory is taken for a box that the volume does not have.
     require_within(box);
@@ -208,7 +215,7 @@ class Reader {
     std::size_t count = 1;
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (step[axis] >= 1 && box.high[axis] > box.low[axis])
-        count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] + step[axis] - 1) / step[axis]);
+        count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
     if (samples.size() < count) throw Error(TAGRID_INVALID_ARGUMENT, "there is no place for all samples");
     run(call, [&](const tagrid_call* settings) {
       return tagrid_reader_read(reader_, &c, step.data(), samples.data(), nullptr, settings);
@@ -247,9 +254,8 @@ class Reader {
       });
     };
     try {
-      run(call, [&](const tagrid_call* settings) {
-        return tagrid_reader_mesh(reader_, options, &sink, settings);
-      });
+      run(call,
+          [&](const tagrid_call* settings) { return tagrid_reader_mesh(reader_, options, &sink, settings); });
     } catch (const Error&) {
       if (taken.thrown) std::rethrow_exception(taken.thrown);
       throw;
@@ -323,8 +329,8 @@ class Encoder {
   void write(std::span<const T> samples) {
     if (type_ != type_of<T>()) throw Error(TAGRID_INVALID_ARGUMENT, "the volume has samples of another type");
     if (samples.size() % slice_ != 0) throw Error(TAGRID_INVALID_ARGUMENT, "these are no whole slices");
-    check(tagrid_encoder_write(state_->encoder, samples.data(), static_cast<std::int64_t>(samples.size() / slice_),
-                               nullptr));
+    check(tagrid_encoder_write(state_->encoder, samples.data(),
+                               static_cast<std::int64_t>(samples.size() / slice_), nullptr));
   }
   template <class T>
   void write(const std::vector<T>& samples) {

@@ -55,8 +55,8 @@ VolumeInfo volume_of(const tagrid_encode_options& given) {
   VolumeInfo info;
   for (int axis = 0; axis < 3; ++axis) info.dims[axis] = given.dims[axis];
   require(is_volume_size(info.dims), "dims must be from 1 to 2^31 each, and at most 2^58 samples");
+  require(given.type >= TAGRID_UINT8 && given.type <= TAGRID_FLOAT64, "there is no such type of samples");
   info.type = static_cast<SampleType>(given.type);
-  require(is_sample_type(info.type), "there is no such type of samples");
   if (given.geometry != nullptr) info.nrrd_fields = nrrd_fields_of(*given.geometry);
   if (given.metadata != nullptr) info.nrrd_fields += given.metadata;
   try {

@@ -32,8 +32,8 @@ const char* tagrid_status_text(tagrid_status status) {
 }
 
 size_t tagrid_sample_size(tagrid_type type) {
-  const auto sample_type = static_cast<SampleType>(type);
-  return is_sample_type(sample_type) ? size_of(sample_type) : 0;
+  if (type < TAGRID_UINT8 || type > TAGRID_FLOAT64) return 0;
+  return size_of(static_cast<SampleType>(type));
 }
 
 void tagrid_call_init(tagrid_call* call) {

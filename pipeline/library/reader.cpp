@@ -1,4 +1,5 @@
 // The reader of the library.
+#include <algorithm>
 #include <memory>
 
 #include "io/files/errors.h"
@@ -153,7 +154,8 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
     Region region{box_of(*box, parameters.dims)};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
       require(step[axis] >= 1, "a step must be 1 or more");
-      region.step[axis] = step[axis];
+      // A larger step has the same samples, the first alone, and must not overflow on the way.
+      region.step[axis] = std::min(step[axis], region.box.size()[axis]);
     }
     const tagrid_call settings = settings_of(given);
     const int threads = threads_for_reading(parameters, resources_of(settings));

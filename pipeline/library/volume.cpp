@@ -75,7 +75,7 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   const Achieved achieved = achieved_of(total);
   info.achieved_max_error = achieved.max_error;
   info.achieved_rmse = achieved.rmse;
-  info.achieved_psnr = achieved.psnr;
+  info.achieved_psnr = achieved.max_error == 0 ? INFINITY : achieved.psnr;
   info.achieved_mesh_error = nan_unless(total.mesh_error >= 0, total.mesh_error);
   info.low = total.low;
   info.high = total.high;

@@ -123,7 +123,6 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Re
   const BrickGrid bricks = p.bricks();
   const std::int64_t all = bricks.owner(region.box.high.y) - bricks.owner(region.box.low.y) + 1;
   const auto needed = [&](int threads, std::int64_t rows) {
-    // The blocks of a piece are read before they are decoded.
     return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows) +
            static_cast<std::uint64_t>(bricks.count()) * 48 + besides;
   };
@@ -196,15 +195,14 @@ DecodeResult decode_region(const std::string& input, const std::string& output, 
   std::vector<std::byte> samples;
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
-    std::vector<BrickBytes> bytes;
-    for (const std::int64_t id : bricks_of(piece, bricks)) bytes.push_back(blocks.read(id));
     const Index3 shape = piece.shape();
     const std::size_t row = static_cast<std::size_t>(shape.x) * size_of(info.type),
                       slice = static_cast<std::size_t>(shape.y) * row;
     samples.resize(static_cast<std::size_t>(shape.z) * slice);
     const Strides strides = {static_cast<std::int64_t>(size_of(info.type)), static_cast<std::int64_t>(row),
                              static_cast<std::int64_t>(slice)};
-    decode_bricks(bytes, parameters, blocks.name(), piece, samples.data(), strides, plan.threads);
+    decode_bricks([&](std::int64_t id) { return blocks.read(id); }, parameters, blocks.name(), piece,
+                  samples.data(), strides, plan.threads);
     for (std::int64_t z = 0; z < shape.z; ++z) {
       const Box& numbers = pieces.numbers();
       const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;

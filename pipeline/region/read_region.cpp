@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for_each.h>
+#include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <memory>
 #include <mutex>
 
 #include "io/files/errors.h"
@@ -95,14 +97,27 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
   throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
 }
 
-void decode_bricks(std::span<const BrickBytes> blocks, const CodingParameters& parameters,
-                   const std::string& name, const Region& region, std::byte* out, const Strides& strides,
-                   int threads) {
+void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
+                   const CodingParameters& parameters, const std::string& name, const Region& region,
+                   std::byte* out, const Strides& strides, int threads) {
+  namespace tbb = oneapi::tbb;
+  using Block = std::shared_ptr<const BrickBytes>;
   const BrickDecoder decoder = {parameters, name, region, out, strides};
-  oneapi::tbb::task_arena arena(threads);
+  const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
+  auto id = ids.begin();
+  tbb::task_arena arena(threads);
   arena.execute([&] {
-    oneapi::tbb::parallel_for_each(blocks.begin(), blocks.end(),
-                                   [&](const BrickBytes& block) { decoder.hand_out(block); });
+    tbb::parallel_pipeline(
+        static_cast<std::size_t>(threads),
+        tbb::make_filter<void, Block>(tbb::filter_mode::serial_in_order,
+                                      [&](tbb::flow_control& control) -> Block {
+                                        if (id != ids.end())
+                                          return std::make_shared<const BrickBytes>(next(*id++));
+                                        control.stop();
+                                        return nullptr;
+                                      }) &
+            tbb::make_filter<Block, void>(tbb::filter_mode::parallel,
+                                          [&](const Block& block) { decoder.hand_out(*block); }));
   });
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,7 +32,7 @@ struct Region {
     Box numbers;
     for (int axis = 0; axis < 3; ++axis) {
       const std::int64_t low = std::max(part.low[axis] - box.low[axis], std::int64_t{0});
-      numbers.low[axis] = (low + step[axis] - 1) / step[axis];
+      numbers.low[axis] = low > 0 ? (low - 1) / step[axis] + 1 : 0;
       const std::int64_t high = std::min(part.high[axis], box.high[axis]) - box.low[axis];
       numbers.high[axis] = high < 0 ? -1 : high / step[axis];
     }
@@ -57,9 +57,11 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress = {});
 
-/// The same of blocks that were read already. `name` is that of the file, for messages.
-void decode_bricks(std::span<const BrickBytes> blocks, const CodingParameters& parameters,
-                   const std::string& name, const Region& region, std::byte* out, const Strides& strides,
-                   int threads);
+/// The same of blocks that come one after the other: `next` is called by one thread at a time, for one block
+/// after the other in the order of bricks_of(). Never more than `threads` blocks are in memory. `name` is that of the file,
+/// for messages.
+void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
+                   const CodingParameters& parameters, const std::string& name, const Region& region,
+                   std::byte* out, const Strides& strides, int threads);
 
 }  // namespace tagrid

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <cstring>
+#include <limits>
 #include <set>
 
 #include "io/files/errors.h"
@@ -73,6 +74,15 @@ RC_GTEST_PROP(Regions, EverySampleOfThemIsOwnedOnce, ()) {
   }
   const Index3 n = region.shape();
   RC_ASSERT(count == n.x * n.y * n.z);
+}
+
+TEST(Regions, OfAnEnormousStepHaveTheFirstSampleAlone) {
+  constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
+  const Region region{{{5, 6, 7}, {36, 44, 28}}, {most, most, most}};
+  const BrickGrid bricks = bricks_of_volume();
+  EXPECT_EQ(region.shape(), (Index3{1, 1, 1}));
+  EXPECT_EQ(bricks_of(region, bricks),
+            std::vector{bricks.id({bricks.owner(5), bricks.owner(6), bricks.owner(7)})});
 }
 
 class ReadRegion : public TemporaryFolder {

@@ -1,8 +1,12 @@
 // decode --region and --step, through the command line.
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <random>
+
 #include "stages/grid/box.h"
 #include "tests/support/command_line.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -102,6 +106,34 @@ TEST_F(RegionOptions, TheReportSaysTheSizeOfTheRegion) {
   expect_ok(
       tagrid({"decode", "volume.tag", "-qo", "part.raw", "--region", "1:30,2:4,:", "--json", "run.json"}));
   EXPECT_EQ(json_of("run.json")["dims"], (nlohmann::json{29, 2, 36}));
+}
+
+// What is not kept of a brick must not be in memory for all of them at once.
+TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
+  if (sanitized) GTEST_SKIP() << "sanitizers have memory of their own";
+  std::mt19937_64 random(1);
+  std::string noise(std::size_t{256} * 256 * 64 * 8, '\0');
+  for (std::size_t i = 0; i < noise.size(); i += 8) {
+    // Any mantissa, values from 1 to 2.
+    const std::uint64_t bits = random() >> 12 | std::uint64_t{0x3FF} << 52;
+    std::memcpy(noise.data() + i, &bits, 8);
+  }
+  file("noise.raw", noise);
+  noise = {};  // what this process has counts for those that it starts
+  expect_ok(
+      tagrid({"encode", "noise.raw", "--dims", "256,256,64", "--type", "float64", "--range", "0:4", "-q"}));
+  for (const Arguments& part : {Arguments{"--region", ":,:,0:1"}, Arguments{"--step", "32"}}) {
+    SCOPED_TRACE(part[0]);
+    const Ending ending =
+        tagrid(with({"decode", "noise.tag", "-qfo", "part.raw", "-M", "40M", "-T", "1"}, part));
+    expect_ok(ending);
+    EXPECT_LT(ending.peak_bytes, std::size_t{40} << 20);
+    const Ending piped =
+        script("cat noise.tag | $TAGRID decode - -qfo piped.raw -M 40M -T 1 " + part[0] + "=" + part[1]);
+    expect_ok(piped);
+    EXPECT_LT(piped.peak_bytes, std::size_t{40} << 20);
+    EXPECT_EQ(content("part.raw"), content("piped.raw"));
+  }
 }
 
 // One that lies elsewhere does not matter, as nothing of it is read.
