@@ -1,7 +1,9 @@
 // tagrid convert: many volumes, each to a .tag file of its own.
 
 #include <fmt/format.h>
+
 #include <sys/stat.h>
+#include <filesystem>
 
 #include <cerrno>
 
@@ -18,6 +20,8 @@
 
 namespace tagrid {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// "i/n": counts from 0.
 Shard shard_option(const std::string& text) {
@@ -44,6 +48,10 @@ struct ConvertCommand {
     if (remove_verified) refuse_without_bound(asked.options, "--remove-verified");
     const std::vector<ManifestLine> lines =
         read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
+    keep_report_apart(lines);
+    // A report may be the first file in the folder of the outputs.
+    if (!remove_verified && fs::path(options.run.json).parent_path() == fs::path(options.output_dir))
+      make_output_dir();
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
                      options.output_dir);
     if (!remove_verified)
@@ -108,6 +116,21 @@ struct ConvertCommand {
     } catch (const std::exception&) {
       return false;
     }
+  }
+
+  // The report of the run must replace neither records nor outputs, whatever may be overwritten.
+  void keep_report_apart(const std::vector<ManifestLine>& lines) const {
+    if (options.run.json.empty()) return;
+    const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(path).string(); };
+    const fs::path report = options.run.json, folder = options.output_dir;
+    const std::string name = report.filename().string();
+    if (name.starts_with("results") && name.ends_with(".jsonl") &&
+        canonical(folder / name) == canonical(report))
+      throw UsageError("--json " + options.run.json +
+                       ": is the name of a file of records; choose another name");
+    for (const ManifestLine& line : lines)
+      if (canonical(folder / line.output) == canonical(report))
+        throw UsageError("--json " + options.run.json + ": is an output of the list; choose another name");
   }
 
   void make_output_dir() const {

@@ -397,5 +397,20 @@ TEST_F(Convert, FileNamesNeedNotBeText) {
   EXPECT_FALSE(exists(name + ".nrrd"));
 }
 
+// The advice of -f must not cost the records of an archive.
+TEST_F(Convert, TheReportOfARunReplacesNeitherRecordsNorOutputs) {
+  volumes(1);
+  for (const char* report : {"out/results.jsonl", "out/results-0-of-2.jsonl", "out/a.tag"})
+    for (const bool overwrite : {false, true}) {
+      SCOPED_TRACE(report);
+      expect_error(convert(overwrite ? Arguments{"-f", "--json", report} : Arguments{"--json", report}),
+                   usage, "choose another name");
+      EXPECT_FALSE(exists("out"));
+    }
+  expect_ok(convert({"--json", "out/run.json"}));
+  EXPECT_EQ(json_of("out/run.json")["ok"], 1);
+  EXPECT_EQ(statuses(), "a ok");
+}
+
 }  // namespace
 }  // namespace tagrid
