@@ -42,6 +42,13 @@
 #define TAGRID_API
 #endif
 
+/* An enumeration is an int, as in C: one that comes from elsewhere may have any value, and is refused. */
+#ifdef __cplusplus
+#define TAGRID_INT : int
+#else
+#define TAGRID_INT
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -57,7 +64,7 @@ extern "C" {
 TAGRID_API const char* tagrid_version(void);
 
 /* How a call ended. Values are never reused. */
-typedef enum tagrid_status {
+typedef enum tagrid_status TAGRID_INT {
   TAGRID_OK = 0,
   /* An argument or an option makes no sense, or does not go with another one. */
   TAGRID_INVALID_ARGUMENT = 1,
@@ -81,7 +88,7 @@ TAGRID_API const char* tagrid_status_text(tagrid_status status);
 /* --------------------------------------------------------------------------------------------------- volumes */
 
 /* Types of samples. */
-typedef enum tagrid_type {
+typedef enum tagrid_type TAGRID_INT {
   TAGRID_UINT8 = 1,
   TAGRID_INT8 = 2,
   TAGRID_UINT16 = 3,
@@ -276,7 +283,7 @@ TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const t
 /* --------------------------------------------------------------------------------------------------- writing */
 
 /* How small the values of 8 and 16 bit samples are made, at the cost of time. */
-typedef enum tagrid_effort {
+typedef enum tagrid_effort TAGRID_INT {
   TAGRID_EFFORT_DEFAULT = 0,
   TAGRID_EFFORT_FAST = 1,
   TAGRID_EFFORT_BEST = 2
