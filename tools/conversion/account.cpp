@@ -6,6 +6,7 @@
 #include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
 #include "tools/report/process.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 
@@ -108,11 +107,6 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
                      ": names no volume; a list has the path of a volume in each line, and lines "
                      "that begin with # do not count");
   return lines;
-}
-
-std::string json_text(const std::string& bytes) {
-  using nlohmann::json;
-  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 }  // namespace tagrid

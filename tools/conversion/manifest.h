@@ -29,7 +29,4 @@ enum class OutputNaming {
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
                                         OutputNaming naming);
 
-/// `bytes` as text of JSON can hold them: file names may be of any bytes.
-std::string json_text(const std::string& bytes);
-
 }  // namespace tagrid

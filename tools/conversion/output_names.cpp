@@ -11,6 +11,7 @@
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "tools/conversion/manifest.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {

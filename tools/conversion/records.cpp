@@ -10,6 +10,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "tools/conversion/manifest.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {

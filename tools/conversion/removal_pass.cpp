@@ -12,6 +12,7 @@
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
+#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {

@@ -38,12 +38,6 @@ nlohmann::ordered_json number_or_null(double value, bool present) {
 
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
 
-/// As JSON can have it: text from a file may be of any bytes.
-std::string valid_text(const std::string& bytes) {
-  using nlohmann::json;
-  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
-}
-
 nlohmann::ordered_json geometry_json(const TagHeader& header) {
   using nlohmann::ordered_json;
   ordered_json json = {{"spacing", nullptr},
@@ -56,11 +50,11 @@ nlohmann::ordered_json geometry_json(const TagHeader& header) {
   if (g.has_spacing) json["spacing"] = g.spacing;
   if (g.has_directions) json["directions"] = g.directions;
   if (g.has_origin) json["origin"] = g.origin;
-  if (!g.space.empty()) json["space"] = valid_text(g.space);
+  if (!g.space.empty()) json["space"] = json_text(g.space);
   if (g.units == std::array<std::string, 3>()) return json;
   json["units"] = ordered_json::array();
   for (const std::string& unit : g.units)
-    json["units"].push_back(unit.empty() ? ordered_json(nullptr) : ordered_json(valid_text(unit)));
+    json["units"].push_back(unit.empty() ? ordered_json(nullptr) : ordered_json(json_text(unit)));
   return json;
 }
 
@@ -112,6 +106,11 @@ std::uint64_t voxels(const TagHeader& header) {
 }
 
 }  // namespace
+
+std::string json_text(const std::string& bytes) {
+  using nlohmann::json;
+  return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
 
 std::string summary(const EncodeResult& result) {
   const std::uint64_t n = voxels(result.header), raw = n * size_of(result.header.parameters.type);

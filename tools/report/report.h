@@ -29,4 +29,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
 /// The same for people, with the table of levels.
 std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
 
+/// `bytes` as text of JSON can hold them: file names may be of any bytes.
+std::string json_text(const std::string& bytes);
+
 }  // namespace tagrid
