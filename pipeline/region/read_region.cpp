@@ -1,14 +1,12 @@
 #include "pipeline/region/read_region.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/parallel_for_each.h>
-#include <oneapi/tbb/parallel_pipeline.h>
+#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
 #include <cstring>
-#include <memory>
 #include <mutex>
 
 #include "io/files/errors.h"
@@ -70,6 +68,13 @@ struct BrickDecoder {
   }
 };
 
+// Calls work(0 .. count - 1) on some threads, in any order.
+template <class Work>
+void for_each_number(std::size_t count, int threads, Work work) {
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, work); });
+}
+
 }  // namespace
 
 std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks) {
@@ -100,24 +105,19 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
                    const CodingParameters& parameters, const std::string& name, const Region& region,
                    std::byte* out, const Strides& strides, int threads) {
-  namespace tbb = oneapi::tbb;
-  using Block = std::shared_ptr<const BrickBytes>;
   const BrickDecoder decoder = {parameters, name, region, out, strides};
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
+  std::mutex reading;
   auto id = ids.begin();
-  tbb::task_arena arena(threads);
-  arena.execute([&] {
-    tbb::parallel_pipeline(
-        static_cast<std::size_t>(threads),
-        tbb::make_filter<void, Block>(tbb::filter_mode::serial_in_order,
-                                      [&](tbb::flow_control& control) -> Block {
-                                        if (id != ids.end())
-                                          return std::make_shared<const BrickBytes>(next(*id++));
-                                        control.stop();
-                                        return nullptr;
-                                      }) &
-            tbb::make_filter<Block, void>(tbb::filter_mode::parallel,
-                                          [&](const Block& block) { decoder.hand_out(*block); }));
+  // A thread that is free takes the next block, whatever its own number is: blocks are read in their order.
+  for_each_number(ids.size(), threads, [&](std::size_t) {
+    BrickBytes block;
+    {
+      const std::lock_guard lock(reading);
+      block = next(*id);
+      ++id;
+    }
+    decoder.hand_out(block);
   });
 }
 
@@ -131,14 +131,11 @@ void read_region(const TagBricks& file, const Region& region, std::byte* out, co
   std::mutex telling;
   std::uint64_t done = 0;
   const std::vector<std::int64_t> ids = bricks_of(region, file.parameters().bricks());
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] {
-    oneapi::tbb::parallel_for_each(ids, [&](std::int64_t id) {
-      const std::uint64_t bytes = decoder.hand_out(file.read(id));
-      if (!progress) return;
-      const std::lock_guard lock(telling);
-      progress(done += bytes, total);
-    });
+  for_each_number(ids.size(), threads, [&](std::size_t i) {
+    const std::uint64_t bytes = decoder.hand_out(file.read(ids[i]));
+    if (!progress) return;
+    const std::lock_guard lock(telling);
+    progress(done += bytes, total);
   });
 }
 
