@@ -22,7 +22,7 @@ struct Index3 {
 /// Unit vector along an axis (0 = x, 1 = y, 2 = z).
 constexpr Index3 unit_vector(int axis) { return {axis == 0, axis == 1, axis == 2}; }
 
-/// The lattice points `low` to `high`, both included. Empty where high < low on any axis.
+/// The lattice points from `low` to `high`, both included. Empty if high < low on any axis.
 struct Box {
   Index3 low, high;
 
@@ -30,7 +30,7 @@ struct Box {
 
   constexpr Index3 size() const { return high - low + Index3{1, 1, 1}; }
   constexpr bool empty() const { return high.x < low.x || high.y < low.y || high.z < low.z; }
-  /// Number of points. The caller makes sure that it fits.
+  /// Number of points. REQUIRES: it fits into 64 bits.
   constexpr std::int64_t count() const { return empty() ? 0 : size().x * size().y * size().z; }
   constexpr bool contains(Index3 p) const {
     return p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y && p.z >= low.z && p.z <= high.z;

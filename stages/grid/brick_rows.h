@@ -1,4 +1,4 @@
-// Bricks that are worked on together: whole rows of them, along x.
+// Whole rows of bricks along x that are processed together.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace tagrid {
 
-/// Rows y_low .. y_end - 1 of the layers z_low .. z_end - 1. More than one layer only with all rows of each:
-/// so the bricks are consecutive in the file.
+/// Rows y_low .. y_end - 1 of the layers z_low .. z_end - 1. With more than one layer, all rows of each
+/// layer: so the bricks are consecutive in the file.
 struct BrickRows {
   std::int64_t y_low = 0, y_end = 0;
   std::int64_t z_low = 0, z_end = 0;
@@ -18,7 +18,7 @@ struct BrickRows {
   }
 
   constexpr std::int64_t first_brick(const BrickGrid& bricks) const { return bricks.id({0, y_low, z_low}); }
-  /// Bricks of one of the layers.
+  /// Number of bricks in one of the layers.
   constexpr std::int64_t layer_count(const BrickGrid& bricks) const {
     return (y_end - y_low) * bricks.bricks(0);
   }

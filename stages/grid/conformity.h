@@ -1,4 +1,4 @@
-// The law that makes a grid free of cracks, as a check of a whole structure.
+// Checks a whole structure against the law that keeps a grid free of cracks.
 #pragma once
 
 #include <optional>
@@ -7,16 +7,16 @@
 
 namespace tagrid {
 
-/// The first point, in raster order, that breaks the law of a conforming grid, or nothing: an inactive root
-/// corner, or an active point with an inactive parent. Looks at points that are in the box of the bits and in
-/// `domain` only; parents elsewhere ask for nothing. `domain` has whole root cubes and
-/// no negative coordinates.
+/// Returns the first point, in raster order, that breaks the law of a conforming grid, or nothing. Such a
+/// point is an inactive root corner, or an active point with an inactive parent. Only points in both the box
+/// of the bits and `domain` are checked; parents elsewhere are ignored. `domain` consists of whole root cubes
+/// and has no negative coordinates.
 ///
-/// EXPENSIVE: some 20 ns an active point, one by one. For tests, `verify` and debugging.
+/// EXPENSIVE: some 20 ns per active point. For tests, `verify` and debugging.
 std::optional<Index3> first_nonconforming_point(const LatticeBits& active, const Box& domain, int cube_size);
 
-/// Whether the set of active points is closed under "parents of an active point are active" and holds all
-/// root corners, within the box of the bits and `domain`. EXPENSIVE, as above.
+/// True if, within the box of the bits and `domain`, all root corners are active and so are the parents of
+/// every active point. EXPENSIVE, as above.
 bool is_conforming(const LatticeBits& active, const Box& domain, int cube_size);
 
 }  // namespace tagrid

@@ -10,12 +10,12 @@
 namespace tagrid {
 
 /// The base edge and the vertices around it, in order. Tetrahedron i has the vertices left, right, ring[i]
-/// and ring[i + 1], the last one closing the ring: 6 tetrahedra around a cube centre, 4 around a face centre,
-/// 8 around an edge midpoint. Vertices outside the domain are listed as well.
+/// and ring[i + 1]; the last one closes the ring. There are 6 tetrahedra around a cube centre, 4 around a
+/// face centre, and 8 around an edge midpoint. Vertices outside the domain are listed as well.
 struct Diamond {
   BaseEdge edge;
   PointList ring;
-  int level = 0;  ///< bisections that made its tetrahedra: one less than the level of the point
+  int level = 0;  ///< number of bisections that made its tetrahedra: one less than the level of the point
 
   int size() const { return ring.size; }
   /// REQUIRES: 0 <= i < size().

@@ -5,7 +5,7 @@
 namespace tagrid {
 
 std::vector<std::uint64_t> points_up_to_level(const Domain& domain) {
-  std::uint64_t m[3];  // cubes an axis, of the edge of this cycle
+  std::uint64_t m[3];  // cubes along each axis, of the edge of this cycle
   for (int axis = 0; axis < 3; ++axis) m[axis] = static_cast<std::uint64_t>(domain.cubes(axis));
   std::vector<std::uint64_t> points{(m[0] + 1) * (m[1] + 1) * (m[2] + 1)};
   for (int level = 1; level <= max_level(domain.cube_size); level += 3) {

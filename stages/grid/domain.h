@@ -9,8 +9,8 @@
 
 namespace tagrid {
 
-/// A volume of `dims` samples under whole root cubes of edge `cube_size`. The domain is the smallest lattice
-/// of whole root cubes that holds every sample; at least one cube an axis, however thin the volume.
+/// A volume of `dims` samples, covered by whole root cubes of edge `cube_size`. The domain is the smallest
+/// lattice of whole root cubes that holds every sample, with at least one cube along each axis.
 struct Domain {
   Index3 dims;
   int cube_size = 32;
@@ -28,8 +28,8 @@ struct Domain {
 /// Number of lattice points of level 0 .. l of the padded domain, for every l up to 3K.
 std::vector<std::uint64_t> points_up_to_level(const Domain& domain);
 
-/// The domain cut into bricks of `edge` root cubes an axis; the last brick of an axis may have fewer. Bricks
-/// are numbered in raster order, x fastest.
+/// The domain cut into bricks of `edge` root cubes along each axis; the last brick along an axis may have
+/// fewer. Bricks are numbered in raster order, x fastest.
 struct BrickGrid {
   Domain domain;
   int edge = 2;
@@ -45,7 +45,7 @@ struct BrickGrid {
     return (position.z * bricks(1) + position.y) * bricks(0) + position.x;
   }
 
-  /// All lattice points of a brick, the faces that it shares with its neighbours included.
+  /// All lattice points of a brick, including the faces that it shares with its neighbours.
   constexpr Box closed_box(Index3 position) const {
     const std::int64_t length = std::int64_t{edge} * domain.cube_size;
     Box box;
@@ -56,13 +56,13 @@ struct BrickGrid {
     return box;
   }
 
-  /// The position, on any axis, of the brick that owns the samples at this coordinate: see owned_box().
+  /// The position along any one axis of the brick that owns the samples at this coordinate; see owned_box().
   constexpr std::int64_t owner(std::int64_t coordinate) const {
     return coordinate == 0 ? 0 : (coordinate - 1) / (std::int64_t{edge} * domain.cube_size);
   }
 
-  /// The samples that a brick owns: (low, high] of its closed box, the first brick of an axis also the low
-  /// face, clipped to the volume. Never empty; every sample has one owner.
+  /// The samples that a brick owns: (low, high] of its closed box, clipped to the volume; the first brick
+  /// along an axis also owns the low face. Never empty; every sample has one owner.
   constexpr Box owned_box(Index3 position) const {
     Box box = closed_box(position);
     for (int axis = 0; axis < 3; ++axis)

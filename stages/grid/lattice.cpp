@@ -29,7 +29,7 @@ PointClass classify(Index3 p, int cube_size) {
 BaseEdge base_edge(Index3 p, const PointClass& c, int cube_size) {
   assert(c.odd > 0);
   BaseEdge edge{p, p};
-  // The first odd axis points from left to right; the others agree with it where the diagonal joins two
+  // The first odd axis points from left to right. The others point the same way if the diagonal joins two
   // corners of equal parity on those axes.
   const bool at_root = 2 * c.unit == cube_size;
   bool first = true;
@@ -50,7 +50,7 @@ PointList parents(Index3 p, const PointClass& c, int cube_size) {
   PointList list;
   if (c.odd == 3) {
     if (2 * c.unit == cube_size) return list;
-    // `corner` is the corner of the cell that the parent cell has too; the cell lies in direction `step`.
+    // `corner` is the corner that the cell shares with its parent cell; the cell lies in direction `step`.
     Index3 corner, step;
     for (int axis = 0; axis < 3; ++axis) {
       const bool low_is_shared = ((p[axis] - c.unit) & (2 * c.unit)) == 0;

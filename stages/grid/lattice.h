@@ -1,18 +1,18 @@
 // The bisection hierarchy of the paper, in exact integers.
 //
-// Every lattice point that is not a corner of a root cube is the midpoint of exactly one base edge: the
-// longest edge of the tetrahedra around it, which together are its diamond (the paper's region of influence
-// RI(E)). A point, its base edge, its diamond and the decision to bisect there are the same thing. All of it
-// follows from the coordinates alone:
+// Every lattice point that is not a corner of a root cube is the midpoint of exactly one base edge. The base
+// edge is the longest edge of the tetrahedra around it, which together are its diamond (the paper's region of
+// influence RI(E)). So a point stands for its base edge, its diamond, and the decision to bisect there. All
+// of these follow from the coordinates alone:
 //
 //   unit u        the largest power of two, at most S/2, for which x/u, y/u, z/u are integers; not all even
 //   odd = 3       cube centre:   base edge = the body diagonal of its cell (edge 2u)   level 3N+1
 //   odd = 2       face centre:   base edge = a diagonal of the face (edge 2u)          level 3N+2
 //   odd = 1       edge midpoint: base edge = the axis-parallel edge of length 2u       level 3N+3
 //
-// with S the edge of a root cube and 2u = S / 2^N. A diagonal joins the corner whose (in-plane) coordinates,
-// in units of 2u, are all even with the one whose are all odd; at the root, where 2u = S, it is
-// (0,0,0)-(1,1,1) in every cube (the paper's pattern A).
+// where S is the edge of a root cube and 2u = S / 2^N. A diagonal joins the corner whose (in-plane)
+// coordinates, in units of 2u, are all even with the corner whose coordinates are all odd. At the root, where
+// 2u = S, it is (0,0,0)-(1,1,1) in every cube (the paper's pattern A).
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ constexpr int max_level(int cube_size) {
   return levels;
 }
 
-/// At most 8 points, without an allocation.
+/// A list of at most 8 points that needs no allocation.
 struct PointList {
   std::array<Index3, 8> points{};
   int size = 0;
@@ -47,7 +47,7 @@ struct BaseEdge {
   Index3 left, right;
 };
 
-/// What the coordinates of a point say about it.
+/// The properties of a point that follow from its coordinates.
 struct PointClass {
   int odd = 0;            ///< number of odd coordinates in units of `unit`; 0 only for root corners
   std::int64_t unit = 0;  ///< u; S for root corners
@@ -55,19 +55,19 @@ struct PointClass {
   std::array<bool, 3> is_odd{};
 };
 
-/// Class of a point of a lattice with root cubes of edge `cube_size`. Coordinates may be negative: the rule
-/// is that of the unbounded lattice, periodic in 2S.
+/// The class of a point of a lattice with root cubes of edge `cube_size`. Coordinates may be negative: the
+/// rule is that of the unbounded lattice, which is periodic in 2S.
 PointClass classify(Index3 p, int cube_size);
 
-/// The base edge that `p` halves. REQUIRES: p is no root corner.
+/// The base edge whose midpoint is `p`. REQUIRES: p is not a root corner.
 BaseEdge base_edge(Index3 p, const PointClass& c, int cube_size);
 
-/// The points that must be active before `p` can be: the midpoints of the longest edges that border the
+/// The points that must be active before `p` can be: the midpoints of the longest edges on the border of the
 /// diamond of `p`. 3 for a cube centre (none at the root), 2 for a face centre, 4 for an edge midpoint.
-/// Points outside the domain are listed as well; they do not exist and ask for nothing.
+/// Points outside the domain are listed as well; callers ignore them.
 PointList parents(Index3 p, const PointClass& c, int cube_size);
 
-/// The points that have `p` as a parent: 6, 4 or 8; none at unit 1 after the edge midpoints.
+/// The points that have `p` as a parent: 6, 4 or 8; edge midpoints of unit 1 have none.
 PointList children(Index3 p, const PointClass& c);
 
 }  // namespace tagrid

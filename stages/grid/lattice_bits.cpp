@@ -5,8 +5,8 @@
 namespace tagrid {
 namespace {
 
-// How bits of a row get into one word of another row: from one word, or from the upper bits of one and the
-// lower bits of the next.
+// How one word of a row gets bits from another row: from one of its words, or from the upper bits of one word
+// and the lower bits of the next.
 struct Piece {
   std::size_t from, to;
   unsigned down, up;
@@ -32,7 +32,7 @@ std::vector<Piece> pieces(std::size_t from_bit, std::size_t to_bit, std::size_t 
 void copy_bits(const LatticeBits& from, LatticeBits& to) {
   const Box shared = intersection(from.box(), to.box());
   if (shared.empty()) return;
-  // The same in all rows.
+  // The pieces are the same for all rows.
   const auto row = pieces(static_cast<std::size_t>(shared.low.x - from.box().low.x),
                           static_cast<std::size_t>(shared.low.x - to.box().low.x),
                           static_cast<std::size_t>(shared.size().x));

@@ -1,4 +1,4 @@
-// One bit for every lattice point of a box: marks, activity.
+// One bit for every lattice point of a box: marks, or activity.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace tagrid {
 
-/// Bits of the points of `box()`, x fastest. Every row of x starts a new 64-bit word: the point x has bit
-/// (x - low.x) % 64 of word (x - low.x) / 64 of its row. Bits past the end of a row are always zero.
+/// Bits of the points of `box()`, x fastest. Every row along x starts a new 64-bit word: point x has bit (x -
+/// low.x) % 64 of word (x - low.x) / 64 of its row. Bits past the end of a row are always zero.
 class LatticeBits {
  public:
   LatticeBits() = default;
@@ -53,7 +53,7 @@ class LatticeBits {
   std::vector<std::uint64_t> words_;
 };
 
-/// Copies the bits that both boxes hold from `from` into `to`; other bits of `to` stay.
+/// Copies the bits of the points in both boxes from `from` into `to`; other bits of `to` stay.
 void copy_bits(const LatticeBits& from, LatticeBits& to);
 
 }  // namespace tagrid

@@ -18,7 +18,7 @@ LatticeBits region_of_reference(const Box& box, int cube_size) {
   for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
       for (std::int64_t x = box.low.x; x <= box.high.x; ++x) region.set({x, y, z});
-  // Only a point on the surface can have children outside, but asking all of them keeps the rule plain.
+  // Only points on the surface can have children outside, but visiting all points keeps the rule simple.
   const auto visit_children = [&](Index3 p) {
     for (Index3 child : children(p, classify(p, cube_size)))
       if (!region.test(child)) {

@@ -9,22 +9,22 @@ namespace {
 
 using F = CurvatureField;
 
-// One run of edges in a row: their ends are every `step`-th entry of rows of the field, the value first, then
-// the derivatives that the direction wants.
+// One run of edges in a row. Their ends are every `step`-th entry of rows of the field: the value comes
+// first, then the derivatives that the direction needs.
 struct Run {
   const float* components[F::component_count];
-  std::int64_t left, right;  // the first edge's ends in them
+  std::int64_t left, right;  // positions of the first edge's ends in those rows
   std::int64_t step, count;
   float rise_scale;
 };
 
-// Whether a diagonal rises or falls along its second and its third axis: 1 or -1. It rises along the first.
+// Whether a diagonal rises (1) or falls (-1) along its second and its third axis. It rises along the first.
 struct Signs {
   float s, t;
 };
 
 // The ends on one side of the edges of a run: value, slope and bend as functions of the edge. The pointers
-// are written out, as the compiler keeps arrays of them in memory and then does not vectorize.
+// are separate members, as the compiler keeps arrays of them in memory and then does not vectorize.
 struct EndsAlongAxis {
   const float *value, *g, *h;
 
@@ -73,8 +73,8 @@ struct EndsAlongSpace {
   }
 };
 
-// The components of the field for edges of a class, whose number has bit 0 if x is odd, bit 1 if y is, bit 2
-// if z is.
+// The components of the field for edges of a class. Bit 0 of the number of the class is set if x is odd, bit
+// 1 if y is odd, bit 2 if z is odd.
 constexpr int components_of[8][F::component_count] = {
     {},
     {F::value, F::gx, F::hxx},
@@ -106,7 +106,7 @@ TAGRID_INLINE void load_steps(const Run& run, std::int64_t step, Signs sign, Edg
   }
 }
 
-// The steps at the finest level, where almost all edges are, are known to the compiler.
+// The compiler knows the steps at the finest level, where almost all edges are.
 template <class Ends>
 TAGRID_INLINE void load_run(const Run& run, Signs sign, EdgeBatch& edges, std::size_t lane) {
   if (run.step == 1)
@@ -140,13 +140,13 @@ void load_space(const Run& run, Signs sign, EdgeBatch& edges, std::size_t lane) 
 
 namespace {
 
-// How the edges of a run go: by how much of a unit along each axis.
+// The direction of the edges of a run: the distance in units along each axis.
 struct Way {
   std::int64_t x, y, z;
 };
 
-// An edge rises along its first odd axis; along the others if its cell, whose low corner is at `first_x` and
-// one unit below the row, has the same parity there.
+// An edge rises along its first odd axis. Along the others it rises if its cell has the same parity there;
+// the low corner of the cell is at `first_x`, one unit below the row.
 Way way_of(const RowOfEdges& row, std::int64_t first_x) {
   const auto parity = [&](bool odd, std::int64_t low) {
     return odd && row.alternate && (low & (2 * row.unit)) != 0;
@@ -190,11 +190,11 @@ void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t
 }
 
 EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale) {
-  // The ends of all edges of a row are in two rows, or in one.
+  // The ends of all edges of a row are in one or two rows.
   const Way way = way_of(row, row.x0 - (row.odd_x ? row.unit : 0));
   const std::int64_t dy = way.y * row.unit, dz = way.z * row.unit;
   constexpr float inverse_sqrt[4] = {0, 1, 0.70710678F, 0.57735027F}, rounding = 1.0001F;
-  // Of NaNs none may be lost, as by a comparison.
+  // NaNs must not be lost, as they would be in a comparison.
   const auto larger = [](float a, float b) { return a > b || std::isnan(a) ? a : b; };
   const F::RowBounds& l = field.rows[static_cast<std::size_t>(field.row_number(row.y - dy, row.z - dz))];
   const F::RowBounds& r = field.rows[static_cast<std::size_t>(field.row_number(row.y + dy, row.z + dz))];

@@ -1,4 +1,4 @@
-// Base edges, a row at a time, as the criterion wants them.
+// Base edges, one row at a time, in the form that the criterion needs.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@ struct RowOfEdges {
   std::int64_t unit;
   std::int64_t x0, y, z;  ///< first point of the row
   std::int64_t count;
-  int odd;  ///< how many coordinates are odd multiples of the unit: 1, 2, 3
+  int odd;  ///< number of coordinates that are odd multiples of the unit: 1, 2, 3
   bool odd_x, odd_y, odd_z;
   bool alternate;  ///< diagonals alternate with the parity of the cell; not at the root
 
   /// Diagonals that alternate along the row are loaded in two runs: first the cells 0, 2, .., then 1, 3, ..
   int runs() const { return odd_x && odd > 1 ? 2 : 1; }
-  /// The cell that is loaded to `lane` of `count` from cell 0 on.
+  /// The cell that is loaded into `lane` of `lanes` lanes, from cell 0 on.
   std::int64_t cell(std::int64_t lane, std::int64_t lanes) const {
     if (runs() == 1) return lane;
     const std::int64_t first = (lanes + 1) / 2;
@@ -30,19 +30,21 @@ struct RowOfEdges {
   Index3 point(std::int64_t cell) const { return {x0 + 2 * unit * cell, y, z}; }
 };
 
-/// Loads the edges of the cells [from, from + count) of a row, cell from + row.cell(lane, count) into each
-/// lane. rise_scale: voxels per unit of the field's value component. REQUIRES: count <= EdgeBatch::capacity.
+/// Loads the edges of the cells [from, from + count) of a row; lane `lane` gets the cell from +
+/// row.cell(lane, count). rise_scale: voxels per unit of the field's value component. REQUIRES: count <=
+/// EdgeBatch::capacity.
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
                 float rise_scale, EdgeBatch& edges);
 
-/// What no edge of a row exceeds, in voxels, rounding included: absolute slopes, of the curve at both ends
-/// and of the chord, and absolute second derivatives. NaN or infinite where an entry of the field is.
+/// Upper bounds for all edges of a row, in voxels, rounding included: of absolute slopes, of the curve at
+/// both ends and of the chord, and of absolute second derivatives. NaN or infinite if an entry of the field
+/// is.
 struct EdgeBounds {
   float slope, chord, bend;
 };
 EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale);
 
-/// Calls f(row) for all rows of points of `box` up to a level, by unit, coarse to fine, then by class.
+/// Calls f(row) for all rows of points of `box` up to a level: by unit from coarse to fine, then by class.
 template <class F>
 void for_each_row_of_edges(const Box& box, int cube_size, int max_level, F f) {
   // The first coordinate >= low of the form unit * odd number, or unit * even number.

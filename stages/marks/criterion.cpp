@@ -9,7 +9,7 @@
 namespace tagrid {
 namespace {
 
-// 1 - sin(x)/x by its series; for |x| <= 1.05 the error is below float precision.
+// 1 - sin(x)/x by its series; the error is below float precision for |x| <= 1.05.
 constexpr double sine_deficit(double x2) {
   return x2 / 6 * (1 - x2 / 20 * (1 - x2 / 42 * (1 - x2 / 72 * (1 - x2 / 110 * (1 - x2 / 156)))));
 }
@@ -20,7 +20,7 @@ TAGRID_INLINE float versine_over_square(float x2) {
   return 0.5F * (1.0F - x2 * c1 * (1.0F - x2 * c2 * (1.0F - x2 * c3 * (1.0F - x2 * c4 * (1.0F - x2 * c5)))));
 }
 
-// sin(x)/x by its series; for |x| <= 2.1 the error is below float precision.
+// sin(x)/x by its series; the error is below float precision for |x| <= 2.1.
 TAGRID_INLINE float sine_over_angle(float x2) {
   constexpr float c1 = 1.0F / 6, c2 = 1.0F / 20, c3 = 1.0F / 42, c4 = 1.0F / 72, c5 = 1.0F / 110,
                   c6 = 1.0F / 156;
@@ -39,7 +39,7 @@ TAGRID_INLINE Vector2 operator*(float s, Vector2 a) { return {s * a.x, s * a.y};
 TAGRID_INLINE float dot(Vector2 a, Vector2 b) { return a.x * b.x + a.y * b.y; }
 TAGRID_INLINE float cross(Vector2 a, Vector2 b) { return a.x * b.y - a.y * b.x; }
 
-// The control points one step behind and ahead of an end, relative to it.
+// The control points one step behind and one step ahead of an end, relative to it.
 struct EndSteps {
   Vector2 behind, ahead;
 };
@@ -47,7 +47,7 @@ struct EndSteps {
 TAGRID_INLINE EndSteps osculating_steps(float slope, float bend, float longest_step, float step_angle) {
   const float to_unit = 1.0F / std::sqrt(1.0F + slope * slope);
   const float curvature = std::fabs(bend) * (to_unit * to_unit * to_unit);
-  const float arc = step_angle / curvature;  // infinite where the curve is straight
+  const float arc = step_angle / curvature;  // infinite if the curve is straight
   const float step = arc < longest_step ? arc : longest_step;
   const float angle = step * curvature;
   const float along = step * sine_over_angle(angle * angle);
@@ -71,7 +71,8 @@ TAGRID_INLINE ControlPolygon control_polygon(float rise, float slope_left, float
   const EndSteps l = osculating_steps(slope_left, bend_left, third, step_angle);
   const EndSteps r = osculating_steps(slope_right, bend_right, third, step_angle);
   ControlPolygon polygon;
-  // By coordinates: copies of whole vectors keep the compiler from vectorizing the loop over the edges.
+  // Written by coordinates: copies of whole vectors keep the compiler from vectorizing the loop over the
+  // edges.
   polygon.legs[0] = {-l.behind.x, -l.behind.y};
   polygon.legs[1] = {l.ahead.x, l.ahead.y};
   polygon.legs[2] = right + (r.behind - l.ahead);
@@ -82,14 +83,14 @@ TAGRID_INLINE ControlPolygon control_polygon(float rise, float slope_left, float
   return polygon;
 }
 
-// A piece of a segment is the straight line between two parameters of it: a fixed combination of three legs.
+// A piece of a segment is the straight line between two of its parameters: a fixed combination of three legs.
 struct PieceWeights {
   float w[4][3];
 };
 
 constexpr PieceWeights piece_weights() {
   PieceWeights pieces{};
-  // Sums of the B-spline weights of the control points after a leg: what the leg adds to the position.
+  // Sums of the B-spline weights of the control points after a leg: the share of the leg in the position.
   auto leg_weights = [](double t, double(&w)[3]) {
     const double b0 = (1 - t) * (1 - t) * (1 - t) / 6;
     const double b3 = t * t * t / 6;
@@ -109,8 +110,8 @@ constexpr PieceWeights piece_weights() {
 
 constexpr PieceWeights pieces = piece_weights();
 
-// How much longer piece `k` of a segment is than its projection on the chord. As |v| - v.c is also
-// (v x c)^2 / (|v| + v.c), no digits are lost where the curve is almost straight.
+// How much longer piece `k` of a segment is than its projection on the chord. |v| - v.c is computed as (v x
+// c)^2 / (|v| + v.c), so no digits are lost if the curve is almost straight.
 TAGRID_INLINE float piece_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 direction, int k) {
   const Vector2 piece = (pieces.w[k][0] * a + pieces.w[k][1] * b) + pieces.w[k][2] * c;
   const float length = std::sqrt(dot(piece, piece));
@@ -125,7 +126,7 @@ TAGRID_INLINE float segment_excess(Vector2 a, Vector2 b, Vector2 c, Vector2 dire
          (piece_excess(a, b, c, direction, 2) + piece_excess(a, b, c, direction, 3));
 }
 
-// R - C, as the pieces add up to the chord. Written out: inner loops would not vectorize.
+// R - C, as the pieces add up to the chord. The sum is unrolled: inner loops would not vectorize.
 TAGRID_INLINE float spline_excess(const ControlPolygon& polygon, Vector2 direction) {
   const auto& legs = polygon.legs;
   return (segment_excess(legs[0], legs[1], legs[2], direction) +
@@ -141,7 +142,7 @@ CriterionParameters::CriterionParameters(int m) {
   step_angle = static_cast<float>(2 * half_turn);
   threshold = static_cast<float>(1 + over);
   excess = static_cast<float>(over);
-  const double slope = std::sqrt(over * (2 + over));  // of acos(1 / (1 + over))
+  const double slope = std::sqrt(over * (2 + over));  // tangent of acos(1 / (1 + over))
   tangent = static_cast<float>(slope);
   angle = static_cast<float>(0.999 * slope * (1 - slope * slope / 3));  // below the arc tangent
 }
@@ -149,12 +150,12 @@ CriterionParameters::CriterionParameters(int m) {
 TAGRID_VECTOR_CODE
 bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
                EdgeBatch::Flags& bent) {
-  // An end's two legs lie on its osculating circle: their directions differ from its tangent by half the
-  // angle of a step. A step is at most a third of the way R to the other end, so that the angle is at most
-  // R/3 |bend| / sqrt(1 + slope^2)^3, and R / sqrt(1 + slope^2) at most length (1 + |slope - rise / length|):
-  // angles, as differences of slopes, are bounded from above. The middle leg is what these leave of the way
-  // from end to end: a third of it or more, so its direction differs from that of the way by at most the sum
-  // of both ends'.
+  // The two legs of an end lie on its osculating circle: their directions differ from its tangent by half the
+  // angle of a step. Let w be the distance between the ends. A step is at most a third of w, so the angle is
+  // at most w/3 |bend| / sqrt(1 + slope^2)^3, and w / sqrt(1 + slope^2) is at most length (1 + |slope - rise
+  // / length|). This bounds the angles, as differences of slopes, from above. The middle leg is the rest of
+  // the way from end to end: a third of it or more, so its direction differs from that of the way by at most
+  // the sum of the angles of both ends.
   const float most = parameters.angle, inverse = 1.0F / length;
   const float half_step = length * (1.0F + 0.5F * most) * (1.0F / 6);
   const std::size_t lanes = (count + 15) / 16 * 16;  // whole vectors
@@ -179,8 +180,7 @@ void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
                         edges.bend_right[i], lengths[i], step_angle);
-    // Each leg as a margin that is negative where the leg turns too far: a minimum vectorizes, a branch does
-    // not.
+    // A margin for each leg, negative if the leg turns too far: a minimum vectorizes, a branch does not.
     const auto margin = [&](Vector2 leg) __attribute__((always_inline)) {
       return tangent * dot(leg, polygon.chord) - std::fabs(cross(leg, polygon.chord));
     };

@@ -3,13 +3,15 @@
 //
 // In the plane whose x axis runs along the edge and whose y axis is the field value in voxels, the osculating
 // circles of the curve at both ends give six control points of a uniform cubic B-spline: on each circle the
-// end point itself and one step behind and ahead of it. The step is the arc 2 pi/m, at most a third of the
-// distance of the ends. R is the length of the spline, each of its three segments measured by four straight
-// pieces, C the distance of the spline's two ends. The edge violates the criterion when
+// end point itself, and one point a step behind and one a step ahead of it. The step is the arc 2 pi/m, but
+// at most a third of the distance between the ends. R is the length of the spline, whose three segments are
+// each measured by four straight pieces. C is the distance between the spline's two ends. The edge violates
+// the criterion if
 //
 //   R / C  >  (pi/m) / sin(pi/m),
 //
-// the ratio of arc and chord of the regular m-gon in its circle (Eq. 7, Fig. 10 and 25 of the paper).
+// which is the ratio of arc and chord of the regular m-gon in its circle (Eq. 7, Figs. 10 and 25 of the
+// paper).
 #pragma once
 
 #include <array>
@@ -23,14 +25,14 @@ struct CriterionParameters {
   float step_angle;  ///< 2 pi / m, radians
   float threshold;   ///< (pi/m) / sin(pi/m)
   float excess;      ///< threshold - 1, to float precision whatever m: what the criterion compares
-  float tangent;     ///< of acos(1 / threshold)
+  float tangent;     ///< tangent of acos(1 / threshold)
   float angle;       ///< a little less than acos(1 / threshold), radians
 
   /// REQUIRES: m >= 3.
   explicit CriterionParameters(int m);
 };
 
-/// Up to `capacity` base edges of one class, as the kernel wants them: everything in voxels.
+/// Up to `capacity` base edges of one class, as input of the kernels. All lengths are in voxels.
 struct EdgeBatch {
   static constexpr std::size_t capacity = 64;
 
@@ -40,7 +42,7 @@ struct EdgeBatch {
   alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
   alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
 
-  /// Edge `i` of another batch becomes edge `to` of this one.
+  /// Copies edge `i` of another batch to edge `to` of this one.
   void copy(const EdgeBatch& from, std::size_t i, std::size_t to) {
     rise[to] = from.rise[i];
     slope_left[to] = from.slope_left[i];
@@ -50,23 +52,23 @@ struct EdgeBatch {
   }
 };
 
-// Three tests, each slower and sharper than the one before; only what does not pass needs the next. All edges
-// of a batch that lie beyond `count` must be initialized.
+// Three tests, each slower and sharper than the one before; only edges that fail a test need the next one.
+// All edges of a batch beyond `count` must be initialized.
 
-/// Whether any of `count` edges of length `length` is bent: bent[i] is 0 where slopes and bends are so near
-/// to those of a straight line that no two legs of the control polygon can differ in direction by
-/// acos(1/threshold). The chord of the spline is a sum of its legs, so that edge cannot violate the
+/// True if any of `count` edges of length `length` is bent. bent[i] is 0 if slopes and bends are so close to
+/// those of a straight line that no two legs of the control polygon can differ in direction by
+/// acos(1/threshold). The chord of the spline is a sum of its legs, so such an edge cannot violate the
 /// criterion.
 bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
                EdgeBatch::Flags& bent);
 
-/// clear[i] is 1 where every leg of the control polygon is within acos(1/threshold) of the direction of the
+/// clear[i] is 1 if every leg of the control polygon is within acos(1/threshold) of the direction of the
 /// chord, so that edge i, of length lengths[i], cannot violate the criterion.
 void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
               const CriterionParameters& parameters, EdgeBatch::Flags& clear);
 
-/// The criterion itself: violated[i] is 1 where edge i, of length lengths[i], violates it. Non-finite input
-/// violates nothing.
+/// The criterion itself: violated[i] is 1 if edge i, of length lengths[i], violates it. Edges with values
+/// that are not finite never do.
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
              const CriterionParameters& parameters, EdgeBatch::Flags& violated);
 

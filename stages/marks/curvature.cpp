@@ -14,8 +14,8 @@
 namespace tagrid {
 namespace {
 
-// Sums over the 3x3 rows around a row, each with a stencil in y and one in z: b = (1,4,1), d = (-1,0,1),
-// c = (1,-2,1). Exact: integers of up to 16 bits a sample in 32 bits, heights in 53.
+// Sums over the 3x3 rows around a row, each with a stencil in y and one in z: b = (1,4,1), d = (-1,0,1), c =
+// (1,-2,1). They are exact: in 32 bits for integers of up to 16 bits, in 53 bits for heights.
 template <class Sum>
 struct RowSums {
   std::vector<Sum> bb, db, bd, cb, bc, dd;
@@ -55,8 +55,8 @@ inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std
   }
 }
 
-// The rows of the ten components at one (y, z), from the sums. Entry i of the output is at sample 2i + 1 of
-// the sums, which start one sample before the box.
+// The rows of the ten components at one (y, z), computed from the sums. Entry i of the output is at sample 2i
+// + 1 of the sums, which start one sample before the box.
 template <class Sum>
 inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, std::int64_t n, float scale,
                                                       const std::array<float*, 10>& out) {
@@ -86,8 +86,8 @@ inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, 
   }
 }
 
-// Floats as integers of the same order. Their largest and smallest are found by vector code, those of floats
-// are not; NaNs are beyond infinity.
+// Floats as integers in the same order. Vector code finds the largest and smallest of integers, but not of
+// floats. NaNs lie beyond infinity.
 TAGRID_INLINE std::int32_t ordered(float v) {
   const auto bits = std::bit_cast<std::int32_t>(v);
   return bits ^ ((bits >> 31) & 0x7fffffff);
@@ -102,7 +102,7 @@ inline __attribute__((always_inline)) CurvatureField::RowBounds bounds_of_row(
   constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(),
                          most = std::numeric_limits<std::int32_t>::max();
   std::int32_t lowest = most, highest = least;
-  std::uint32_t slope = 0, bend = 0;  // a NaN is the largest, of either sign
+  std::uint32_t slope = 0, bend = 0;  // a NaN counts as the largest, whatever its sign
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t value = ordered(row[F::value][i]);
     lowest = value < lowest ? value : lowest;

@@ -10,12 +10,13 @@
 
 namespace tagrid {
 
-/// Value, gradient and Hessian of the field at every second point of a box: base edges end nowhere else.
+/// Value, gradient and Hessian of the field at every second point of a box; base edges end at no other
+/// points.
 ///
 /// The field is the uniform cubic B-spline whose coefficients are the samples: C2, with the 3-point stencils
 /// (1,4,1)/6 for the value, (-1,0,1)/2 for the first and (1,-2,1) for the second derivative on each axis.
 struct CurvatureField {
-  /// Samples outside the box that the stencil reads, on every side.
+  /// Number of samples outside the box that the stencil reads, on every side.
   static constexpr int halo = 1;
   /// The value is kept as an integer, 216 times the field (exact up to 16 bits a sample); derivatives are in
   /// voxels per voxel, and per voxel squared, after multiplication by `field_scale`.
@@ -24,28 +25,28 @@ struct CurvatureField {
   enum Component { value, gx, gy, gz, hxx, hyy, hzz, hxy, hxz, hyz, component_count };
 
   Box box;                                                           ///< even corners
-  Index3 size;                                                       ///< points an axis, at distance 2
-  std::array<std::unique_ptr<float[]>, component_count> components;  ///< each of size.x size.y size.z
+  Index3 size;                                                       ///< points per axis, at distance 2
+  std::array<std::unique_ptr<float[]>, component_count> components;  ///< size.x * size.y * size.z each
 
-  /// What bounds the entries of one row: they need no look where that is little.
+  /// Bounds of the entries of one row: if they are small, the entries need not be read.
   struct RowBounds {
     float lowest, highest;  ///< values
-    float slope;            ///< length of the gradient: no slope along an edge is larger
-    float bend;             ///< Frobenius norm of the Hessian: nor any second derivative
+    float slope;            ///< largest length of the gradient: no slope along an edge is larger
+    float bend;             ///< largest Frobenius norm of the Hessian: no second derivative is larger
   };
-  std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite where an entry is
+  std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite if an entry is
 
-  /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
-  /// even x.
+  /// Offset in a component of the row of points with the (even) coordinates y and z; it has one entry for
+  /// each even x.
   std::int64_t row_offset(std::int64_t y, std::int64_t z) const { return row_number(y, z) * size.x; }
-  /// Its place in `rows`.
+  /// Index of that row in `rows`.
   std::int64_t row_number(std::int64_t y, std::int64_t z) const {
     return (z - box.low.z) / 2 * size.y + (y - box.low.y) / 2;
   }
 };
 
 /// Evaluates the field on `box` (even corners). REQUIRES: samples.box contains box.grown(halo).
-/// field_scale: voxels per unit of field value (the paper's plane of curves needs it).
+/// field_scale: voxels per unit of field value (in the plane of the paper's curves).
 /// T: the narrow sample types; or double, for the heights of wide samples (heights.h), with a scale of 1.
 template <class T>
 void evaluate_curvature(const Samples<T>& samples, const Box& box, double field_scale, CurvatureField& out);

@@ -1,4 +1,4 @@
-// Wide samples as the heights, in voxels, that the accuracy criterion measures.
+// Wide samples as heights in voxels, which the accuracy criterion measures.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 
 namespace tagrid {
 
-/// (sample - range_low) * field_scale, within a million voxels, as a multiple of 2^-20: so coarse that the
-/// stencils of curvature.h are exact in doubles, and the same everywhere. A sample that is not finite gives a
-/// NaN, which violates nothing, and neither does what it comes near.
+/// (sample - range_low) * field_scale, limited to a million voxels, as a multiple of 2^-20. Such multiples
+/// are coarse enough for the stencils of curvature.h to be exact in doubles, and so the same everywhere. A
+/// sample that is not finite gives a NaN; edges near it violate nothing.
 template <class T>
 std::vector<double> heights_of(std::span<const T> samples, double range_low, double field_scale) {
   constexpr double limit = 1 << 20, fine = 1 << 20;

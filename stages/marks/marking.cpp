@@ -7,7 +7,7 @@ namespace {
 
 constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
 
-// Whether find_bent() says so of all edges that are within the bounds.
+// True if find_bent() would find no bent edge among edges within these bounds.
 bool none_is_bent(const EdgeBounds& bounds, float length, const CriterionParameters& constants) {
   const float half_step = length * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
   return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
@@ -38,7 +38,7 @@ class RowMarker {
  private:
   static constexpr std::int64_t capacity = EdgeBatch::capacity;
 
-  // Edges of any rows, waiting for a slower test until there is a whole batch of them.
+  // Edges of any rows that wait for a slower test until there is a whole batch of them.
   struct Waiting {
     EdgeBatch edges{};
     EdgeBatch::Lane lengths{};

@@ -1,7 +1,7 @@
 // Marks: the lattice points whose base edge violates the accuracy criterion.
 //
-// A mark is a function of the samples only. It never looks at what was decided elsewhere: that is what makes
-// every brick independent of every other.
+// A mark is a function of the samples only. It never depends on a decision made elsewhere, so every brick is
+// independent of every other.
 #pragma once
 
 #include "stages/grid/domain.h"
@@ -15,10 +15,10 @@ namespace tagrid {
 struct MarkingParameters {
   int accuracy = 20;       ///< m of the criterion
   double field_scale = 0;  ///< voxels per unit of field value
-  int max_level = 24;      ///< points of a higher level get no mark (a limited run)
+  int max_level = 24;      ///< points of a higher level get no mark (limited run)
 };
 
-/// Marks the points of `marks.box()` that lie in the volume; other bits are left as they are.
+/// Marks the points of `marks.box()` that lie in the volume; other bits stay as they are.
 /// `field` is the curvature of `cubes`, a box of whole root cubes that contains marks.box().
 void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
                     LatticeBits& marks);

@@ -23,9 +23,9 @@ std::int64_t largest_error(const Samples<T>& samples, const Domain& domain, Inde
   return errors.worst();
 }
 
-// Bottom-up over the levels. For every point a bound on the error in its diamond, in half sample units:
-// its midpoint error plus the largest bound of its children. Only where that is above what is allowed are the
-// samples looked at one by one.
+// Works bottom-up over the levels. Every point gets a bound on the error in its diamond, in half sample
+// units: its midpoint error plus the largest bound of its children. Samples are read one by one only if this
+// bound is above what is allowed.
 template <class T>
 class MeshMarker {
  public:
@@ -53,7 +53,7 @@ class MeshMarker {
 
  private:
   using Bound = std::int64_t;
-  // Larger than any bound of samples.
+  // Larger than any bound that samples can give.
   static constexpr Bound unknown = Bound{1} << 60, marked = Bound{1} << 61;
 
   static std::int64_t first_of(std::int64_t low, std::int64_t unit, bool odd) {
@@ -70,7 +70,7 @@ class MeshMarker {
           decide({x, y, z}, unit);
   }
 
-  // Offsets of the children in the array of bounds; the same for all points of a pass.
+  // Offsets of the children in the array of bounds, the same for all points of a pass.
   void list_children(std::int64_t unit, unsigned axes) {
     const Index3 p{axes & 1 ? unit : 0, axes & 2 ? unit : 0, axes & 4 ? unit : 0};
     children_ = children(p, classify(p, domain_.cube_size));
@@ -94,7 +94,7 @@ class MeshMarker {
     return largest;
   }
 
-  // Twice the difference of the value at p and the mean of the ends of its base edge.
+  // Twice the difference between the value at p and the mean of the ends of its base edge.
   Bound midpoint_error(Index3 p, const BaseEdge& edge) const {
     const T* here = samples_.data + samples_.box.offset(p);
     const Index3 d = edge.right - p;
@@ -102,7 +102,7 @@ class MeshMarker {
     return std::abs(2 * Bound{*here} - Bound{here[to_right]} - Bound{here[-to_right]});
   }
 
-  // Whether the border of the volume may cut a tetrahedron of the diamond.
+  // True if the border of the volume may cut a tetrahedron of the diamond.
   bool is_cut(Index3 p, std::int64_t unit) const {
     const Box padded = domain_.padded();
     for (int axis = 0; axis < 3; ++axis) {
@@ -121,7 +121,7 @@ class MeshMarker {
       bound = marked;
       return;
     }
-    if (intersection(Box{p, p}.grown(unit), volume_).empty()) return;  // no sample to be wrong about
+    if (intersection(Box{p, p}.grown(unit), volume_).empty()) return;  // no sample can violate the bound
     const bool at_border = is_cut(p, unit);
     const double allowed = at_border ? mesh_bounds_.border : mesh_bounds_.inner;
     const Bound below = largest_child(p, at, unit);
@@ -131,7 +131,7 @@ class MeshMarker {
         if (!violates(p, c, unit, allowed)) return;
       } else {
         bound = below + midpoint_error(p, base_edge(p, c, domain_.cube_size));
-        // No integer sample is further than this from any other.
+        // No integer sample is further than this from any other sample.
         const auto twice = static_cast<std::int64_t>(2 * std::min(allowed, 0x1p32));
         if (bound <= twice) return;
         const std::int64_t enough = unit * twice;
@@ -146,7 +146,7 @@ class MeshMarker {
     bound = marked;
   }
 
-  // Bounds that are themselves rounded would save little here: the samples are looked at always.
+  // Bounds that are themselves rounded would save little here, so the samples are always read.
   bool violates(Index3 p, const PointClass& c, std::int64_t unit, double allowed) {
     const Diamond d = diamond(p, c, domain_.cube_size);
     const auto offset_of = [&](Index3 q) {
@@ -177,9 +177,10 @@ class MeshMarker {
 
 }  // namespace
 
-// What is left to the interpolation once values are off, and where a cut rounds values once more.
+// The bounds that remain for the interpolation if values have errors, and if a cut rounds values once more.
 MeshBounds mesh_bounds(const CodingParameters& p) {
-  // Of integers within P of integers, linear between them, the rounding is never further off than P.
+  // If originals are linear in the leaf and decoded values are within P of them, so are rounded values: P is
+  // whole.
   const auto at_border = [&](double left) {
     return left <= 0 || is_float_type(p.type) ? left : std::max(left - 0.5, 0.0);
   };

@@ -1,6 +1,6 @@
 // The second criterion: a bound on the piecewise linear field of the mesh.
 //
-// A point is marked when a sample inside a tetrahedron of its diamond is further than a bound from the linear
+// A point is marked if a sample inside a tetrahedron of its diamond is further than a bound from the linear
 // interpolation of the original values at the vertices of that tetrahedron. A leaf is a tetrahedron of the
 // diamond of an inactive point, so after the closure no leaf violates the bound.
 #pragma once
@@ -14,41 +14,39 @@
 
 namespace tagrid {
 
-/// Samples around the marked points that are read, on every side: half the edge of the largest diamond.
+/// Number of samples read around the marked points, on every side: half the edge of the largest diamond.
 constexpr int mesh_criterion_halo(int cube_size) { return cube_size / 2; }
 
-/// How far a sample may be from the interpolation of the original values; multiples of 1/2 for integers.
+/// How far a sample may be from the interpolation of the original values, in multiples of 1/2 for integers.
 struct MeshBounds {
   MeshBounds(double all) : inner(all), border(all) {}
   MeshBounds(double in, double at_border, double of_values)
       : inner(in), border(at_border), value_error(of_values) {}
 
-  double inner;            ///< in tetrahedra in the volume
-  double border;           ///< in those that its border cuts; negative: there may be none
+  double inner;            ///< in tetrahedra inside the volume
+  double border;           ///< in tetrahedra that its border cuts; negative: none may be cut
   double value_error = 0;  ///< how far decoded values may be from the original ones
 };
 
-/// What the criterion has to keep so that the mesh of the decoded values keeps its bound (M), and a file
-/// without voxels that of its voxels; see docs/decisions/0019-mesh-error.md. REQUIRES:
+/// The bounds that the criterion must keep, so that the mesh of the decoded values keeps its bound (M), and a
+/// file without voxels keeps that of its voxels; see docs/decisions/0019-mesh-error.md. REQUIRES:
 /// parameters.bounds_interpolation().
 MeshBounds mesh_bounds(const CodingParameters& parameters);
 
-/// Marks the points of `marks.box()` that violate the bounds, also outside the volume.
-/// Points that are marked already stay marked. A point may stay unmarked although it violates the bound if a
-/// descendant is marked, and may be marked although it does not if one is: the closure of the marks is the
-/// same. REQUIRES: samples.box contains marks.box() grown by the halo; a point outside the volume has the
-/// value of the nearest sample there.
+/// Marks the points of `marks.box()` that violate the bounds, including points outside the volume. Points
+/// that are already marked stay marked. If a descendant is marked, a point that violates the bound may stay
+/// unmarked, and one that does not may be marked: the closure of the marks is the same. REQUIRES: samples.box
+/// contains marks.box() grown by the halo; a point outside the volume has the value of the nearest sample.
 ///
 /// Floats: a tetrahedron with a vertex or a sample that is not finite violates the bound, unless it holds no
-/// sample but its vertices. The bound is made smaller by what an interpolation, rounded at every step and at
-/// the end to T, may differ from the exact one; where all samples and vertices are the same nothing is
-/// rounded.
+/// sample but its vertices. The bound is reduced by the largest rounding error of an interpolation that is
+/// rounded at every step, and to T at the end. If all samples and vertices are equal, nothing is rounded.
 template <class T>
 void mark_mesh_error(const Samples<T>& samples, const Domain& domain, const MeshBounds& bounds,
                      LatticeBits& marks);
 
-/// The largest difference between a sample of the volume inside the diamond of `p` and the interpolation,
-/// times 2u, u being the unit of p; stops early, with any larger value, once it is above `enough`. For
+/// The largest difference between the interpolation and a sample of the volume inside the diamond of `p`,
+/// times 2u, where u is the unit of p. It stops early, with any larger value, once it is above `enough`. For
 /// integer samples.
 template <class T>
 std::int64_t diamond_error(const Samples<T>& samples, const Domain& domain, Index3 p, std::int64_t enough);

@@ -10,7 +10,7 @@ namespace {
 
 using Word = std::uint64_t;
 
-// One bit for each x of a row: what a pass looks at, or sets.
+// One bit for each x of a row: the points that a pass reads or sets.
 class RowBits {
  public:
   explicit RowBits(std::size_t words) : words_(words) {}
@@ -26,7 +26,7 @@ void or_into(Word* row, const RowBits& bits) {
   for (std::size_t i = 0; i < bits.size(); ++i) row[i] |= bits[i];
 }
 
-// row |= bits moved by `distance` towards higher x; what leaves the row is cut by `valid`.
+// row |= bits moved by `distance` towards higher x; `valid` masks bits that would leave the row.
 void or_moved_up(Word* row, const RowBits& bits, std::size_t distance, const RowBits& valid) {
   const std::size_t whole = distance / 64, part = distance % 64;
   for (std::size_t i = bits.size(); i-- > whole;) {
@@ -103,7 +103,7 @@ class Closure {
     }
   }
 
-  // Calls f(y, z, y is odd, z is odd) for the rows, with every set in turn until it finds no point.
+  // Calls f(y, z, y is odd, z is odd) for the rows, with one set after the other until f finds no point.
   template <class F>
   void for_rows(F f) {
     for (std::int64_t z = low_.z; z <= high_.z; z += unit_)
@@ -134,7 +134,7 @@ class Closure {
     or_moved_down(bits_->row(y, z), found_, static_cast<std::size_t>(unit_));
   }
 
-  // These say whether the row has points of the class.
+  // These return true if the row has points of the class.
   bool edge_midpoints(std::int64_t y, std::int64_t z, bool oy, bool oz) {
     if (!find(y, z, oy || oz ? even_ : odd_)) return false;
     if (oy || oz) to_x_neighbours(y, z);
@@ -151,8 +151,9 @@ class Closure {
     return true;
   }
 
-  // A cube centre next to the corner (shared_x, shared_y, shared_z) of its parent cell asks for the midpoints
-  // of the three edges that leave this corner: on each, one coordinate is not shared but across the cell.
+  // A cube centre next to the corner (shared_x, shared_y, shared_z) of its parent cell needs the midpoints of
+  // the three edges that leave this corner: on each edge, one coordinate is across the cell instead of
+  // shared.
   bool cube_centres(std::int64_t y, std::int64_t z) {
     if (!find(y, z, odd_)) return false;
     const auto shared = [&](std::int64_t c, std::int64_t low) {
@@ -180,7 +181,7 @@ class Closure {
   }
 
   std::span<LatticeBits> nested_;
-  LatticeBits* bits_ = nullptr;  ///< the one of them that is looked at
+  LatticeBits* bits_ = nullptr;  ///< the set that is being processed
   int cube_size_;
   Index3 low_, high_;
   std::int64_t unit_ = 1;

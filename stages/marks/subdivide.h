@@ -1,4 +1,4 @@
-// Subdivision without cracks: which points are active, from the marks around a brick.
+// Subdivision without cracks: finds the active points from the marks around a brick.
 #pragma once
 
 #include <span>
@@ -10,16 +10,17 @@ namespace tagrid {
 
 /// Closes `bits` under "the parents of an active point are active", in place, and activates the root corners.
 ///
-/// The box of the bits must consist of whole root cubes of the lattice; parents outside of it are left out.
-/// One sweep over the levels, finest first, whole words of points at a time. The result is what the paper's
-/// recursion Neighbor_Require_for_Subdivision decides (its section 2.3), without its repetition.
+/// The box of the bits must consist of whole root cubes of the lattice; parents outside it are ignored. The
+/// function sweeps once over the levels, finest first, and handles whole words of points at a time. The
+/// result is what the paper's recursion Neighbor_Require_for_Subdivision decides (its section 2.3), without
+/// its repetition.
 void close_under_parents(LatticeBits& bits, int cube_size);
 
-/// The same of several sets of one box, each a subset of the one before: where that has no points, the others
-/// are not looked at.
+/// Closes several sets of the same box, each of which is a subset of the one before. If a set has no points
+/// in a row, the sets after it are skipped there.
 void close_under_parents(std::span<LatticeBits> nested, int cube_size);
 
-/// The box whose marks decide the activity of the closed box of a brick (the paper's region of reference,
+/// The box whose marks affect the activity of the closed box of a brick (the paper's region of reference,
 /// rounded up to whole root cubes).
 Box region_of_marks(const Box& closed_box, const Domain& domain);
 

@@ -1,5 +1,5 @@
-// What the header of a .tag file says about how its bricks are coded. Every brick is a function of these
-// parameters and the samples around it.
+// The parameters in the header of a .tag file that say how its bricks are coded. Every brick is a function of
+// these parameters and the samples around it.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@ namespace tagrid {
 /// Numbers are part of the file format: never renumber.
 enum class FileMode : std::uint8_t {
   voxels = 0,  ///< activity, and every voxel within a bound
-  grid = 1,    ///< activity, and the values of the active points; a voxel is interpolated
+  grid = 1,    ///< activity, and the values of the active points; voxels are interpolated
 };
 
-/// How much time voxels of 8 or 16 bits may take for being small; it changes nothing else. Numbers are part
-/// of the file format, as above.
+/// How much time may be spent on making voxels of 8 or 16 bits small; it affects nothing else. The numbers
+/// are part of the file format, as above.
 enum class Effort : std::uint8_t { normal = 0, fast = 1, best = 2 };
 inline constexpr std::array<std::string_view, 3> effort_names = {"default", "fast", "best"};
 inline std::string_view name_of(Effort effort) { return effort_names[static_cast<std::size_t>(effort)]; }
 
 inline constexpr int max_accuracy = 1'000'000;
 
-/// Whether a volume may have these sizes: 1 .. 2^31, and up to 2^58 samples, so that counts of their bytes
-/// fit whatever the type.
+/// True if a volume may have these sizes: 1 .. 2^31 along each axis, and at most 2^58 samples, so that the
+/// number of bytes fits for every type.
 constexpr bool is_volume_size(const Index3& dims) {
   constexpr std::int64_t largest = std::int64_t{1} << 31;
   constexpr std::int64_t most = std::int64_t{1} << 58;
@@ -42,25 +42,26 @@ struct CodingParameters {
   FileMode mode = FileMode::voxels;
   Effort effort = Effort::normal;
   int cube_size = 32;    ///< S, a power of two, 4 .. 256
-  int brick_edge = 2;    ///< root cubes an edge of a brick
-  int max_level = 15;    ///< no point of a higher level is marked; 3K where the run is not limited
+  int brick_edge = 2;    ///< root cubes along the edge of a brick
+  int max_level = 15;    ///< no point of a higher level is marked; 3K if the run is not limited
   int accuracy = 20;     ///< m of the curvature criterion
   double range_low = 0;  ///< the value range that the field scale was derived from; low == high: none
   double range_high = 0;
   double field_scale = 0;  ///< lambda: voxels per unit of field value
 
-  /// Largest |decoded - original| of every voxel; negative: no bound (grid mode only).
+  /// Largest |decoded - original| of any voxel; negative: no bound (grid mode only).
   double max_error = 0;
-  /// In voxels mode: the bound of active voxels where it is tighter; negative: none.
+  /// In voxels mode: the tighter bound of active voxels; negative: none.
   double surface_error = -1;
   /// M: no sample is further than this from the piecewise linear field of the mesh; negative: no such bound.
   double mesh_error = -1;
   /// E_n: largest error of a stored point value in grid mode.
   double point_error = 0;
 
-  /// Whether samples bound how far the interpolation may be off, so that the mesh criterion marks points.
+  /// True if the interpolation has a bound, so that the mesh criterion marks points.
   bool bounds_interpolation() const { return mesh_error >= 0 || (mode == FileMode::grid && max_error >= 0); }
-  /// Whether the values of the mesh at voxels are not those that went in, and follow from coding a brick.
+  /// True if the values of the mesh at voxels differ from the original ones, so that a brick must be coded to
+  /// know them.
   bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
 
   Domain domain() const { return {dims, cube_size}; }

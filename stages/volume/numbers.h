@@ -1,7 +1,7 @@
-// Samples of 32 bits, and floats, as integers: what the coders of the wide types work on.
+// Samples of 32 bits, and floats, as integers: the coders of the wide types work on these.
 //
 // An integer sample is its own number. A float has two forms: its key, an integer in the order of the values,
-// in which nothing is lost; or a fixed-point number, a multiple of a power of two.
+// which loses nothing; or a fixed-point number, a multiple of a power of two.
 #pragma once
 
 #include <bit>
@@ -25,7 +25,7 @@ constexpr BitsOf<T> bits_of(T value) {
   return std::bit_cast<BitsOf<T>>(value);
 }
 
-/// Whether two samples are the same bit by bit: zeros have a sign, and a NaN equals itself.
+/// True if two samples are equal bit by bit: zeros differ by their sign, and a NaN equals itself.
 template <class T>
 constexpr bool identical(T a, T b) {
   if constexpr (std::is_integral_v<T>) return a == b;
@@ -38,8 +38,8 @@ bool is_finite(T value) {
   if constexpr (std::is_integral_v<T>) return value == value;
 }
 
-/// The key of a float: its bits as a two's complement number, the magnitude of negative ones inverted. Keys
-/// are in the order of the values; -0 has -1 and +0 has 0. An integer is its own key.
+/// The key of a float: its bits as a two's complement number, with the magnitude inverted if it is negative.
+/// Keys are in the order of the values; -0 has the key -1, and +0 has 0. An integer is its own key.
 template <class T>
 constexpr std::int64_t key_of(T value) {
   if constexpr (std::is_integral_v<T>) {
@@ -51,7 +51,7 @@ constexpr std::int64_t key_of(T value) {
   }
 }
 
-/// The inverse. REQUIRES: `key` is that of some value of T.
+/// The inverse of the above. REQUIRES: `key` is the key of a value of T.
 template <class T>
 constexpr T from_key(std::int64_t key) {
   if constexpr (std::is_integral_v<T>) {
@@ -63,9 +63,9 @@ constexpr T from_key(std::int64_t key) {
   }
 }
 
-/// Fixed-point numbers are at most this large, so that sums of weighted ones fit into 64 bits.
+/// The largest magnitude of a fixed-point number, so that sums of weighted ones fit into 64 bits.
 inline constexpr std::int64_t largest_fixed = std::int64_t{1} << 46;
-/// Exponents of the unit of fixed-point numbers: products with it are exact.
+/// Range of the exponent of the unit of fixed-point numbers: products with the unit are exact.
 inline constexpr int lowest_exponent = -1000, highest_exponent = 960;
 
 /// 2^exponent. REQUIRES: -1022 <= exponent <= 1023.
@@ -73,19 +73,19 @@ inline double power_of_two(int exponent) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52);
 }
 
-/// The sample that a fixed-point number means: number * 2^exponent, rounded to T once.
+/// The sample for which a fixed-point number stands: number * 2^exponent, rounded to T once.
 template <class T>
 T from_fixed_point(std::int64_t number, double unit) {
   return static_cast<T>(static_cast<double>(number) * unit);
 }
 
-/// Whether |a - b| <= bound, exactly: no rounding of the difference lets a larger one pass.
+/// True if |a - b| <= bound, exactly: the rounding of the difference never lets a larger one pass.
 inline bool within(double a, double b, double bound) {
   const double difference = a - b;
   const double distance = std::fabs(difference);
   if (!(distance <= bound)) return false;
   if (distance < bound) return true;
-  // What the rounding of a - b left out (Knuth's TwoSum).
+  // The rounding error of a - b (Knuth's TwoSum).
   const double minus_b = difference - a, rest = (a - (difference - minus_b)) - (b + minus_b);
   return difference < 0 ? rest >= 0 : rest <= 0;
 }

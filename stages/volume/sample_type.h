@@ -28,8 +28,8 @@ inline constexpr std::array<SampleType, 8> all_sample_types = {
     SampleType::uint8,  SampleType::int8,  SampleType::uint16,  SampleType::int16,
     SampleType::uint32, SampleType::int32, SampleType::float32, SampleType::float64};
 
-/// Every C++ type of samples: M(T) for each. The narrow ones have their whole range in 16 bits; the others
-/// are wide, and coded in another way. Explicit instantiations are made with these, so that none is
+/// Applies M(T) to every C++ type of samples. The narrow types have all their values in 16 bits; the others
+/// are wide, and coded differently. Explicit instantiations are made with these lists, so that no type is
 /// forgotten.
 #define TAGRID_FOR_EACH_NARROW_TYPE(M) M(std::uint8_t) M(std::int8_t) M(std::uint16_t) M(std::int16_t)
 #define TAGRID_FOR_EACH_WIDE_TYPE(M) M(std::uint32_t) M(std::int32_t) M(float) M(double)
@@ -38,7 +38,7 @@ inline constexpr std::array<SampleType, 8> all_sample_types = {
 template <class T>
 inline constexpr bool is_wide = sizeof(T) >= 4;
 
-/// Whether a number, from a file, is that of a sample type.
+/// True if a number, read from a file, is that of a sample type.
 constexpr bool is_sample_type(SampleType type) {
   return type >= SampleType::uint8 && type <= SampleType::float64;
 }
@@ -105,7 +105,7 @@ constexpr SampleType sample_type_of() {
   if constexpr (std::is_same_v<T, double>) return SampleType::float64;
 }
 
-/// Calls `f(T{})` with T the C++ type of a sample type, and returns what it returns.
+/// Calls `f(T{})` with the C++ type T of a sample type, and returns its result.
 template <class F>
 decltype(auto) with_sample_type(SampleType type, F&& f) {
   switch (type) {

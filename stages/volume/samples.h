@@ -11,7 +11,7 @@
 
 namespace tagrid {
 
-/// How far apart samples lie in memory, in bytes, along x, y and z.
+/// Distances of neighbouring samples in memory, in bytes, along x, y and z.
 using Strides = std::array<std::int64_t, 3>;
 
 /// A view of the samples of `box`, x fastest.
@@ -26,7 +26,7 @@ struct Samples {
   }
 };
 
-/// Whether all samples are the same. REQUIRES: integers, of which there is one or more.
+/// True if all samples are equal. REQUIRES: one or more integers.
 template <class T>
 bool all_equal(std::span<const T> samples) {
   return std::equal(samples.begin() + 1, samples.end(), samples.begin());

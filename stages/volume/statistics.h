@@ -1,4 +1,4 @@
-// What is known of a brick, or of a volume, besides its bytes.
+// Statistics of a brick, or of a volume.
 #pragma once
 
 #include <algorithm>
@@ -13,21 +13,21 @@ namespace tagrid {
 using Uint128 = unsigned __int128;
 
 struct Statistics {
-  /// Active points of each level, 0 .. 3K, among the lattice points that the brick owns: (low, high] of its
-  /// closed box, padding included, the first brick of an axis also the low face.
+  /// Number of active points of each level, 0 .. 3K, among the lattice points that the brick owns: (low,
+  /// high] of its closed box, including padding; the first brick along an axis also owns the low face.
   std::array<std::uint64_t, max_level(max_cube_size) + 1> active{};
-  /// Largest |decoded - original|; infinite where a sample that is not finite did not come back bit by bit.
+  /// Largest |decoded - original|; infinite if a sample that is not finite was not restored bit by bit.
   double max_error = 0;
   double mesh_error = -1;         ///< largest |field of the mesh - original|; negative: not measured
   Uint128 sum_squared_error = 0;  ///< of integer samples, exactly
-  double sum_squared_real = 0;    ///< of originals that are finite floats; at most the largest double
+  double sum_squared_real = 0;    ///< of finite original floats; at most the largest double
   double low = std::numeric_limits<double>::infinity();  ///< smallest and largest finite original sample
   double high = -std::numeric_limits<double>::infinity();
-  double sum = 0;             ///< of the original samples that are finite
-  std::uint64_t finite = 0;   ///< number of them
-  std::uint64_t samples = 0;  ///< of all
+  double sum = 0;             ///< of the finite original samples
+  std::uint64_t finite = 0;   ///< number of finite original samples
+  std::uint64_t samples = 0;  ///< number of all samples
 
-  /// No sum is infinite: it ends at the largest double.
+  /// Sums never become infinite: they are limited to the largest double.
   static double limited(double v) {
     constexpr double most = std::numeric_limits<double>::max();
     return std::clamp(v, -most, most);
@@ -47,10 +47,10 @@ struct Statistics {
   }
 };
 
-/// What was measured of the errors. NaN where nothing is known, or nothing is defined.
+/// Measured errors. NaN if a value is unknown or undefined.
 struct Achieved {
   double max_error = 0, rmse = 0;
-  double psnr = 0;  ///< in dB; the peak is max - min of the original. NaN where nothing was lost.
+  double psnr = 0;  ///< in dB; the peak is max - min of the original. NaN if nothing was lost.
 };
 
 Achieved achieved_of(const Statistics& total);

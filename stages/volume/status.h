@@ -1,5 +1,5 @@
-// What a decoder says of bytes that it was given. Broken bytes are normal, so this is a value, not an
-// exception, and the compiler warns where it is ignored.
+// The result of a decoder. Broken bytes are to be expected, so this is a value, not an exception, and the
+// compiler warns if it is ignored.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace tagrid {
 class [[nodiscard]] Status {
  public:
   Status() = default;
-  /// `what` names what is wrong with the bytes, for a person: "brick 17: activity ends too soon".
+  /// `what` tells a person what is wrong with the bytes: "brick 17: activity ends too soon".
   static Status broken(std::string what) {
     Status status;
     status.ok_ = false;

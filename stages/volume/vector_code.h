@@ -1,7 +1,7 @@
-// How inner loops become vector code: plain loops that the compiler vectorizes, cloned for the instruction
-// sets below and chosen when the program starts. All of them round alike (IEEE operations, no contraction of
-// multiply and add), so every clone gives the same bytes. Not for functions of a namespace without a name:
-// gcc 12 does not vectorize their clones.
+// How inner loops become vector code: the compiler vectorizes plain loops and clones them for the instruction
+// sets below; one clone is chosen when the program starts. All clones round alike (IEEE operations, no
+// contraction of multiply and add), so each gives the same bytes. Do not use this for functions in an unnamed
+// namespace: gcc 12 does not vectorize their clones.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
@@ -11,11 +11,11 @@
 #define TAGRID_VECTOR_CODE
 #endif
 
-// What such loops call must become part of them.
+// Functions called by such loops must be inlined into them.
 #define TAGRID_INLINE inline __attribute__((always_inline))
 
-// Before a loop: no iteration reads what another writes. For pointers that reach the loop through a function
-// that has become part of another: gcc forgets __restrict there.
+// Placed before a loop: no iteration reads what another one writes. This is needed if pointers reach the loop
+// through an inlined function, where gcc forgets __restrict.
 #if defined(__GNUC__) && !defined(__clang__)
 #define TAGRID_INDEPENDENT _Pragma("GCC ivdep")
 #else
