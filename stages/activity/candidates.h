@@ -1,4 +1,5 @@
-// Which points of a brick can be active, pass by pass: those whose parents inside the box are.
+// Finds the points of a brick that can be active, pass by pass: those whose parents inside the box are
+// active.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace tagrid {
 
-/// All points of one unit with the same odd axes: what is coded in one pass over the box.
+/// All points of one unit with the same odd axes. They are coded in one pass over the box.
 struct Pass {
   std::int64_t unit;
   bool odd[3];
@@ -28,9 +29,9 @@ class Candidates {
         cube_size_(cube_size),
         bits_(active.box()) {}
 
-  /// The candidates of this pass, and of those before.
+  /// The candidates of this pass and of all passes before.
   const LatticeBits& bits() const { return bits_; }
-  /// The x of this pass, as a row of bits.
+  /// The x coordinates of this pass, as a row of bits.
   const std::vector<Word>& mask() const { return mask_; }
 
   void find(const Pass& pass) {
@@ -42,7 +43,7 @@ class Candidates {
   }
 
  private:
-  // The x of the pass.
+  // Sets the bits of the x coordinates of the pass.
   void set_mask() {
     mask_.assign(active_.words_per_row(), 0);
     for (std::int64_t x = pass_.odd[0] ? pass_.unit : 0; x <= high_.x - low_.x; x += 2 * pass_.unit)
@@ -84,14 +85,14 @@ class Candidates {
       if (part != 0 && i > whole) below |= other[i - whole - 1] >> (64 - part);
       Word above = i + whole < n ? other[i + whole] >> part : 0;
       if (part != 0 && i + whole + 1 < n) above |= other[i + whole + 1] << (64 - part);
-      // The ends of the row have one neighbour.
+      // The ends of the row have only one neighbour.
       if (i == 0) below |= 1;
       if (i == static_cast<std::size_t>(last / 64)) above |= Word{1} << (last % 64);
       row[i] &= (below & above) | ~mask_[i];
     }
   }
 
-  // The parents of a cube centre: see parents() in grid/lattice.h.
+  // The parents of a cube centre; see parents() in grid/lattice.h.
   void keep_below_edge_midpoints(Word* row, std::int64_t y, std::int64_t z) const {
     const std::int64_t u = pass_.unit;
     const auto shared_corner = [&](std::int64_t c, std::int64_t low) {

@@ -16,7 +16,7 @@ namespace {
 
 using Contexts = std::array<std::size_t, contexts_mixed>;
 
-// How many contexts there are of each kind, in one class and cycle.
+// Number of contexts of each kind, in one class and cycle.
 constexpr Contexts sizes_alone = {832, 216, 1024, 1024}, sizes_with_forecast = {2432, 216, 1728, 1352};
 
 // Codes the activity bits of a box in both directions: `coder` decides which.
@@ -41,7 +41,7 @@ class ActivityModel {
     stride_ = {1, row, row * box_.size().y};
   }
 
-  /// Returns how many points are active.
+  /// Returns the number of active points.
   std::int64_t code_pass(const Pass& pass, const LatticeBits* known) {
     pass_ = pass;
     found_ = 0;
@@ -50,7 +50,7 @@ class ActivityModel {
     const std::int64_t u = pass.unit;
     for (std::int64_t z = box_.low.z + (pass.odd[2] ? u : 0); z <= box_.high.z; z += 2 * u)
       for (std::int64_t y = box_.low.y + (pass.odd[1] ? u : 0); y <= box_.high.y; y += 2 * u)
-        // Broken bytes can end long before the points do.
+        // Broken bytes can end long before the last point.
         if (!coder_.exhausted()) code_row(y, z, surroundings, known);
     return found_;
   }
@@ -79,12 +79,12 @@ class ActivityModel {
     return code_mixed(coder_, bit, models, mixers_[cls], 255);
   }
 
-  // What is known of the two next points of the pass along an axis.
+  // What is known of the two neighbours in the pass along an axis.
   struct Along {
-    std::size_t state = 0;     ///< of the one before: 0 no candidate, 1 inactive, 2 active
-    bool candidate = false;    ///< the one after is a candidate
-    std::size_t forecast = 0;  ///< of both, where they are in the box
-    std::size_t surprise = 0;  ///< the one before: 0 no candidate, 1 as forecast, 2 not
+    std::size_t state = 0;     ///< of the point before: 0 not a candidate, 1 inactive, 2 active
+    bool candidate = false;    ///< whether the point after is a candidate
+    std::size_t forecast = 0;  ///< sum of both, if they are in the box
+    std::size_t surprise = 0;  ///< of the point before: 0 not a candidate, 1 as forecast, 2 not
   };
 
   static bool is_set(std::span<const std::uint64_t> words, std::size_t bit) {
@@ -112,7 +112,7 @@ class ActivityModel {
     return along;
   }
 
-  // Four views of what is known around a point.
+  // Four contexts, each a different view of the known surroundings of a point.
   Contexts contexts_alone(Index3 p, std::size_t around, std::size_t beside) const {
     const std::size_t bit = bit_of(p);
     std::size_t on = 0, off = 0, ahead = 0, directed = 0;
@@ -138,7 +138,7 @@ class ActivityModel {
       directed = directed * 6 + along.state * 2 + along.candidate;
       forecasts += along.forecast;
       surprises = surprises * 3 + along.surprise;
-      // There, what is on the other side is not known.
+      // The samples on the other side of the border are not known.
       if (p[axis] == box_.low[axis] || p[axis] == box_.high[axis]) at_border = 1;
     }
     const std::size_t own = 2 * forecast_.at(bit) + at_border;  // < 8
@@ -160,8 +160,8 @@ class ActivityModel {
   Pass pass_{};
   std::int64_t found_ = 0;
   std::size_t classes_;
-  Contexts first_{};          ///< of a kind, among those of one class and cycle
-  std::size_t contexts_ = 0;  ///< of all kinds
+  Contexts first_{};          ///< first context of each kind, within one class and cycle
+  std::size_t contexts_ = 0;  ///< number of contexts of all kinds
   std::vector<AdaptiveBit> models_;
   std::vector<Mixer> mixers_;
 };
@@ -173,7 +173,7 @@ void set_root_corners(LatticeBits& active, int cube_size) {
       for (std::int64_t x = box.low.x; x <= box.high.x; x += cube_size) active.set({x, y, z});
 }
 
-// `known` is null when decoding.
+// `known` is null if the coder decodes.
 template <class Coder>
 void code_activity(Coder& coder, LatticeBits& active, const Forecast& forecast, int cube_size, int max_level,
                    const LatticeBits* known) {

@@ -1,8 +1,8 @@
-// The activity of the closed box of a brick, as bytes.
+// Codes the activity of the closed box of a brick as bytes.
 //
-// Level by level, coarse to fine. A point can be active only if its parents are, so only points whose parents
-// (those inside the box) are all active are coded: one adaptive binary event each, in the context of its
-// class, its level, of what is known already of the points around it, and of the forecast where there is one.
+// Goes level by level, coarse to fine. A point can be active only if its parents are, so only points whose
+// parents inside the box are all active are coded. Each is one adaptive binary event. Its context consists of
+// the class and level of the point, the known activity around it, and the forecast, if there is one.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@
 
 namespace tagrid {
 
-/// Appends the activity to `out`. REQUIRES: active.box() consists of whole root cubes, its root corners are
-/// active, the set is closed under parents inside the box, no point has a level above `max_level`;
-/// `forecast` is of the same box, or does not exist.
+/// Appends the activity to `out`. REQUIRES: active.box() consists of whole root cubes; its root corners are
+/// active; the set is closed under parents inside the box; no point has a level above `max_level`; `forecast`
+/// belongs to the same box, or does not exist.
 void encode_activity(const LatticeBits& active, const Forecast& forecast, int cube_size, int max_level,
                      std::vector<std::uint8_t>& out);
 
 /// The inverse: sets the active points of `active`, whose box the caller has set, with the same forecast.
-/// Safe on any bytes: the result is always closed under parents, and bytes that no encoder wrote are reported
-/// where that can be seen.
+/// Safe on any bytes: the result is always closed under parents. Bytes that no encoder wrote are reported if
+/// that can be detected.
 Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& forecast, int cube_size,
                        int max_level, LatticeBits& active);
 

@@ -14,9 +14,9 @@ namespace forecast {
 
 using Exceeded = std::array<std::int32_t, EdgeBatch::capacity>;
 
-// How many of the thresholds each edge exceeds; whether any does. The weights are 720 times the integrals of
-// the products of quadratic B-splines over the three segments, in terms of sums and differences of the two
-// ends; they do not mix.
+// Counts the thresholds that each edge exceeds; returns whether any edge exceeds one. The weights are 720
+// times the integrals of the products of quadratic B-splines over the three segments, in terms of sums and
+// differences of the two ends; sums and differences do not mix.
 TAGRID_VECTOR_CODE
 bool compare(const EdgeBatch& edges, std::size_t count, float inverse_length, float sixth, float limit,
              Exceeded& exceeded) {
@@ -41,7 +41,7 @@ bool compare(const EdgeBatch& edges, std::size_t count, float inverse_length, fl
 
 namespace {
 
-// 1/sqrt(k) and sqrt(k)/3 for k odd axes.
+// 1/sqrt(k) and sqrt(k)/3 for edges with k odd axes.
 constexpr float inverse_sqrt[4] = {0, 1, 0.70710678F, 0.57735027F};
 constexpr float sqrt_over_three[4] = {0, 1.0F / 3, 0.47140452F, 0.57735027F};
 
@@ -56,7 +56,7 @@ std::uint64_t as_bytes(std::uint64_t eight_bits) {
   return ((one_in_each + 0x7f7f7f7f7f7f7f7fU) >> 7) & 0x0101010101010101U;
 }
 
-// Sixteen bits, every second of thirty-two.
+// Moves sixteen bits to every second one of thirty-two.
 std::uint64_t spread(std::uint64_t bits) {
   bits = (bits | bits << 8) & 0x00ff00ff;
   bits = (bits | bits << 4) & 0x0f0f0f0f;
@@ -95,7 +95,7 @@ class Forecaster {
       if (!forecast::compare(edges_, static_cast<std::size_t>(n), inverse_sqrt[odd] * (0.5F / unit),
                              sqrt_over_three[odd] * unit, limit_, exceeded_))
         continue;
-      // Every second edge, then those between, where the row was loaded that way.
+      // If the row was loaded in two runs: every second edge, then the edges between.
       std::int64_t lane = 0;
       for (int first = 0; first < row.runs(); ++first) {
         const std::int64_t count = (n - first + row.runs() - 1) / row.runs();
@@ -107,14 +107,15 @@ class Forecaster {
     }
   }
 
-  // Whether no edge of a row can exceed the lowest threshold. With x for the largest |left| and |right| in
-  // compare(), and y for the largest |bend_left| and |bend_right|, p p + s s <= 4 x x and a a + b b <= 4 y y.
+  // True if no edge of a row can exceed the lowest threshold. Let x be the largest |left| and |right| in
+  // compare(), and y the largest |bend_left| and |bend_right|: then p p + s s <= 4 x x and a a + b b <= 4 y
+  // y.
   bool none_exceeds(const EdgeBounds& bounds, float sixth) const {
     const float x = bounds.slope + bounds.chord, y = sixth * bounds.bend;
     return 4.0F * (117.0F * (x * x) + 166.0F * (x * y) + 73.0F * (y * y)) < 0.59F * limit_;
   }
 
-  // What up to eight edges exceed, the first in the lowest byte.
+  // The thresholds that up to eight edges exceed, with the first edge in the lowest byte.
   std::uint64_t eight_at(std::int64_t lane, std::int64_t count) const {
     std::uint64_t eight = 0;
     for (std::int64_t i = count; i-- > 0;)
@@ -122,16 +123,16 @@ class Forecaster {
     return eight;
   }
 
-  // Up to eight points in a row at the distance `step` from each other.
+  // Sets the bits of up to eight points in a row, at the distance `step` from each other.
   void set_bits(Index3 p, std::int64_t step, std::uint64_t exceeded) {
-    if (exceeded == 0) return;  // as most often
+    if (exceeded == 0) return;  // the most frequent case
     const std::array<std::uint64_t, Forecast::levels> bits = {lowest_bits(exceeded | exceeded >> 1),
                                                               lowest_bits(exceeded >> 1),
                                                               lowest_bits(exceeded & exceeded >> 1)};
     const auto x = static_cast<std::size_t>(p.x - field_.box.low.x);
     for (std::size_t level = 0; level < bits.size(); ++level) {
       std::uint64_t* row = exceeding_[level].row(p.y, p.z);
-      // In one word: batches begin at a multiple of 8 steps, or less than one step after.
+      // All in one word: batches begin at a multiple of 8 steps, or less than one step after it.
       if (step == 2 || step == 4)
         row[x / 64] |= (step == 2 ? spread(bits[level]) : spread(spread(bits[level]))) << (x % 64);
       else
@@ -148,7 +149,7 @@ class Forecaster {
   Exceeding exceeding_;
 };
 
-// The samples of `box`; beyond `owned` those of its nearest point.
+// The samples of `box`; points outside `owned` get the value of the nearest point in it.
 template <class T>
 std::vector<T> extended(std::span<const T> samples, const Box& owned, const Box& box) {
   std::vector<T> values;
@@ -169,7 +170,7 @@ std::vector<T> extended(std::span<const T> samples, const Box& owned, const Box&
 Forecast::Forecast(const std::array<LatticeBits, levels>& exceeding)
     : values_(64 * exceeding[0].words().size()) {
   for (std::size_t word = 0; word < exceeding[0].words().size(); ++word) {
-    if (exceeding[0].words()[word] == 0) continue;  // nor are there any in the others
+    if (exceeding[0].words()[word] == 0) continue;  // then there are none in the other sets either
     for (std::size_t byte = 0; byte < 8; ++byte) {
       std::uint64_t sums = 0;
       for (const LatticeBits& bits : exceeding) sums += as_bytes(bits.words()[word] >> (8 * byte) & 255);

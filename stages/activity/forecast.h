@@ -1,12 +1,13 @@
-// Which points of a brick are likely to be active, from its decoded samples.
+// Forecasts from its decoded samples which points of a brick are likely to be active.
 //
-// The criterion (criterion.h) in a form that is cheap and has no square root. With the step of an end at a
-// third of the chord, its longest, the spline is the graph of a function whose slope is a quadratic spline
-// of the slopes of the five legs; where slopes are small, R / C - 1 is half the variance of that slope, a
-// quadratic form of four numbers. It is compared with three multiples of the criterion's excess, and what
-// exceeds them is closed under parents, as marks are: a forecast of 0 to 3 for every point.
+// The forecast is the criterion (criterion.h) in a cheap form without a square root. If the step of an end is
+// a third of the chord, its largest value, the spline is the graph of a function. The slope of this function
+// is a quadratic spline of the slopes of the five legs. For small slopes, R / C - 1 is half the variance of
+// that slope, a quadratic form of four numbers. This form is compared with three multiples of the criterion's
+// excess. The points above each are closed under parents, as marks are: this gives a forecast of 0 to 3 for
+// every point.
 //
-// The forecast is part of the format: encoder and decoder compute it alike, in float32, in a fixed order.
+// The forecast is part of the format: encoder and decoder both compute it in float32, in a fixed order.
 #pragma once
 
 #include <array>
@@ -19,26 +20,27 @@
 
 namespace tagrid {
 
-/// A number of 0 to 3 for every point of a box; of a point it is at least as large as those of its children.
+/// A number from 0 to 3 for every point of a box, at least as large as those of the point's children.
 class Forecast {
  public:
   static constexpr int levels = 3;
 
   Forecast() = default;
-  /// What exceeds the thresholds, the lowest first: each is a subset of the one before.
+  /// `exceeding`: the points above each threshold, the lowest threshold first; each set is a subset of the
+  /// one before.
   explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
 
-  /// False: nothing is forecast.
+  /// False if nothing is forecast.
   bool exists() const { return !values_.empty(); }
-  /// Of the point that has the bit `bit` in the words of a LatticeBits of the same box.
+  /// The forecast of the point that has the bit `bit` in the words of a LatticeBits of the same box.
   std::size_t at(std::size_t bit) const { return values_[bit]; }
 
  private:
   std::vector<std::uint8_t> values_;
 };
 
-/// The forecast for the closed box of a brick from the decoded samples that the brick owns, x fastest.
-/// Beyond them a sample is that of the nearest. Safe for any values.
+/// The forecast for the closed box of a brick from the decoded samples that the brick owns, x fastest. A
+/// point beyond them has the value of the nearest of these samples. Safe for any values.
 template <class T>
 Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick);
 

@@ -1,4 +1,4 @@
-// Points around a candidate whose activity is known when it is coded.
+// The points around a candidate whose activity is known when the candidate is coded.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,14 @@ namespace tagrid {
 /// A set of neighbours of the points of a pass.
 struct Neighbours {
   std::array<Index3, 24> steps{};
-  std::array<std::int64_t, 24> bits{};  ///< the same as distances in the words of LatticeBits
+  std::array<std::int64_t, 24> bits{};  ///< the same, as distances in the words of LatticeBits
   std::size_t size = 0;
 };
 
-/// Around: points of passes before that are no parents. A cube centre looks at the points of the coarser
-/// lattice next to its cell, a face centre at the cube centres beside the two that are its parents, an edge
-/// midpoint at the face centres of the four cells around it. Siblings: points of the same class, of other
-/// orientation, that share a parent.
+/// Counts two kinds of neighbours. Around: points of earlier passes that are not parents. A cube centre looks
+/// at the points of the coarser lattice next to its cell, a face centre at the cube centres beside its two
+/// parents, an edge midpoint at the face centres of the four cells around it. Siblings: points of the same
+/// class but another orientation that share a parent.
 class Surroundings {
  public:
   /// REQUIRES: `active` outlives this.
@@ -36,7 +36,7 @@ class Surroundings {
   struct Counts {
     std::size_t around, siblings;
   };
-  /// How many of them are active; those outside the box are not.
+  /// The numbers of active neighbours; points outside the box count as inactive.
   Counts count_active(Index3 p) const {
     const bool inside = active_.box().contains(Box{p, p}.grown(reach_));
     return {inside ? count_inside(around_, p) : count_in_box(around_, p),

@@ -75,7 +75,7 @@ std::vector<std::byte> ClosedSamples::complete(Index3 position, const std::vecto
       std::memcpy(faces_[axis].data() + face_offset(axis, box, p), at(p), bytes(face.size().x));
     });
   }
-  // Outside the volume, row by row: the nearest rows are complete before they are copied.
+  // Then points outside the volume, row by row: the nearest rows are complete before they are copied.
   for_each_row(closed, [&](std::int64_t y, std::int64_t z) {
     const Index3 from = box.nearest({closed.low.x, y, z}), to{closed.low.x, y, z};
     if (from != to) std::memcpy(at(to), at(from), bytes(box.size().x));

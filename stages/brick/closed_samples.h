@@ -1,5 +1,5 @@
-// Decoded samples of the closed boxes of bricks: each brick owns samples without those on its low faces, and
-// these come from the bricks before it.
+// Decoded samples of the closed boxes of bricks. A brick does not own the samples on its low faces; they come
+// from the bricks before it.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +10,20 @@
 
 namespace tagrid {
 
-/// The rows of bricks that hold what lies on the low faces of `rows`, in raster order: they have to be
-/// decoded before, though nothing else is asked of them. No stretch has more rows than `rows`.
+/// The rows of bricks that own the samples on the low faces of `rows`, in raster order. They have to be
+/// decoded first, for this purpose only. No stretch has more rows than `rows`.
 std::vector<BrickRows> rows_below(const BrickRows& rows);
 
-/// Completes bricks, one at a time. What later bricks need is a staircase of high faces: see PointIds.
+/// Completes bricks, one at a time. Only a staircase of high faces is kept for later bricks; see PointIds.
 /// Memory: the samples of one slice of the rows, and of two faces between bricks.
 class ClosedSamples {
  public:
-  /// For `rows`, and what lies below them.
+  /// For `rows`, and the bricks below them.
   ClosedSamples(const CodingParameters& parameters, const BrickRows& rows);
 
-  /// The samples of the closed box of a brick, x fastest; a point outside the volume has the value of the
-  /// nearest sample. `owned` are those that the brick owns. REQUIRES: bricks come in the order of their
-  /// numbers, those of rows_below() first. Of these what is returned is not complete.
+  /// Returns the samples of the closed box of a brick, x fastest; a point outside the volume has the value of
+  /// the nearest sample. `owned` holds the samples that the brick owns. REQUIRES: bricks come in the order of
+  /// their numbers, after those of rows_below(). For bricks of rows_below() the result is incomplete.
   std::vector<std::byte> complete(Index3 position, const std::vector<std::byte>& owned);
 
  private:
@@ -32,7 +32,7 @@ class ClosedSamples {
   BrickGrid bricks_;
   std::size_t size_;                 ///< of a sample
   std::int64_t y_first_, row_;       ///< the first y of all rows; samples along x
-  std::vector<std::byte> faces_[3];  ///< left behind by the bricks before, by axis
+  std::vector<std::byte> faces_[3];  ///< high faces of the bricks before, by axis
 };
 
 }  // namespace tagrid

@@ -21,7 +21,7 @@
 namespace tagrid {
 namespace {
 
-// A bound in whole sample units. No bound is larger than the range of the type, whatever was asked for.
+// A bound in whole sample units. A bound larger than the range of the type becomes that range.
 template <class T>
 std::int64_t integer_bound(double bound) {
   constexpr double widest =
@@ -29,7 +29,7 @@ std::int64_t integer_bound(double bound) {
   return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
 }
 
-// Bounds as the coder of the voxels of T takes them.
+// Bounds in the form that the coder of the voxels of T takes.
 template <class T>
 auto voxel_bounds(const CodingParameters& parameters) {
   if constexpr (is_wide<T>)
@@ -38,7 +38,7 @@ auto voxel_bounds(const CodingParameters& parameters) {
     return VoxelBounds{integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
 }
 
-// The coders of narrow and of wide types, under one name.
+// The coders of narrow and wide types under one name.
 template <class T>
 void encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
                          const CodingParameters& parameters, std::vector<std::uint8_t>& out,
@@ -85,7 +85,7 @@ Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBit
                             points);
 }
 
-// The part `owned` of the values of `box`.
+// The values of `box` that lie in `owned`.
 template <class T>
 std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) {
   std::vector<T> out(static_cast<std::size_t>(owned.count()));
@@ -96,7 +96,7 @@ std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) 
   return out;
 }
 
-// Every sample that the brick owns, from the values of its active points.
+// All samples that the brick owns, interpolated from the values of its active points.
 template <class T>
 std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
                                  const CodingParameters& parameters, Index3 brick) {
@@ -111,7 +111,7 @@ std::vector<std::byte> bytes_of(std::span<const T> values) {
   return {bytes.begin(), bytes.end()};
 }
 
-// What is forecast from decoded samples, where they do not depend on the activity.
+// The forecast from decoded samples, if these do not depend on the activity.
 template <class T>
 Forecast forecast_of(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
   if (!activity_follows_values(parameters)) return {};
@@ -186,7 +186,8 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
   for (int axis = 0; axis < 3; ++axis)
     if (brick[axis] > 0) ++owned.low[axis];
   const std::int64_t s = parameters.cube_size;
-  // Levels of the points of a row depend on x only through its odd multiples: one mask for each unit.
+  // In a row, only the odd multiples of a unit in x affect the levels of points, so there is one mask for
+  // each unit.
   const std::size_t words = active.words_per_row();
   std::vector<std::vector<std::uint64_t>> masks;  // x with exactly 2^i as their unit; last: multiples of S
   for (std::int64_t unit = 1; unit <= s; unit *= 2) {

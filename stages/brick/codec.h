@@ -1,7 +1,7 @@
-// One brick as bytes and back. The activity of a file with voxels is coded in the context of the decoded
-// samples, so values come first; where samples depend on the activity (surface_error), or are interpolated
-// from active points, the activity comes first. The stages around it are subdivide (before) and the container
-// (after).
+// Codes one brick as bytes and back. The activity of a file with voxels is coded in the context of the
+// decoded samples, so values come first. If samples depend on the activity (surface_error), or are
+// interpolated from active points, the activity comes first. The stage before this one is subdivide; the
+// container follows.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,13 @@ struct BrickCode {
   std::vector<std::uint8_t> activity;
   std::vector<std::uint8_t> values;
   Statistics statistics;
-  /// Of a file whose mesh has a bound: the samples as they will be decoded, x fastest; of a file without
-  /// voxels the stored values of all points of the closed box.
+  /// If the mesh of the file has a bound: the samples as they will be decoded, x fastest. In a file without
+  /// voxels: the stored values of all points of the closed box.
   std::vector<std::byte> decoded;
 };
 
-/// The samples that encode_brick reads: those that the brick owns; of a file without voxels those of its
-/// closed box, where a point outside the volume has the value of the nearest sample.
+/// The box of the samples that encode_brick reads: those that the brick owns. In a file without voxels, those
+/// of its closed box; a point outside the volume has the value of the nearest sample.
 Box samples_to_encode(const CodingParameters& parameters, Index3 brick);
 
 /// Encodes a brick. `active` is the activity of its closed box.
@@ -36,26 +36,26 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
-/// Whether the activity of a brick is coded in the context of its decoded samples. If not, the samples need
+/// True if the activity of a brick is coded in the context of its decoded samples. Otherwise the samples need
 /// the activity.
 bool activity_follows_values(const CodingParameters& parameters);
 
 /// Decodes the activity of the closed box of a brick.
-///   samples   the decoded samples that the brick owns, x fastest, where activity_follows_values(); else not
-///             looked at
+///   samples   the decoded samples that the brick owns, x fastest; ignored unless
+///             activity_follows_values()
 template <class T>
 Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
                              const CodingParameters& parameters, Index3 brick, LatticeBits& active);
 
-/// Decodes the samples that the brick owns, x fastest. Of a file without voxels also the stored values of the
-/// points of its closed box, x fastest, in `points`: those of active points are set, the others are zero.
-/// `active` may be empty where activity_follows_values().
+/// Decodes the samples that the brick owns, x fastest. In a file without voxels, `points` also receives the
+/// stored values of the points of the closed box, x fastest: those of active points are set, the others are
+/// zero. `active` may be empty if activity_follows_values().
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
                            std::vector<T>& points);
 
-/// Adds the active points that the brick owns, by level; see Statistics.
+/// Adds the numbers of active points that the brick owns, by level; see Statistics.
 void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
                   Statistics& statistics);
 

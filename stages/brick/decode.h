@@ -1,4 +1,4 @@
-// One brick of any sample type, from its bytes: where the type of the samples is chosen.
+// Decodes one brick of any sample type from its bytes. The type of the samples is chosen here.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@
 
 namespace tagrid {
 
-/// A decoded brick. Samples are bytes as they lie in memory, of the type of the volume, x fastest.
+/// A decoded brick. Samples are stored as in memory, in the type of the volume, x fastest.
 struct DecodedBrick {
   std::int64_t id = 0;
-  LatticeBits active;              ///< of its closed box
-  std::vector<std::byte> samples;  ///< that it owns
-  std::vector<std::byte> points;   ///< of a file without voxels: see decode_brick_values()
+  LatticeBits active;              ///< activity of its closed box
+  std::vector<std::byte> samples;  ///< the samples that it owns
+  std::vector<std::byte> points;   ///< in a file without voxels: see decode_brick_values()
 };
 
-/// What is wanted of a brick.
+/// Which parts of a brick are needed.
 enum class Wanted {
-  samples,           ///< samples alone
-  samples_and_grid,  ///< the active points, and the values of points, too
+  samples,           ///< only samples
+  samples_and_grid,  ///< also the active points and the values of points
 };
 
 /// Decodes brick `id` from the bytes of its activity and its values. Safe for any bytes.

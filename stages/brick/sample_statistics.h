@@ -1,4 +1,4 @@
-// What a brick's statistics say of its samples.
+// Statistics of the samples of a brick.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace tagrid {
 
-/// |a - b| as statistics and checks take it. A sample that is not finite is right bit by bit, or infinitely
-/// wrong.
+/// The error |a - b| for statistics and checks. A sample that is not finite is either right bit by bit, or
+/// infinitely wrong.
 template <class T>
 double sample_error(T a, T b) {
   if constexpr (std::is_integral_v<T>) {
@@ -35,7 +35,7 @@ struct IntegerSums {
   Squares squares = 0;
 };
 
-/// Adds `count` samples. Narrow types add up in 32 bits, which 32768 of their samples cannot exceed.
+/// Adds `count` samples. Narrow types add up in 32 bits, which the sum of 32768 such samples cannot exceed.
 template <class T>
 TAGRID_VECTOR_CODE void add_samples(const T* original, const T* decoded, std::size_t count,
                                     IntegerSums<T>& to) {
@@ -90,7 +90,7 @@ void measure_floats(std::span<const T> original, std::span<const T> decoded, Sta
 }
 
 /// Adds the errors of the samples of a brick, and the range and sum of the originals. REQUIRES: equal sizes,
-/// not empty.
+/// at least one sample.
 template <class T>
 void measure_samples(std::span<const T> original, std::span<const T> decoded, Statistics& statistics) {
   Statistics brick;

@@ -3,9 +3,9 @@
 namespace tagrid {
 namespace {
 
-// Tables are made while compiling, with + - * / only, so that they are the same wherever that happens.
+// The tables are computed at compile time, with + - * / only, so that they are the same everywhere.
 constexpr double exponential(double x) {
-  // exp(x) = exp(x / 1024)^1024, and the series of the small argument ends after a few terms.
+  // exp(x) = exp(x / 1024)^1024; the series of the small argument converges after a few terms.
   const double small = x / 1024;
   double term = 1, sum = 1;
   for (int i = 1; i < 10; ++i) {

@@ -14,13 +14,13 @@ extern const std::array<std::uint16_t, 4096> squash_table;
 /// 65536 / (n + 1.5): how far the n-th observation moves an adaptive bit.
 extern const std::array<std::uint16_t, 1024> adaptation_table;
 
-/// Probability of a one in 22 bits, and how often it was observed in 10 bits.
+/// The probability of a one in 22 bits, and the number of observations in 10 bits.
 struct AdaptiveBit {
   std::uint32_t state = std::uint32_t{1} << 31;
 
   std::uint32_t probability() const { return std::clamp<std::uint32_t>(state >> 16, 1, 65535); }
   int stretched() const { return stretch_table[state >> 20]; }
-  /// `limit` is the number of observations after which the bit forgets as fast as it learns.
+  /// After `limit` observations, the bit forgets as fast as it learns.
   void learn(bool bit, std::uint32_t limit) {
     const std::uint32_t seen = state & 1023;
     const std::int64_t target = bit ? std::int64_t{0xfffffc00} : 0;

@@ -8,7 +8,7 @@
 
 namespace tagrid {
 
-/// Non-negative integers without a bound known to the model: Elias' gamma code with adaptive bits.
+/// Codes non-negative integers without a bound known to the model: Elias' gamma code with adaptive bits.
 class IntegerModel {
  public:
   /// Decoded values are below 2^41.

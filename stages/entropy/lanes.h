@@ -1,6 +1,5 @@
-// Sixteen numbers of 16 bits, worked on together: as vectors of the compiler, which become whatever vector
-// instructions the machine's baseline has, or one by one where TAGRID_SCALAR is defined. Both compute the
-// same.
+// Sixteen numbers of 16 bits, processed together: as vectors of the compiler, which become the vector
+// instructions of the machine's baseline, or one by one if TAGRID_SCALAR is defined. Both compute the same.
 #pragma once
 
 #include <array>
@@ -17,13 +16,13 @@ namespace tagrid {
 
 inline constexpr std::size_t lane_count = 16;
 using Lanes = std::array<std::int16_t, lane_count>;
-/// Of sixteen intervals, ascending from 0 on; the last one, 65536, is held as 0.
+/// Boundaries of sixteen intervals, ascending from 0; the last one, 65536, is stored as 0.
 struct alignas(16) Boundaries : std::array<std::uint16_t, lane_count + 1> {};
 
 #if !defined(TAGRID_SCALAR) && defined(__GNUC__)
 
 namespace detail {
-// Half of the lanes: as many as the smallest vector registers hold.
+// Half of the lanes: as many as fit into the smallest vector registers.
 inline constexpr std::size_t half = lane_count / 2;
 using Half = std::int16_t __attribute__((vector_size(2 * half)));
 using UnsignedHalf = std::uint16_t __attribute__((vector_size(2 * half)));
@@ -45,9 +44,10 @@ inline void move_towards(Lanes& a, const Lanes& b, int shift) {
   }
 }
 
-/// (a + b) / 2 + c in every lane but the first, which is 0. REQUIRES: all lanes >= 0, and the result ascends.
+/// (a + b) / 2 + c in every lane but the first, which is 0. REQUIRES: all lanes >= 0, and the results ascend.
 inline Boundaries mean(const Lanes& a, const Lanes& b, const Lanes& c) {
-  // In a register: a store to one lane before the others are read again would cost more than all the rest.
+  // Kept in a register: a store to one lane before the others are read again would take longer than all the
+  // rest.
   constexpr detail::UnsignedHalf all_but_first = {0, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff, 0xffff};
   Boundaries result;
   for (std::size_t first = 0; first < lane_count; first += detail::half) {
@@ -61,16 +61,16 @@ inline Boundaries mean(const Lanes& a, const Lanes& b, const Lanes& c) {
   return result;
 }
 
-/// The interval that holds `place`.
+/// The index of the interval that contains `place`.
 inline std::size_t interval_of(std::uint16_t place, const Boundaries& boundaries) {
-  // Vector registers compare signed numbers only: both sides are shifted by half of the range.
+  // Vector registers compare signed numbers only, so both sides are shifted by half of the range.
   const auto shifted = [&](std::size_t first) {
     return (detail::Half)(detail::load<detail::UnsignedHalf>(boundaries, first) ^ std::uint16_t{0x8000});
   };
   const auto bound = static_cast<std::int16_t>(place ^ 0x8000);
   const detail::Half above[2] = {shifted(0) > bound, shifted(detail::half) > bound};  // 0 or -1
 #if defined(__SSE2__)
-  // One bit a lane: the intervals after the one that is looked for.
+  // One bit per lane: the intervals after the wanted one.
   const __m128i bytes = _mm_packs_epi16((__m128i)above[0], (__m128i)above[1]);
   const auto after = static_cast<std::uint32_t>(_mm_movemask_epi8(bytes));
   return static_cast<std::size_t>(std::countr_zero(after | 1u << lane_count)) - 1;

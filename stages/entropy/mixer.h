@@ -12,8 +12,8 @@ namespace tagrid {
 
 inline constexpr int contexts_mixed = 4;
 
-/// Weights of the four adaptive bits, in 2^-16. Unsigned, so that a sum that wraps is defined; the error
-/// opposes what made it, so none does.
+/// Weights of the four adaptive bits, in 2^-16. They are unsigned, so that a sum that wraps is defined. In
+/// practice none does, as the error opposes what caused it.
 struct Mixer {
   std::array<std::uint32_t, contexts_mixed> weights;
   Mixer() { weights.fill(24 << 10); }

@@ -21,7 +21,8 @@ void RansEncoder::grow() {
 void RansEncoder::finish() {
   static const Reciprocals reciprocals;
   std::uint64_t state = rans_low;
-  // No event makes more than one word. From the end on: the decoder wants the last word first.
+  // No event adds more than one word. Words are filled from the end on: the decoder wants the last word
+  // first.
   const auto words = std::make_unique_for_overwrite<std::uint16_t[]>(count_);
   std::size_t first_word = count_;
   for (std::size_t i = count_; i-- > 0;) {
@@ -49,7 +50,7 @@ RansDecoder::RansDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
   state_ |= take() << 16;
   state_ |= take() << 32;
   if (state_ >= rans_low && state_ < rans_low << 16) return;
-  // No encoder leaves such a state. Events can still be asked for, but all of the stream is broken.
+  // No encoder writes such a state. Events can still be decoded, but the whole stream is broken.
   state_ = rans_low;
   position_ = bytes.size() + 2;
 }

@@ -2,8 +2,8 @@
 // speed of Huffman coding with compression rate of arithmetic coding", 2013), in its range variant. Coding
 // goes from the last event to the first, so that decoding can go forward.
 //
-// Both directions have the same member functions: code(bit, p) returns the bit, given by the caller when
-// encoding and ignored when decoding. A model is thus written once, as a template over the coder.
+// Both directions have the same member functions: code(bit, p) returns the bit, which the caller gives when
+// encoding and which is ignored when decoding. So a model is written once, as a template over the coder.
 #pragma once
 
 #include <cassert>
@@ -17,7 +17,7 @@ namespace tagrid {
 
 inline constexpr int probability_bits = 16;
 
-/// A state is in [rans_low, rans_low << 16): 47 bits, so that reciprocals.h divides it exactly.
+/// A state is in [rans_low, rans_low << 16): it has 47 bits, so that reciprocals.h divides it exactly.
 inline constexpr std::uint64_t rans_low = std::uint64_t{1} << 31;
 
 /// The part of [0, 65536) that stands for an event.
@@ -31,7 +31,7 @@ class RansEncoder {
  public:
   static constexpr bool encoding = true;
 
-  /// `expected_events` saves moving them about.
+  /// `expected_events` reserves space, so that events need not be moved.
   explicit RansEncoder(std::vector<std::uint8_t>& out, std::size_t expected_events = 0)
       : out_(out),
         capacity_(expected_events),
@@ -43,7 +43,7 @@ class RansEncoder {
     events_[count_++] = event;
   }
 
-  /// Codes `bit`, whose probability of being one is `p` / 65536. REQUIRES: 0 < p < 65536.
+  /// Codes `bit`; the probability of a one is `p` / 65536. REQUIRES: 0 < p < 65536.
   bool code(bool bit, std::uint32_t p) {
     code_interval(bit ? Interval{0, static_cast<std::uint16_t>(p)}
                       : Interval{static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(65536 - p)});
@@ -58,7 +58,7 @@ class RansEncoder {
     return value;
   }
 
-  /// As RansDecoder::exhausted(), for code that is the same for both.
+  /// Like RansDecoder::exhausted(), for code that both directions share.
   static constexpr bool exhausted() { return false; }
 
   void finish();
@@ -67,19 +67,20 @@ class RansEncoder {
   void grow();
 
   std::vector<std::uint8_t>& out_;
-  // No vector: its push_back becomes a call for every event.
+  // Not a vector: its push_back would become a call for every event.
   std::size_t count_ = 0, capacity_;
   std::unique_ptr<Interval[]> events_;
 };
 
-/// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros, and finished() tells.
+/// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros, and finished() returns
+/// false.
 class RansDecoder {
  public:
   static constexpr bool encoding = false;
 
   explicit RansDecoder(std::span<const std::uint8_t> bytes);
 
-  /// Where in [0, 65536) the next event lies. advance() must follow, with the interval that holds it.
+  /// Position in [0, 65536) of the next event. Call advance() next, with the interval that contains it.
   std::uint32_t slot() const { return static_cast<std::uint32_t>(state_ & 0xffff); }
   void advance(std::uint32_t start, std::uint32_t length) {
     state_ = (state_ >> 16) * length + (state_ & 0xffff) - start;
@@ -99,9 +100,10 @@ class RansDecoder {
     return value;
   }
 
-  /// True if exactly the bytes that the encoder wrote have been used, and led to its first state.
+  /// True if exactly the bytes that the encoder wrote have been used, and the state is the encoder's first
+  /// one.
   bool finished() const { return position_ == bytes_.size() && state_ == rans_low; }
-  /// True once more bytes were asked for than there are; the rest is not worth decoding.
+  /// True once more bytes were requested than there are; then decoding the rest is useless.
   bool exhausted() const { return position_ > bytes_.size(); }
 
  private:

@@ -3,8 +3,8 @@
 namespace tagrid {
 
 SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of) {
-  // With m the mean magnitude, the ratio of neighbouring probabilities is (sqrt(1 + m^2) - 1) / m. This is
-  // near it: right in both limits, and whole numbers suffice.
+  // If m is the mean magnitude, the ratio of neighbouring probabilities is (sqrt(1 + m^2) - 1) / m. This is
+  // close to it: right in both limits, and computed in integers.
   const std::uint64_t ratio = (mean * (mean + of) << 16) / (2 * of * of + 2 * mean * of + mean * mean);
   std::array<std::uint64_t, 9> power = {65536};
   for (std::size_t i = 1; i < power.size(); ++i) power[i] = (power[i - 1] * ratio) >> 16;

@@ -1,6 +1,6 @@
-// Adaptive probabilities of sixteen symbols, and coding of a symbol by the mean of three of them. A model is
-// one vector of sums of probabilities: mixing, searching and learning are a few operations on whole vectors
-// (after J. Duda's and F. Giesen's adaptive models for rANS of small alphabets).
+// Adaptive probabilities of sixteen symbols, and the coding of a symbol by the mean of three of these models.
+// A model is one vector of cumulative probabilities: mixing, searching and learning are a few operations on
+// whole vectors (after J. Duda's and F. Giesen's adaptive models for rANS of small alphabets).
 #pragma once
 
 #include <algorithm>
@@ -16,16 +16,17 @@ namespace tagrid {
 
 inline constexpr std::size_t symbols = lane_count;
 
-/// below[s]: probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age: it
-/// nears 32767 as fast as the probabilities near what is observed.
+/// below[s]: the probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age:
+/// it approaches 32767 as fast as the probabilities approach the observed ones.
 struct alignas(32) SymbolModel {
   Lanes below;
 };
 
-/// A start that is not all ignorance counts for some observations: learning begins with 1/8.
+/// Age of a new model. Its initial probabilities count as some observations, so learning begins with 1/8.
 inline constexpr std::int16_t start_age = 18432;
 
-/// What a model with one symbol certain would hold, but for the least probability that every symbol keeps.
+/// The content of a model in which one symbol is certain, except for the least probability that every symbol
+/// keeps.
 struct SymbolTargets {
   static constexpr int least = 4;  ///< 2^-15
   alignas(32) std::array<Lanes, symbols> of;
@@ -40,7 +41,7 @@ struct SymbolTargets {
 };
 inline constexpr SymbolTargets symbol_targets;
 
-/// By age / 1024: a model moves by 1/4 when it is new, by 1/64 when it is old.
+/// Indexed by age / 1024: a model moves by 1/4 when it is new, and by 1/64 when it is old.
 inline constexpr std::array<std::int32_t, 32> learning_rates = [] {
   std::array<std::int32_t, 32> rates{};
   for (std::uint32_t i = 0; i < 32; ++i)
@@ -48,17 +49,17 @@ inline constexpr std::array<std::int32_t, 32> learning_rates = [] {
   return rates;
 }();
 
-/// Moves a model towards the symbol that was observed. Two sums that are `least` apart stay so.
+/// Moves a model towards the observed symbol. Two sums that differ by at least `least` continue to do so.
 [[gnu::always_inline]] inline void learn(SymbolModel& model, std::size_t symbol) {
   const auto age = static_cast<std::uint16_t>(model.below[0]);
   move_towards(model.below, symbol_targets.of[symbol], learning_rates[age / 1024u]);
 }
 
-/// Codes a symbol by the mean of the probabilities of three models, the third one counting twice.
+/// Codes a symbol by the mean of the probabilities of three models; the third one counts twice.
 template <class Coder>
 [[gnu::always_inline]] inline std::size_t code_symbol(Coder& coder, std::size_t symbol, SymbolModel& a,
                                                       SymbolModel& b, SymbolModel& c) {
-  // In 2^-16, of a symbol less than s.
+  // Probability of a symbol less than s, in 2^-16.
   const auto mean_below = [&](std::size_t s) {
     const auto pair = static_cast<std::uint16_t>(a.below[s] + b.below[s]);
     return static_cast<std::uint16_t>((pair >> 1) + c.below[s]);
@@ -95,8 +96,8 @@ template <class Coder>
   return symbol;
 }
 
-/// The start of a model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
-/// distribution about symbol 7, the last symbol for all that is beyond.
+/// The initial model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
+/// distribution around symbol 7, with the last symbol for everything beyond.
 SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of);
 
 }  // namespace tagrid

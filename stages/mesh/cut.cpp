@@ -19,17 +19,18 @@ struct Corner {
   unsigned planes = 0;  // bits 0 .. 3: faces of the tetrahedron; 4 .. 6: planes of the border
 };
 
-// The order that all triangulations follow.
+// The order of corners that all triangulations follow.
 constexpr bool is_lower(const Corner& a, const Corner& b) {
   if (a.at.z != b.at.z) return a.at.z < b.at.z;
   if (a.at.y != b.at.y) return a.at.y < b.at.y;
   return a.at.x < b.at.x;
 }
 
-// Two different planes in common: their line meets the polytope in one edge, whatever is degenerate.
+// Two corners that share two different planes are joined by an edge: the line of the planes meets the
+// polytope in one edge, even in degenerate cases.
 constexpr bool is_edge(const Corner& a, const Corner& b) { return std::popcount(a.planes & b.planes) >= 2; }
 
-// By insertion: there are ten at most.
+// Insertion sort, as there are at most ten.
 template <class Item, class Before>
 void sort_few(std::span<Item> items, Before before) {
   for (std::size_t i = 1; i < items.size(); ++i)
@@ -42,7 +43,7 @@ class Polytope {
     for (std::size_t i = 0; i < 4; ++i) corners_[i] = {vertices[i], 0xfu & ~(1u << i)};
   }
 
-  // Keeps what lies up to `last` on the axis.
+  // Keeps the part up to `last` on the axis.
   void clip(int axis, std::int64_t last) {
     const std::array<Corner, most> all = corners_;
     const std::span<const Corner> before(all.data(), count_);
@@ -73,7 +74,7 @@ class Polytope {
       for (std::size_t i = 1; i < count_; ++i)
         if (corners_[i].planes & plane) face[n++] = corners_[i].at;
       if (n < 3) continue;
-      // Around the lowest corner of the face, which is its first.
+      // Sorted around the lowest corner of the face, which is its first.
       const Index3 normal = cross(face[1] - face[0], face[2] - face[0]);
       sort_few(std::span(face).subspan(1, n - 1),
                [&](Index3 a, Index3 b) { return dot(normal, cross(a - face[0], b - face[0])) > 0; });

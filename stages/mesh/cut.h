@@ -1,11 +1,12 @@
-// What is left of a tetrahedron where the volume ends.
+// Cuts a tetrahedron at the border of the volume.
 //
-// A tetrahedron and the box of the volume meet in a convex polytope. All its corners are lattice points: the
-// planes of the hierarchy's tetrahedra have normals of 0 and +-1 only, so two or three of them and the planes
-// of the border meet in integers. The polytope is triangulated by pulling (e.g. Lee and Santos, "Subdivisions
-// and triangulations of polytopes", 2017): its lowest corner, in one order of all lattice points, is joined
-// to the triangles of the faces that do not hold it, and each face is triangulated in the same way. So the
-// triangles of a face depend on the face alone, and two neighbours cut the face between them alike.
+// The intersection of a tetrahedron and the box of the volume is a convex polytope. All its corners are
+// lattice points: the planes of the hierarchy's tetrahedra have normals of 0 and +-1 only, so two or three of
+// them and the planes of the border meet at integers. The polytope is triangulated by pulling (e.g. Lee and
+// Santos, "Subdivisions and triangulations of polytopes", 2017): its lowest corner, in one order of all
+// lattice points, is joined to the triangles of the faces that do not contain it, and each face is
+// triangulated in the same way. So the triangles of a face depend on the face alone, and two neighbours cut
+// their common face in the same way.
 #pragma once
 
 #include <array>
@@ -15,8 +16,8 @@
 
 namespace tagrid {
 
-/// The tetrahedra that a tetrahedron is cut into. A polytope of at most seven faces has at most ten corners
-/// and sixteen triangles, of which three or more hold the lowest corner.
+/// The tetrahedra into which a tetrahedron is cut. A polytope with at most seven faces has at most ten
+/// corners and sixteen triangles, of which at least three contain the lowest corner.
 struct Pieces {
   std::array<std::array<Index3, 4>, 13> vertices;  ///< each positive: six_volumes() > 0
   std::size_t count = 0;
@@ -25,15 +26,15 @@ struct Pieces {
   const std::array<Index3, 4>* end() const { return vertices.data() + count; }
 };
 
-/// Whether a vertex lies above `last` on some axis, so that the tetrahedron is to be cut.
+/// True if a vertex lies above `last` on some axis, so that the tetrahedron must be cut.
 constexpr bool reaches_beyond(const std::array<Index3, 4>& vertices, Index3 last) {
   for (const Index3& v : vertices)
     if (v.x > last.x || v.y > last.y || v.z > last.z) return true;
   return false;
 }
 
-/// The part of a tetrahedron that lies in the box up to `last` on all axes; nothing where that has no volume.
-/// Exact, in integers; about a microsecond.
+/// The part of a tetrahedron that lies in the box up to `last` on all axes; nothing if that part has no
+/// volume. Exact, in integers; takes about a microsecond.
 /// REQUIRES: a tetrahedron of the bisection hierarchy, positive or not, with coordinates from 0 on.
 Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last);
 

@@ -34,7 +34,7 @@ bool meets(const std::array<Index3, 4>& given, const Box& given_box) {
       bounds.low[axis] = std::min(bounds.low[axis], v[axis]);
       bounds.high[axis] = std::max(bounds.high[axis], v[axis]);
     }
-  // What lies outside the tetrahedron's own box does not matter. From its corner on, numbers are small.
+  // Only what lies in the tetrahedron's own box matters. Coordinates relative to its corner are small.
   Box box = intersection(bounds, given_box);
   if (box.empty()) return false;
   box = {box.low - bounds.low, box.high - bounds.low};

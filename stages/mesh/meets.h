@@ -1,4 +1,4 @@
-// Whether a tetrahedron and a box have a point in common, in exact integers.
+// Tests whether a tetrahedron and a box have a point in common, in exact integers.
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace tagrid {
 
-/// Both closed: from sample to sample, their borders included. A box may be a single sample. By separating
-/// axes: two convex polytopes are apart if and only if they are so along a normal of one of their faces, or
-/// along a direction that is normal to an edge of each.
-/// REQUIRES: the tetrahedron has a volume, its edges are below 2^18; !box.empty().
+/// Both are closed: the box reaches from sample to sample, and borders are included. A box may be a single
+/// sample. The method is separating axes: two convex polytopes are apart if and only if they are apart along
+/// a normal of one of their faces, or along a direction that is normal to an edge of each.
+/// REQUIRES: the tetrahedron has a volume, its edges are shorter than 2^18; !box.empty().
 bool meets(const std::array<Index3, 4>& vertices, const Box& box);
 
 }  // namespace tagrid

@@ -18,8 +18,8 @@ constexpr std::int64_t rounded_up(std::int64_t a, std::int64_t b) {
   return -(-a / b) + (a > 0 && a % b != 0);
 }
 
-// The lattice points of a tetrahedron, row by row, with their barycentric weights: each is an affine function
-// of the point, and grows along a row by the same step.
+// Visits the lattice points of a tetrahedron, row by row, with their barycentric weights. Each weight is an
+// affine function of the point, and grows along a row by a constant step.
 template <class Visit>
 void for_each_point_of(const std::array<Index3, 4>& vertices, const Box& box, Visit visit) {
   Box around{vertices[0], vertices[0]};
@@ -44,7 +44,7 @@ void for_each_point_of(const std::array<Index3, 4>& vertices, const Box& box, Vi
   for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
     for (std::int64_t y = around.low.y; y <= around.high.y; ++y) {
       std::array<std::int64_t, 4> weights = weights_at({around.low.x, y, z});
-      // Steps along the row after which no weight is negative, and before one is.
+      // The range of steps along the row in which no weight is negative.
       std::int64_t first = 0, last = around.high.x - around.low.x;
       for (std::size_t i = 0; i < 4; ++i) {
         if (step[i] > 0) first = std::max(first, rounded_up(-weights[i], step[i]));
@@ -59,7 +59,7 @@ void for_each_point_of(const std::array<Index3, 4>& vertices, const Box& box, Vi
     }
 }
 
-// Of integers.
+// The error for integers.
 template <class T>
 class ExactMeasure {
  public:
@@ -84,7 +84,7 @@ class ExactMeasure {
   double worst_ = 0;
 };
 
-// Of floats.
+// The error for floats.
 template <class T>
 class RealMeasure {
  public:
@@ -93,7 +93,7 @@ class RealMeasure {
   void see_field(double field, T sample) {
     if (!std::isfinite(sample)) return;
     const double error = std::fabs(field - static_cast<double>(sample));
-    // Not so where an active sample is what it was.
+    // If the field is a NaN at a finite sample, the error is infinite.
     worst_ = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst_, error);
   }
   void see_piece(const std::array<T, 4>& values, const std::array<std::int64_t, 4>& weights, T sample) {
@@ -106,7 +106,7 @@ class RealMeasure {
       low = std::min(low, value);
       high = std::max(high, value);
     }
-    // Rounding does not lead out of the range of the vertices.
+    // Rounding must not lead out of the range of the vertices.
     if (low <= high) field = std::clamp(field, low, high);
     see_field(field, sample);
   }

@@ -1,4 +1,4 @@
-// How far the mesh is from the original: the largest difference of its piecewise linear field from any
+// How far the mesh is from the original: the largest difference between its piecewise linear field and any
 // sample.
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace tagrid {
 
-/// The largest |field - sample| over the samples in `measured`, where the field is that of the mesh as `mesh`
-/// writes it: in tetrahedra that the volume's border cuts, that of their pieces, whose new points have
-/// rounded values. Samples that are not finite do not count. Where the volume is one slice, so that it has no
-/// mesh that is cut, the field is that of the uncut tetrahedra.
+/// The largest |field - sample| over the samples in `measured`. The field is that of the mesh as `mesh`
+/// writes it: in tetrahedra that the volume's border cuts, the field of their pieces, whose new points have
+/// rounded values. Samples that are not finite do not count. If the volume is one slice, so that it has no
+/// cut mesh, the field is that of the uncut tetrahedra.
 ///
-/// Of integers a quotient of exact integers, rounded once; of floats computed in doubles, in one order. So it
-/// is the same on every machine.
+/// For integers, the result is a quotient of exact integers, rounded once; for floats, it is computed in
+/// doubles, in one order. So it is the same on every machine.
 ///
 ///   points    decoded values at the points of active.box(), x fastest; those of the active ones are read
 ///   active    activity of the closed box of a brick
