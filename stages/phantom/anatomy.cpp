@@ -7,13 +7,13 @@
 namespace tagrid {
 namespace {
 
-/// Positions and radii are in half widths: the field of view is x, y = -1 .. 1, and z has the mean scale of
-/// both.
+/// Positions and radii are in half widths: the field of view is x, y = -1 .. 1, and z has the mean scale of x
+/// and y.
 struct Position {
   double x, y, z;
 };
 
-/// An ellipsoid with its centre at `centre`; `z` of the centre is relative to the slice.
+/// An ellipsoid around `centre`, whose z is relative to the slice.
 struct Ellipsoid {
   Position centre, radius;
 };
@@ -42,7 +42,7 @@ class Scene {
     return static_cast<double>(h >> 11) * 0x1p-53;
   }
 
-  /// A smooth function of z from -1 to 1, another one for each channel.
+  /// A smooth function of z from -1 to 1, a different one for each channel.
   double drift(std::uint64_t channel) const {
     const std::int64_t period = voxels(0.9);
     const std::int64_t k = z_ / period;
@@ -51,8 +51,8 @@ class Scene {
     return 2 * ((1 - s) * uniform(channel, k) + s * uniform(channel, k + 1)) - 1;
   }
 
-  /// Calls f(k, dz) for each k for which item k of a row along z, one every `period`, is less than `reach`
-  /// away; dz is its position relative to the slice.
+  /// Calls f(k, dz) for each item k of a row along z, with one item every `period`, that is less than `reach`
+  /// away from the slice; dz is its position relative to the slice.
   template <class F>
   void each_near(double period, double reach, F&& f) const {
     const std::int64_t step = voxels(period);
@@ -63,7 +63,7 @@ class Scene {
     }
   }
 
-  /// Paints an ellipsoid; with `drum` one with flat ends. `rise` are HU per half width along x and y.
+  /// Paints an ellipsoid; with `drum`, one with flat ends. `rise` is in HU per half width along x and y.
   void paint(const Ellipsoid& e, double value, double blur, bool drum = false, Position rise = {0, 0, 0}) {
     double qz = e.centre.z / e.radius.z;
     qz *= qz;
@@ -74,7 +74,7 @@ class Scene {
                          rise.y / half_y_});
   }
 
-  /// The ellipsoid within, `by` smaller all around, but at least `voxels`.
+  /// The same ellipsoid, smaller by `by` on all sides, but by at least `voxels`.
   Ellipsoid inside(Ellipsoid e, double by, double voxels) const {
     e.radius.x -= std::max(by, voxels / half_x_);
     e.radius.y -= std::max(by, voxels / half_y_);
@@ -115,15 +115,15 @@ Ellipsoid paint_body(Scene& scene) {
   return body;
 }
 
-/// Whether the centre of `p` is in the ellipsoid, shrunk by `scale`.
+/// True if the centre of `p` is in the ellipsoid scaled by `scale`.
 bool contains(const Ellipsoid& e, const Position& p, double scale) {
   const double x = (p.x - e.centre.x) / e.radius.x, y = (p.y - e.centre.y) / e.radius.y,
                z = (p.z - e.centre.z) / e.radius.z;
   return x * x + y * y + z * z < scale * scale;
 }
 
-/// Fills an ellipsoid with one ball for each place of a shaken lattice: paint_ball(ball, u) with u in [0, 1).
-/// No ball reaches further than `spacing` from its place.
+/// Fills an ellipsoid with one ball for each place of a jittered lattice: paint_ball(ball, u) with u in [0,
+/// 1). No ball reaches further than `spacing` from its place.
 template <class F>
 void fill_with_balls(Scene& scene, const Ellipsoid& region, double spacing, std::uint64_t channel,
                      F&& paint_ball) {
@@ -216,7 +216,8 @@ void paint_spine(Scene& scene) {
   scene.paint(scene.inside(aorta, 0.01, 1.5), 210, 1.5);
 }
 
-/// Each rib goes from the back around to the front while it goes down, so that a slice cuts several of them.
+/// Each rib goes from the back around to the front and downwards at the same time, so that a slice cuts
+/// several ribs.
 void paint_ribs(Scene& scene, const Ellipsoid& wall) {
   constexpr double length = 0.75;
   scene.each_near(vertebra_period, length, [&](std::int64_t, double dz) {

@@ -1,4 +1,4 @@
-// What a slice of the phantom shows, as ellipses to be painted one over the other.
+// The content of a slice of the phantom, as ellipses to be painted one over the other.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,19 @@
 
 namespace tagrid {
 
-/// The cut of an ellipsoid with a slice, in voxels. A voxel's q is qz + ((x - cx) / rx)^2 + ((y - cy) /
-/// ry)^2, below 1 inside. The edge is `blur` voxels wide.
+/// The cut of an ellipsoid with a slice, in voxels. For a voxel, q is qz + ((x - cx) / rx)^2 + ((y - cy) /
+/// ry)^2; q is below 1 inside. The edge is `blur` voxels wide.
 struct PhantomEllipse {
   double cx, cy, rx, ry, qz;
   double blur;
-  /// HU at the centre, and how much they rise per voxel along x and y.
+  /// HU at the centre, and by how much they rise per voxel along x and y.
   double value, slope_x = 0, slope_y = 0;
 };
 
-/// The ellipses of slice `z`, in the order in which they are to be painted over air.
+/// The ellipses of slice `z`, in the order in which they are painted over air.
 std::vector<PhantomEllipse> phantom_ellipses(const Index3& dims, std::uint64_t seed, std::int64_t z);
 
-/// 64 bits that depend on both arguments in no simple way, but always in the same.
+/// A hash of 64 bits of both arguments.
 constexpr std::uint64_t phantom_hash(std::uint64_t a, std::uint64_t b) {
   std::uint64_t h = a * 0x9e3779b97f4a7c15u + b + 0x632be59bd9b4e019u;
   h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;

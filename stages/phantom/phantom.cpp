@@ -16,12 +16,12 @@ namespace {
 
 constexpr float air = -1000, lowest = -1024, highest = 3071;
 
-/// Integers low to high - 1.
+/// The integers low to high - 1.
 struct Interval {
   std::int64_t low, high;
 };
 
-/// The x of a row of nx voxels that are at most `reach` from `centre`.
+/// The x coordinates in a row of nx voxels that are at most `reach` from `centre`.
 Interval interval_around(double centre, double reach, std::int64_t nx) {
   const auto n = static_cast<double>(nx);
   const auto low = static_cast<std::int64_t>(std::ceil(std::clamp(centre - reach, 0.0, n)));
@@ -54,7 +54,7 @@ struct EllipseRow {
 void paint_row(const PhantomEllipse& e, std::int64_t y, std::int64_t nx, float* row) {
   const double dy = static_cast<double>(y) - e.cy;
   const double qy = e.qz + dy / e.ry * (dy / e.ry);
-  // Near the edge the distance to it is about (1 - q) * r / 2.
+  // Near the edge, the distance to it is about (1 - q) * r / 2.
   const double sharpness = std::min(e.rx, e.ry) / (2 * e.blur);
   const double outer = 1 + 0.5 / sharpness - qy, inner = 1 - 0.5 / sharpness - qy;
   if (outer <= 0) return;
@@ -73,7 +73,7 @@ void paint_row(const PhantomEllipse& e, std::int64_t y, std::int64_t nx, float* 
   part.paint_edge(row, {inside.high, all.high});
 }
 
-/// For each row the ellipses that may touch it, in the order of painting.
+/// For each row, the ellipses that may touch it, in the order of painting.
 std::vector<std::vector<std::int32_t>> ellipses_by_row(const std::vector<PhantomEllipse>& ellipses,
                                                        std::int64_t ny) {
   std::vector<std::vector<std::int32_t>> rows(static_cast<std::size_t>(ny));
@@ -88,8 +88,8 @@ std::vector<std::vector<std::int32_t>> ellipses_by_row(const std::vector<Phantom
   return rows;
 }
 
-/// White noise for x = -1 .. nx: sums of four uniform bytes, which is close to Gaussian, of standard
-/// deviation 148.
+/// White noise for x = -1 .. nx: sums of four uniform bytes, which are close to Gaussian, with a standard
+/// deviation of 148.
 void white_noise_row(std::uint64_t slice_key, std::int64_t y, std::vector<std::int32_t>& row) {
   const auto key = static_cast<std::uint32_t>(phantom_hash(slice_key, static_cast<std::uint64_t>(y)));
   const auto count = static_cast<std::uint32_t>(row.size());
@@ -104,7 +104,7 @@ void white_noise_row(std::uint64_t slice_key, std::int64_t y, std::vector<std::i
   }
 }
 
-/// Noise of a slice, row by row from y = 0 on: white noise blurred with (1, 2, 1) / 4 along x and y.
+/// The noise of a slice, row by row from y = 0 on: white noise blurred with (1, 2, 1) / 4 along x and y.
 class SliceNoise {
  public:
   SliceNoise(std::uint64_t slice_key, std::int64_t nx)

@@ -19,8 +19,8 @@ T from_steps(std::int64_t steps, std::int64_t step) {
       std::clamp<std::int64_t>(steps * step, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
 }
 
-// Codes the values in both directions. When decoding, `values` is filled on the way; when encoding, what
-// is written to it is what it holds already.
+// Codes the values in both directions. When decoding, `values` is filled along the way; when encoding, values
+// are overwritten with themselves.
 template <class T, class Coder>
 class PointModel {
  public:
@@ -32,7 +32,7 @@ class PointModel {
         values_(values),
         models_(diamond_kinds * contexts) {}
 
-  /// False where the decoder has run out of bytes.
+  /// Returns false if the decoder has run out of bytes.
   bool run() {
     return for_points_coarse_to_fine(
         active_, cube_size_,
@@ -40,7 +40,7 @@ class PointModel {
           code(values_[at], before < 0 ? 0 : std::int64_t{values_[before]}, 0, 0);
         },
         [&](Index3 p, std::int64_t unit, unsigned axes) { code_point(p, unit, axes); },
-        // Looked at once a row: what follows the end of the bytes is not worth decoding.
+        // Checked once per row: decoding past the end of the bytes is useless.
         [&] { return !coder_.exhausted(); });
   }
 

@@ -1,7 +1,8 @@
-// The values of the active points of a brick, as bytes: what a file without voxels says of them.
+// Codes the values of the active points of a brick as bytes; a file without voxels stores nothing else of its
+// samples.
 //
-// A value is stored on a fixed lattice, a multiple of 2 E_n + 1 clamped to the type, and not relative to a
-// prediction: so both bricks at a shared face store the same value there. Points come coarse to fine; each is
+// A value is stored on a fixed lattice, as a multiple of 2 E_n + 1 clamped to the type, and not relative to a
+// prediction: so both bricks at a shared face store the same value there. Points come coarse to fine. Each is
 // predicted from the vertices of its diamond, all of which are active and known.
 #pragma once
 
@@ -14,13 +15,13 @@
 
 namespace tagrid {
 
-/// The stored value for `value` when points may be wrong by `point_error`.
+/// The stored value for `value`, if points may be wrong by `point_error`.
 template <class T>
 T stored_point(T value, std::int64_t point_error);
 
 /// Appends the values of the active points of active.box(). `values` holds the stored values (see
-/// stored_point) of all its points, x fastest; those of inactive points are not looked at.
-/// REQUIRES: the box consists of whole root cubes, the set of active points is conforming inside it.
+/// stored_point) of all its points, x fastest; those of inactive points are ignored. REQUIRES: the box
+/// consists of whole root cubes, and the set of active points is conforming inside it.
 template <class T>
 void encode_points(std::span<const T> values, const LatticeBits& active, int cube_size,
                    std::int64_t point_error, std::vector<std::uint8_t>& out);

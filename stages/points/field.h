@@ -1,4 +1,5 @@
-// The piecewise linear field of the grid: at every lattice point, from the values of the active points.
+// The piecewise linear field of the grid: computed at every lattice point from the values of the active
+// points.
 #pragma once
 
 #include <span>
@@ -10,25 +11,25 @@
 
 namespace tagrid {
 
-/// What the field of samples of T is computed in: exact fixed point for integers (see interpolation.h),
-/// double for floats.
+/// The type in which the field of samples of T is computed: exact fixed point for integers (see
+/// interpolation.h), double for floats.
 template <class T>
 using FieldNumber = std::conditional_t<std::is_floating_point_v<T>, double,
                                        std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>>;
 
-/// The field at all points of `active.box()`, x fastest. `points`: values of the same points, of which those
-/// of the active ones are read. REQUIRES: as interpolate().
+/// The field at all points of `active.box()`, x fastest. `points`: values of the same points; only those of
+/// active points are read. REQUIRES: see interpolate().
 template <class T>
 std::vector<FieldNumber<T>> interpolate_points(std::span<const T> points, const LatticeBits& active,
                                                int cube_size);
 
-/// The same rounded once to samples: of integers the nearest, halves up. Active floats keep every bit; a NaN
-/// in between has no payload, so that it is the same on every machine.
+/// The same, rounded once to samples: for integers to the nearest, halves up. Active floats keep every bit; a
+/// NaN between them has no payload, so that it is the same on every machine.
 template <class T>
 std::vector<T> rounded_field(std::span<const FieldNumber<T>> field, std::span<const T> points,
                              const LatticeBits& active, int cube_size);
 
-/// The grid without the points of a level above `level`.
+/// The grid without its points of levels above `level`.
 LatticeBits prefix_of(const LatticeBits& active, int cube_size, int level);
 
 }  // namespace tagrid

@@ -7,7 +7,7 @@
 namespace tagrid {
 namespace {
 
-// Where one end is not finite the other stands for both, and where the sum is too large, halves are added.
+// If one end is not finite, the other stands for both; if the sum is too large, halves are added.
 template <class Number>
 Number unusual_mean(Number a, Number b) {
   if (!std::isfinite(a)) return std::isfinite(b) ? b : std::numeric_limits<Number>::quiet_NaN();
@@ -24,8 +24,8 @@ Number mean(Number a, Number b) {
   if constexpr (std::is_integral_v<Number>) return (a + b) >> 1;
 }
 
-// Points first, first + step, ... below `end` of one row whose base edges are all `before` to `after` in the
-// raster, relative to the point.
+// Handles the points first, first + step, ... below `end` of one row. Their base edges all run from `before`
+// to `after`, which are offsets in the raster relative to the point.
 template <class Number>
 void fill_row(const std::uint64_t* bits, std::size_t first_bit, Number* row, std::int64_t first,
               std::int64_t end, std::int64_t step, std::int64_t reach) {
@@ -36,8 +36,8 @@ void fill_row(const std::uint64_t* bits, std::size_t first_bit, Number* row, std
   }
 }
 
-// All points of one unit with the same odd axes. Which way a diagonal runs depends on the parities of the low
-// corner of its cell, so each row has at most two kinds of points, in turn.
+// Handles all points of one unit with the same odd axes. The direction of a diagonal depends on the parities
+// of the low corner of its cell, so each row has at most two kinds of points, which alternate.
 template <class Number>
 void fill_class(const LatticeBits& active, const Box& box, int cube_size, std::int64_t unit,
                 std::array<bool, 3> odd, Number* values) {
@@ -51,7 +51,7 @@ void fill_class(const LatticeBits& active, const Box& box, int cube_size, std::i
       const std::uint64_t* bits = active.row(box.low.y + y, box.low.z + z);
       Number* row = values + z * stride.z + y * stride.y;
       const bool y_odd = low_corner_is_odd(y), z_odd = low_corner_is_odd(z);
-      // `reach` runs from the point to the right end of its base edge.
+      // `reach` leads from the point to the right end of its base edge.
       const std::int64_t y_reach = odd[1] ? unit * stride.y : 0, z_reach = odd[2] ? unit * stride.z : 0;
       if (!odd[0]) {
         const std::int64_t reach = odd[1] ? y_reach + (z_odd == y_odd ? z_reach : -z_reach) : z_reach;

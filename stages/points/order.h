@@ -1,5 +1,5 @@
-// The order in which the values of active points are coded, and what each is predicted from: coarse to fine,
-// every point from the vertices of its diamond, all of which are active and known by then.
+// The order in which the values of active points are coded, and their prediction: coarse to fine, every point
+// from the vertices of its diamond, all of which are active and known by then.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,12 @@ constexpr Sum rounded_quotient(Sum a, Sum b) {
   return top >= 0 ? top / bottom : -((bottom - 1 - top) / bottom);
 }
 
-/// Calls corner(at, before) for every corner of the root cubes of active.box(), in raster order: its offset
-/// in the box, and that of the corner before it along x, else y, else z; -1 for the first. Then point(p,
-/// unit, axes) for every other active point: level by level, and in a level by `axes`, the axes (bits, x
-/// lowest) on which it is an odd multiple of `unit`. `more` is asked after every row: where it says no, so
-/// does this function, at once. REQUIRES: the box consists of whole root cubes.
+/// Calls corner(at, before) for every corner of the root cubes of active.box(), in raster order. `at` is its
+/// offset in the box; `before` is that of the corner before it along x, else y, else z, or -1 for the first
+/// corner. Then calls point(p, unit, axes) for every other active point: level by level, and within a level
+/// by `axes`, the axes (bits, x lowest) on which it is an odd multiple of `unit`. `more` is called after
+/// every row; if it returns false, this function returns at once. REQUIRES: the box consists of whole root
+/// cubes.
 template <class Corner, class Point, class More>
 bool for_points_coarse_to_fine(const LatticeBits& active, std::int64_t cube_size, Corner corner, Point point,
                                More more) {
@@ -64,19 +65,19 @@ bool for_points_coarse_to_fine(const LatticeBits& active, std::int64_t cube_size
   return true;
 }
 
-/// What the vertices of a point's diamond say of its value.
+/// The prediction of a point's value from the vertices of its diamond.
 template <class Sum>
 struct DiamondPrediction {
   Sum value = 0;
-  std::int64_t low = std::numeric_limits<std::int64_t>::max(), high = ~low;  ///< of the vertices
-  std::size_t kind = 0;  ///< 1 .. 6: cube, face or edge, and the same at unit 1
+  std::int64_t low = std::numeric_limits<std::int64_t>::max(), high = ~low;  ///< of the vertices' values
+  std::size_t kind = 0;  ///< 1 .. 3: cube centre, face centre, edge midpoint; 4 .. 6: the same at unit 1
 };
 
 inline constexpr std::size_t diamond_kinds = 7;  ///< 0 is for root corners
 
-/// Predicts from the vertices of the diamond: the points one unit away along every even axis (of those, the
-/// ones in `box`), and all sign combinations along the odd ones. value_at(offset in the box) is what is known
-/// of a vertex; Sum holds 24 of its values.
+/// Predicts from the vertices of the diamond: the points one unit away along every even axis (those of them
+/// that lie in `box`), and those with all combinations of signs along the odd axes. value_at(offset in the
+/// box) is the known value of a vertex; Sum can hold 24 times such a value.
 template <class Sum, class ValueAt>
 [[gnu::always_inline]] inline DiamondPrediction<Sum> predict_from_diamond(const Box& box, Index3 p,
                                                                           std::int64_t unit, unsigned axes,
@@ -104,8 +105,8 @@ template <class Sum, class ValueAt>
     if (p[axis] > box.low[axis]) side_sum += see(at - step[axis]), ++sides;
     if (p[axis] < box.high[axis]) side_sum += see(at + step[axis]), ++sides;
   }
-  // The sides of a face centre are cube centres, closer to it than the corners: 2 : 1. An edge midpoint takes
-  // the plain mean of its neighbours on the axes.
+  // For a face centre, the sides are cube centres, which are closer than the corners: they weigh 2 : 1. An
+  // edge midpoint takes the plain mean of its neighbours along the axes.
   if (sides == 0)
     result.value = rounded_quotient<Sum>(corner_sum, corners);
   else if (corners == 4)

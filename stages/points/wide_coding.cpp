@@ -14,7 +14,7 @@
 namespace tagrid {
 namespace {
 
-/// Values as numbers on the lattice that the error of points makes.
+/// Converts values to numbers on the lattice that the error of points defines, and back.
 template <class T>
 class PointLattice {
  public:
@@ -25,7 +25,7 @@ class PointLattice {
       spacing_ = 2 * point_error;
   }
 
-  /// Whether `value` may be a value of the lattice; then its number.
+  /// Returns false if `value` cannot be a value of the lattice; otherwise sets its number.
   bool number_of(T value, std::int64_t& number) const {
     if constexpr (std::is_integral_v<T>) {
       number = rounded_quotient<std::int64_t>(value, step_);
@@ -50,7 +50,7 @@ class PointLattice {
       return spacing_ == 0 ? from_key<T>(number) : from_fixed_point<T>(number, spacing_);
     }
   }
-  /// Numbers that a decoder accepts.
+  /// The range of numbers that a decoder accepts.
   std::int64_t least() const { return -most() - (std::is_floating_point_v<T> && spacing_ == 0); }
   std::int64_t most() const {
     if constexpr (std::is_integral_v<T>) return (std::int64_t{1} << 32) / step_ + 1;
@@ -63,7 +63,7 @@ class PointLattice {
   double spacing_ = 0;
 };
 
-// Codes the values in both directions. Sum holds the weighted sums of numbers of a prediction.
+// Codes the values in both directions. Sum is wide enough for the weighted sums of numbers in a prediction.
 template <class T, class Sum, class Coder>
 class WidePointModel {
  public:
@@ -119,7 +119,7 @@ class WidePointModel {
     if constexpr (!Coder::encoding) values_[at] = lattice_.value_of(number(at));
   }
 
-  // The bits of a value that is not on the lattice; often those of the one before.
+  // Codes the bits of a value that is not on the lattice. Often they are those of the escaped value before.
   void code_escaped(T& value) {
     if (!code_adaptive(coder_, bits_of(value) == last_escaped_, repeats_, 250))
       last_escaped_ = static_cast<BitsOf<T>>(code_raw_bits(coder_, bits_of(value), 8 * sizeof(T)));
@@ -131,7 +131,7 @@ class WidePointModel {
   int cube_size_;
   const PointLattice<T>& lattice_;
   T* values_;
-  std::vector<std::int64_t> numbers_;  ///< of the points that are known; an escaped one has its guess
+  std::vector<std::int64_t> numbers_;  ///< of the known points; an escaped point has its guess
   std::vector<WideResidualModel> models_;
   bool escapes_ = false;
   std::array<AdaptiveBit, 2> escape_{};

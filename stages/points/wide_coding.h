@@ -1,9 +1,9 @@
-// The values of the active points of a brick of wide samples, as bytes: what point_coding is for the narrow
-// types.
+// Codes the values of the active points of a brick of wide samples as bytes; coding.h does the same for the
+// narrow types.
 //
-// Integers are stored as multiples of 2 E_n + 1, clamped to the type; floats as multiples of 2 E_n, rounded
-// to the type, where that is within E_n, and else as they are. With E_n = 0 every value is stored as it is.
-// All of this depends on the value alone, so both bricks at a shared face store the same.
+// Integers are stored as multiples of 2 E_n + 1, clamped to the type. Floats are stored as multiples of 2
+// E_n, rounded to the type, if these are within E_n, and otherwise as they are. If E_n = 0, every value is
+// stored as it is. All of this depends on the value alone, so both bricks at a shared face store the same.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,12 @@
 
 namespace tagrid {
 
-/// The stored value for `value` when points may be wrong by `point_error`. What is not finite stays as it is.
+/// The stored value for `value`, if points may be wrong by `point_error`. Values that are not finite stay as
+/// they are.
 template <class T>
 T stored_wide_point(T value, double point_error);
 
-/// Appends the values of the active points of active.box(); as encode_points(), see there.
+/// Appends the values of the active points of active.box(); see encode_points().
 template <class T>
 void encode_wide_points(std::span<const T> values, const LatticeBits& active, int cube_size,
                         double point_error, std::vector<std::uint8_t>& out);

@@ -5,7 +5,7 @@
 namespace tagrid {
 namespace {
 
-// The taps of the fitted weights, and some more of theirs, in VoxelWindow's reach.
+// The taps of the fitted weights, and six more within VoxelWindow's reach.
 constexpr std::array<Tap, features> feature_taps = [] {
   std::array<Tap, features> list{};
   std::copy(taps.begin(), taps.end(), list.begin());
@@ -20,14 +20,14 @@ int feature_bits_for(const VoxelParameters& p) {
   return std::clamp(feature_bits - width, -3, 4);
 }
 
-/// `square` of sample units in square units of features, and not 0.
+/// Converts `square` from square sample units to square units of features; never 0.
 std::int64_t feature_energy(std::int64_t square, int bits) {
   return 1 + (bits < 0 ? square >> (-2 * bits) : square << (2 * bits));
 }
 
 std::int32_t trit(std::int32_t v) { return (v > 0) - (v < 0) + 1; }
 
-/// A difference of predictions in quarters of a step, -7 .. 7, as 0 .. 14.
+/// A difference of predictions in quarters of a step, limited to -7 .. 7, as 0 .. 14.
 std::uint32_t quarter_steps(std::int64_t difference, const Quantizer& quantizer) {
   const std::int64_t quarters =
       ((difference >> 5) * static_cast<std::int64_t>(quantizer.reciprocal) + (std::int64_t{1} << 43)) >> 44;
@@ -47,7 +47,8 @@ void BlendedWindow::begin_row(std::int64_t y) {
   VoxelWindow::begin_row(y);
   for (std::size_t t = 0; t < features; ++t) {
     const auto [dx, dy, dz] = feature_taps[t];
-    // As VoxelWindow has it: nothing lies before the first slice; before the second one twice the first.
+    // As in VoxelWindow: nothing lies before the first slice; before the second slice lies the first one,
+    // twice.
     feature_rows_[t] =
         (z_ == 0 && dz < 0 ? above_ : value_row(y + dy, std::max<std::int64_t>(z_ + dz, 0))) + dx;
   }
@@ -109,7 +110,7 @@ BlendedPrediction BlendedWindow::predict(std::int64_t x, const LeftVoxels& befor
   p.gradient = moved(gradient_.predict(features_), GradientDescent::weight_bits);
   p.squares = moved(squares_.predict(features_), RunningLeastSquares::weight_bits);
 
-  // Weights are the inverse cubes of what each candidate missed around, of which ten bits count.
+  // Weights are the inverse cubes of the errors that each candidate had around, of which ten bits are used.
   const MissedSums missed = missed_around(x);
   p.missed = missed[2];
   const int coarser =
@@ -143,7 +144,7 @@ void BlendedWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p
   const int shift = weight_bits - feature_bits_;
   squares_.learn(features_, std::clamp((truth - p.fitted) >> shift, -feature_limit, feature_limit));
   gradient_.learn(features_, (truth - p.gradient) >> shift);
-  // An edge says nothing of the bias elsewhere: an error counts no more than is usual around it.
+  // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
   const std::int64_t usual =
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error = std::clamp<std::int64_t>(truth - p.corrected, -usual, usual);
@@ -171,7 +172,7 @@ MixedContext BlendedWindow::context(std::int64_t x, const LeftVoxels& before, co
       std::min(log_scale<1>(static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40)), 31u);
   const std::uint32_t level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
   const auto cap = [k](std::uint32_t v, std::uint32_t most) { return std::min(v >> k, most); };
-  // Where the step is small, the side to which the prediction was rounded matters.
+  // If the step is small, the direction in which the prediction was rounded matters.
   const std::int32_t fraction = std::clamp(p.corrected - p.value * (1 << weight_bits), -1024, 1023);
   const std::uint32_t side = quantizer.error < 2 ? static_cast<std::uint32_t>(fraction + 1024) >> 8 : 3;
   const std::uint32_t off =

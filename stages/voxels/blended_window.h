@@ -1,5 +1,5 @@
-// The window of the voxel coder where time matters less than size: three predictions of a voxel, blended by
-// how well each did around it, then corrected by two biases. Two of the predictions learn from voxel to
+// The window of the voxel coder for the best effort. Three predictions of a voxel are blended by how well
+// each did around it, and the result is corrected by two biases. Two of the predictions learn from voxel to
 // voxel.
 #pragma once
 
@@ -9,16 +9,16 @@
 
 namespace tagrid {
 
-/// All numbers but `value` in 2^-11 of the unit of the samples.
+/// All numbers but `value` are in 2^-11 of the unit of the samples.
 struct BlendedPrediction {
-  std::int32_t value = 0;  ///< within the range
+  std::int32_t value = 0;  ///< clamped to the range
   bool flat = false;
-  std::int32_t fitted = 0;               ///< of the brick's weights
-  std::int32_t gradient = 0;             ///< of the gradient descent
-  std::int32_t squares = 0;              ///< of the running least squares
+  std::int32_t fitted = 0;               ///< by the weights of the brick
+  std::int32_t gradient = 0;             ///< by the gradient descent
+  std::int32_t squares = 0;              ///< by the running least squares
   std::int32_t corrected = 0;            ///< blended, with biases
-  std::uint32_t texture = 0, signs = 0;  ///< which biases
-  std::uint32_t missed = 0;  ///< errors of the least squares around, with weights that sum to 13, in 1/16
+  std::uint32_t texture = 0, signs = 0;  ///< index of each bias
+  std::uint32_t missed = 0;  ///< errors of the least squares around, in 1/16, with weights that sum to 13
 };
 
 class BlendedWindow : public VoxelWindow {
@@ -26,7 +26,7 @@ class BlendedWindow : public VoxelWindow {
   using Prediction = BlendedPrediction;
   using Context = MixedContext;
 
-  /// `error`: the smallest bound of a voxel.
+  /// `error`: the smallest bound of any voxel.
   BlendedWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error);
 
   void begin_row(std::int64_t y);
@@ -34,13 +34,13 @@ class BlendedWindow : public VoxelWindow {
   Prediction predict(std::int64_t x, const LeftVoxels& left);
   MixedContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
                        const Quantizer& quantizer) const;
-  /// REQUIRES: p is what predict() returned last.
+  /// REQUIRES: p is the last result of predict().
   void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
               std::int32_t residual, std::int64_t step);
 
  private:
   static constexpr std::size_t candidates = 3;
-  using Missed = std::array<std::uint16_t, candidates>;  ///< by each candidate, in 1/16 of a unit
+  using Missed = std::array<std::uint16_t, candidates>;  ///< error of each candidate, in 1/16 of a unit
   using MissedSums = std::array<std::uint32_t, candidates>;
 
   Missed* missed_row(std::int64_t y, std::int64_t z) {

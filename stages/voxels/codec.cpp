@@ -11,7 +11,7 @@
 namespace tagrid {
 namespace {
 
-/// Codes all voxels in the way that the effort asks for.
+/// Codes all voxels with the method of the effort.
 template <class T, class Coder>
 bool run_pass(Effort effort, Coder& coder, const Box& owned, const LatticeBits& activity,
               const VoxelBounds& bounds, const VoxelParameters& parameters, const T* original, T* result) {

@@ -1,4 +1,4 @@
-// The values of every voxel of one brick, each within a bound of the original, as bytes and back.
+// Codes the values of all voxels of one brick, each within a bound of the original, as bytes and back.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace tagrid {
 
-/// Largest absolute error of a voxel, in sample units. surface_error >= 0 binds the active points, and
-/// max_error the others; surface_error < 0: max_error binds all.
+/// Largest absolute error of a voxel, in sample units. If surface_error >= 0, it applies to active points and
+/// max_error to the others; if surface_error < 0, max_error applies to all.
 struct VoxelBounds {
   std::int64_t max_error = 0;
   std::int64_t surface_error = -1;
@@ -21,7 +21,7 @@ struct VoxelBounds {
 
 /// Appends the coded values of a brick to `out`.
 ///   samples         of the box `owned`, x fastest; nothing outside it is read
-///   activity        where there is a surface_error: bits of a box that contains `owned`; else not looked at
+///   activity        bits of a box that contains `owned`; ignored without a surface_error
 ///   reconstruction  as many values as `samples`: what decode_voxels will return
 /// The same arguments give the same bytes on every machine.
 /// REQUIRES: owned is not empty, samples.size() == owned.count().
@@ -30,9 +30,9 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
                    const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
                    Effort effort = Effort::normal);
 
-/// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes: it
-/// returns an error where they end too soon, are not used up, or could not have been written by
-/// encode_voxels, and values of the type otherwise. After an error the content of `samples` is unspecified.
+/// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes.
+/// Returns an error if they end too soon, are not used up, or could not have been written by encode_voxels;
+/// otherwise samples are values of the type. After an error the content of `samples` is unspecified.
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);

@@ -1,4 +1,4 @@
-// What the values of a brick of voxels begin with, of any type: is it constant, or coded?
+// The first byte of the values of a brick of voxels, of any type: whether the brick is constant or coded.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace tagrid {
 
 inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
 
-/// Appends the values of a brick whose samples all come back as `value`.
+/// Appends the values of a brick whose samples are all decoded as `value`.
 template <class T>
 void append_constant_brick(T value, std::vector<std::uint8_t>& out) {
   std::uint64_t bits;
@@ -29,8 +29,8 @@ void append_constant_brick(T value, std::vector<std::uint8_t>& out) {
     out.push_back(static_cast<std::uint8_t>(bits >> (8 * byte)));
 }
 
-/// Sets the samples of a constant brick; those of others `decode` sets, a function of a RansDecoder that
-/// returns what was wrong. Safe on any bytes.
+/// Sets the samples of a constant brick. For other bricks it calls `decode`, a function of a RansDecoder that
+/// sets the samples and returns a Status. Safe on any bytes.
 template <class T, class Decode>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, std::span<T> samples, Decode decode) {
   if (bytes.empty()) return Status::broken("values are missing");

@@ -9,7 +9,7 @@ namespace tagrid {
 namespace {
 
 constexpr std::uint32_t forget_after = 400;   ///< observations of an adaptive bit
-constexpr std::int32_t first_weight = 10240;  ///< of a context, 2^-16
+constexpr std::int32_t first_weight = 10240;  ///< initial weight of a context, in 2^-16
 constexpr std::int32_t weight_limit_mixed = 1 << 19;
 
 template <class Weights>
@@ -79,7 +79,7 @@ std::int32_t MixedResidualModel::code(Coder& coder, std::int32_t residual, std::
   const std::uint32_t given_high = given >> k;
   std::uint32_t high = 0;
   while (high < unary_limit && code_event(coder, given_high > high, beyond + high, context)) ++high;
-  // Any larger one is beyond what a brick of samples of 16 bits can have.
+  // A brick of samples of 16 bits cannot have a larger residual.
   if (high == unary_limit)
     high += static_cast<std::uint32_t>(
         std::min<std::uint64_t>(far_.code(coder, std::uint64_t{given_high} - unary_limit), 1 << 18));

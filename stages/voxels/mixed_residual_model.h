@@ -1,7 +1,7 @@
-// Coding of one quantized residual where time matters less than size: as a few binary events, each predicted
-// in eight contexts. Two mixers weigh the eight, their mean is refined by what it meant before (secondary
-// estimation; both after M. Mahoney, "Adaptive weighing of context models for lossless data compression",
-// 2005).
+// Codes one quantized residual for the best effort: as a few binary events, each predicted in eight contexts.
+// Two mixers weigh the eight predictions. Their mean is refined by the observed frequencies of such means
+// (secondary estimation; both after M. Mahoney, "Adaptive weighing of context models for lossless data
+// compression", 2005).
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@ namespace tagrid {
 
 inline constexpr std::size_t mixed_contexts = 8;
 
-/// How many values each context has.
+/// The number of values of each context.
 inline constexpr std::array<std::uint32_t, mixed_contexts> mixed_context_sizes = {
     64 * 3 * 8, 32 * 8 * 8, 64 * 8 * 4, 4 * 81 * 8, 24 * 16 * 8, 15 * 15 * 16, 81 * 8 * 4, 64 * 8};
 
 struct MixedContext {
   std::array<std::uint32_t, mixed_contexts> of;
-  std::uint32_t energy;   ///< < 64: chooses the first mixer's weights and the refinement
-  std::uint32_t spread;   ///< < 256: chooses the second mixer's weights
+  std::uint32_t energy;   ///< < 64: selects the first mixer's weights and the refinement
+  std::uint32_t spread;   ///< < 256: selects the second mixer's weights
   std::int32_t low_bits;  ///< see EnergyClass
 };
 
@@ -30,12 +30,12 @@ class MixedResidualModel : public FlatResidualModel {
  public:
   MixedResidualModel();
 
-  /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well.
+  /// Codes a residual of magnitude at most `largest`; decoded values keep this limit, too.
   template <class Coder>
   std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest, const MixedContext& context);
 
  private:
-  // Events: zero; sign; magnitude beyond n; of the low bits the two highest, by the magnitude above them.
+  // Events: zero; sign; magnitude beyond n; the two highest of the low bits, by the magnitude above them.
   static constexpr std::uint32_t zero = 0, sign = 1, beyond = 2, low = 16, events = 32;
   static constexpr std::uint32_t unary_limit = low - beyond;
   static constexpr std::size_t refinement_steps = 33;

@@ -21,7 +21,7 @@ void code_weights(Coder& coder, IntegerModel& model, Weights& weights, int count
                                  -4 * weight_limit, 4 * weight_limit));
 }
 
-/// The parameters, before the first voxel. False where they could not have been written by the encoder.
+/// Codes the parameters. Returns false if the encoder could not have written them.
 template <class T, class Coder>
 bool code_parameters(Coder& coder, VoxelParameters& parameters) {
   constexpr int bits = 8 * sizeof(T);
@@ -39,7 +39,7 @@ bool code_parameters(Coder& coder, VoxelParameters& parameters) {
          parameters.others.magnitude() <= weight_limit;
 }
 
-/// The parameters of a brick whose samples are from `low` to `high`.
+/// Finds the parameters of a brick whose samples are from `low` to `high`.
 template <class T>
 VoxelParameters fit_parameters(std::span<const T> samples, Index3 size, std::int64_t max_error, T low,
                                T high) {

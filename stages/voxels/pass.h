@@ -17,17 +17,17 @@
 
 namespace tagrid {
 
-// A segment is a piece of a row; one decision says that all its residuals are zero.
+// A segment is a piece of a row; one decision can say that all its residuals are zero.
 inline constexpr std::int64_t segment_length = 64;
 
-/// The quantizers of other and of active points; errors beyond the range of the type mean no more than it.
+/// The quantizers of inactive and of active points. Errors beyond the range of the type count as that range.
 inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
   const auto limited = [](std::int64_t e) { return Quantizer(std::clamp<std::int64_t>(e, 0, 65535)); };
   const Quantizer other = limited(bounds.max_error);
   return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
 }
 
-/// What an effort is: how a voxel is predicted, and how its residual is coded.
+/// An effort: how a voxel is predicted, and how its residual is coded.
 struct NormalMethod {
   using Window = VoxelWindow;
   using Model = ResidualModel;
@@ -41,8 +41,8 @@ struct BestMethod {
   using Model = MixedResidualModel;
 };
 
-/// Codes every voxel in raster order. Encoding, `original` holds the samples; `result` receives the decoded.
-/// `two_bounds`: active points have a bound of their own.
+/// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
+/// decoded ones. `two_bounds`: active points have a bound of their own.
 template <class T, class Coder, class Method, bool two_bounds>
 class VoxelPass {
  public:
@@ -62,7 +62,7 @@ class VoxelPass {
     largest_ = static_cast<std::int32_t>((parameters.high - parameters.low) / step + 1);
   }
 
-  /// False where the decoder has run out of bytes.
+  /// Returns false if the decoder has run out of bytes.
   bool run(const T* original, T* result) {
     const Index3 size = owned_.size();
     for (std::int64_t z = 0; z < size.z; ++z) {
@@ -72,8 +72,8 @@ class VoxelPass {
         if constexpr (two_bounds) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t s = 0; s < segments_; ++s) {
           const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
-          // Of the same segment: in the slice before, until it is replaced, and in the row above; and the one
-          // on the left.
+          // Whether neighbouring segments were quiet: the same one in the slice before (until it is replaced)
+          // and in the row above, and the one on the left.
           std::uint8_t* quiet = &quiet_before_[static_cast<std::size_t>((y + 1) * segments_ + s)];
           AdaptiveBit& model = quiet_[*quiet | quiet[-segments_] << 1 | (s > 0 ? quiet[-1] : 1) << 2];
           if constexpr (Coder::encoding)
@@ -92,7 +92,7 @@ class VoxelPass {
  private:
   using Prediction = typename Method::Window::Prediction;
   using Context = typename Method::Window::Context;
-  /// What a residual is coded by: a context, where the neighbours are not all equal.
+  /// How a residual is coded: flat if the neighbours are all equal, otherwise in a context.
   struct CodedBy {
     bool flat;
     Context context;
@@ -114,15 +114,15 @@ class VoxelPass {
   }
 
   std::int32_t decoded(const Prediction& p, std::int32_t residual, const Quantizer& quantizer) const {
-    // With one bound, a residual times its step is little more than the range. With two, a damaged one is
-    // limited by the smaller step and may be multiplied by the larger.
+    // With one bound, a residual times its step is little larger than the range. With two, a damaged residual
+    // is limited by the smaller step, but may be multiplied by the larger one.
     using Product = std::conditional_t<two_bounds, std::int64_t, std::int32_t>;
     return static_cast<std::int32_t>(
         std::clamp<Product>(p.value + residual * static_cast<Product>(quantizer.step), low_, high_));
   }
 
-  // What is quantized does not depend on how it is coded: the whole segment is quantized before its first
-  // decision is coded.
+  // Quantization does not depend on the coding, so the whole segment is quantized before its first decision
+  // is coded.
   bool encode_segment(const T* original, std::int64_t first, std::int64_t last, AdaptiveBit& quiet_model) {
     if (window_.is_flat(first, last) && repeats(original, first, last)) {
       window_.fill(first, last);
@@ -147,7 +147,7 @@ class VoxelPass {
     return false;
   }
 
-  /// True if all samples of the segment are within the bound of the value on its left.
+  /// True if all samples of the segment are within the bound of the value to its left.
   bool repeats(const T* original, std::int64_t first, std::int64_t last) const {
     const std::int32_t left = window_.row()[first - 1];
     const auto bound = static_cast<std::int32_t>(std::min(quantizers_[0].error, quantizers_[1].error));
@@ -195,7 +195,7 @@ class VoxelPass {
   std::unique_ptr<typename Method::Model> model_;
   std::int64_t segments_;
   std::int32_t largest_;
-  std::vector<std::uint8_t> quiet_before_;  ///< by row, one more above: the latest segment had no residual
+  std::vector<std::uint8_t> quiet_before_;  ///< whether a segment has no residual; one more row above
   std::array<AdaptiveBit, 8> quiet_{};
   const std::uint64_t* bits_ = nullptr;
   std::array<CodedBy, segment_length> coded_by_;

@@ -21,7 +21,7 @@ struct NormalEquations {
   double count = 0;
 };
 
-/// Rows of samples as differences from the reference, with two more on either side.
+/// Rows of samples as differences from the reference, with two more samples on either side.
 class PaddedRows {
  public:
   explicit PaddedRows(std::size_t length) : stride_(length + 4), values_(rows * stride_) {}
@@ -36,7 +36,7 @@ class PaddedRows {
   }
   const double* at(std::size_t slot) const { return values_.data() + slot * stride_ + 2; }
 
-  /// Where the row (y + dy, z + dz) is kept.
+  /// Where the row (y + dy, z + dz) is stored.
   static std::size_t slot(int dy, int dz) {
     return dz == 0 ? static_cast<std::size_t>(-dy) : dz == -1 ? static_cast<std::size_t>(4 + dy) : 6;
   }
@@ -49,7 +49,7 @@ class PaddedRows {
 
 }  // namespace
 
-/// Sixteen partial sums, in the order that vector registers want and every machine can follow.
+/// Sixteen partial sums, in an order that suits vector registers and that every machine can follow.
 TAGRID_VECTOR_CODE
 double dot(const double* a, const double* b, std::size_t length) {
   constexpr std::size_t width = 16;
@@ -80,7 +80,7 @@ void accumulate(const PaddedRows& rows, std::size_t first, std::size_t last, std
   sums.count += static_cast<double>(length);
 }
 
-/// Cholesky. The matrix is positive definite by its penalty, but for rounding.
+/// Cholesky factorization. Except for rounding, the penalty makes the matrix positive definite.
 std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
   auto& a = e.matrix;
   auto& b = e.right;
@@ -103,7 +103,7 @@ std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
   return b;
 }
 
-/// Variance of what the best weights leave.
+/// The variance that the best weights leave.
 double unpredicted(NormalEquations e, std::size_t n, double least) {
   for (std::size_t i = 0; i < n; ++i) e.matrix[i][i] += 0.2 * least * e.count;
   const auto w = solve(e, n);
@@ -114,7 +114,7 @@ double unpredicted(NormalEquations e, std::size_t n, double least) {
 
 Weights quantized(const std::array<double, unknowns>& w, std::size_t n) {
   Weights weights;
-  // The error of rounding is carried to the next weight, so that the sum stays right.
+  // The rounding error is carried to the next weight, so that the sum stays right.
   double carried = 0;
   for (std::size_t i = n; i-- > 0;) {
     const double exact = std::clamp(w[i], -64.0, 64.0) * (1 << weight_bits) + carried;
@@ -159,7 +159,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   };
   const std::int64_t first_z = first_slice ? 0 : std::min<std::int64_t>(2, size.z - 1);
   const std::int64_t last_z = first_slice ? 1 : size.z;
-  // Large bricks say the same many times over: a sixteenth of the rows is enough.
+  // Large bricks are redundant: a sixteenth of the rows is enough.
   const std::int64_t z_step = size.z >= 16 ? 4 : 1, y_step = size.y >= 16 ? 4 : 1;
   const std::int64_t first_x = std::min<std::int64_t>(2, size.x - 1);
   const std::int64_t last_x = std::max(first_x + 1, size.x - 2);
@@ -179,9 +179,9 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   if (sums.count == 0) return default_weights();
 
   const Weights fallback = default_weights();
-  // Values decoded within a wide bound are nearer to the originals than rounding to the step alone would
-  // leave them: a smooth brick predicts itself. What the originals leave unpredicted limits the noise.
-  // Of numbers as large as wide samples, variances that small would drown in rounding.
+  // Values decoded within a wide bound are closer to the originals than after rounding to the step alone,
+  // because a smooth brick predicts itself. So the variance that the originals leave unpredicted limits the
+  // noise. For numbers as large as wide samples, variances that small would drown in rounding.
   const double least = std::max(0.05, 1e-12 * sums.target / sums.count);
   const double left = unpredicted(sums, n, least);
   const double penalty_each = least + (noise > 0 ? noise * left / (noise + left) : 0);

@@ -1,4 +1,4 @@
-// Prediction of a voxel from its causal neighbourhood: a weighted sum, the weights fitted to the brick.
+// Predicts a voxel from its causal neighbourhood: a weighted sum, with weights fitted to the brick.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ struct Tap {
   int dx, dy, dz;
 };
 
-/// The neighbours that come before a voxel in raster order and have a weight. The first two are in the row
+/// The neighbours that have a weight; all come before the voxel in raster order. The first two are in the row
 /// of the voxel, the first eight in its slice.
 inline constexpr std::array<Tap, 18> taps = {{{-1, 0, 0},
                                               {-2, 0, 0},
@@ -49,16 +49,17 @@ struct Weights {
   friend bool operator==(const Weights&, const Weights&) = default;
 };
 
-/// (left + above) / 2: where nothing better is known.
+/// (left + above) / 2, used if nothing better is known.
 Weights default_weights();
 
 /// Least squares on the originals of a brick, with a penalty on the distance from `default_weights()`.
 ///   samples     the brick, x fastest, `size` samples along each axis
 ///   tap_count   slice_taps: fit the first slice alone; all_taps: fit the slices after it
-///   reference   what is subtracted from every sample
-///   noise       variance that the decoder's values have about the originals, in squared sample units
-/// Everything is + - * / and square roots of doubles in a fixed order: the same weights on every machine. The
-/// result keeps magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for wide ones.
+///   reference   is subtracted from every sample
+///   noise       variance of the decoder's values around the originals, in squared sample units
+/// The computation uses + - * / and square roots of doubles in a fixed order, so weights are the same on
+/// every machine. The result has magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for
+/// wide ones.
 template <class T>
 Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
                     double noise);

@@ -3,7 +3,7 @@
 namespace tagrid {
 namespace {
 
-// Below 2^22 a class of log_scale<2> is a part of a class of log_scale<1>, and has one number of low bits.
+// Below 2^22, every class of log_scale<2> lies within a class of log_scale<1> and has one number of low bits.
 std::array<std::uint32_t, energy_classes> smallest_energies() {
   std::array<std::uint32_t, energy_classes> smallest{};
   std::uint32_t energy = 0;
@@ -37,12 +37,12 @@ std::uint32_t energy_at(std::uint32_t step) {
   return energy;
 }
 
-/// Where nothing was observed yet, the residuals around say how large the next one may be.
+/// Before anything is observed, the residuals around say how large the next one may be.
 SymbolModel start_for(std::uint32_t energy) {
   return geometric_model(energy + 1, std::uint64_t{16} << low_bits_for(energy));
 }
 
-/// By the classes of EnergyClass.
+/// Start models by the classes of EnergyClass.
 struct Starts {
   std::array<SymbolModel, energy_classes> of_energy;
   std::array<SymbolModel, 8> of_8;

@@ -1,6 +1,6 @@
-// Coding of one quantized residual in the context of what is known around it: as one of sixteen symbols,
-// whose probabilities are the mean of three models, each selected by another context, and bits where it is
-// large.
+// Codes one quantized residual in the context of its surroundings: as one of sixteen symbols, and extra bits
+// if it is large. The probabilities of symbols are the mean of three models, each selected by a different
+// context.
 #pragma once
 
 #include <algorithm>
@@ -14,16 +14,16 @@
 
 namespace tagrid {
 
-/// The logarithm of v + 1/2 in steps of 2^-m octaves, from 0 on: the upper bits of a float are that. No
-/// branch, and exact. REQUIRES: v < 2^22, m is 1 or 2.
+/// The logarithm of v + 1/2 in steps of 2^-m octaves, from 0 on: these are the upper bits of a float. Exact,
+/// and without a branch. REQUIRES: v < 2^22, m is 1 or 2.
 template <int m>
 inline std::uint32_t log_scale(std::uint32_t v) {
   const auto bits = std::bit_cast<std::int32_t>(static_cast<float>(static_cast<std::int32_t>(v)) + 0.5f);
   return static_cast<std::uint32_t>(std::max((bits >> (23 - m)) - (127 << m), 0));
 }
 
-/// How large the residuals around are, in classes: `energy` is a sum of their magnitudes with weights that
-/// sum to 16, and the class its log_scale<2>.
+/// Classes of the size of the residuals around. `energy` is a sum of their magnitudes, with weights that sum
+/// to 16; the class is its log_scale<2>.
 struct EnergyClass {
   std::uint8_t of_8 = 0, of_4 = 0;  ///< coarser classes
   std::uint8_t low_bits = 0;        ///< bits of the residual that are nearly uniform
@@ -31,13 +31,13 @@ struct EnergyClass {
 inline constexpr std::size_t energy_classes = 64;
 extern const std::array<EnergyClass, energy_classes> energy_class_table;
 
-/// What is known of a residual before it is coded. Numbers of contexts are limited by the tables below.
+/// The context of a residual. The numbers of contexts are limited by the tables below.
 struct ResidualContext {
-  std::uint32_t energy;   ///< how large the residuals around are, and the sign of the left one
-  std::uint32_t spread;   ///< how different the voxels around are, and how large their residuals
-  std::uint32_t level;    ///< where in the range of the brick, how large the residuals, how far off centre
+  std::uint32_t energy;   ///< size of the residuals around, and the sign of the left one
+  std::uint32_t spread;   ///< differences of the voxels around, and size of their residuals
+  std::uint32_t level;    ///< place in the range of the brick, size of the residuals, rounding
   std::int32_t low_bits;  ///< see EnergyClass
-  bool flip;              ///< the residual is more probably negative
+  bool flip;              ///< the residual is more likely negative
 };
 inline constexpr std::size_t energy_contexts = energy_classes * 3, spread_contexts = 32 * 8,
                              level_contexts = 64 * 16;
@@ -60,11 +60,12 @@ class FlatResidualModel {
   IntegerModel flat_magnitude_;
 };
 
-/// Residuals of other voxels. `Distributions` are what code(coder, symbol, context) codes a symbol by.
+/// Codes the residuals of all other voxels. `Distributions` codes a symbol by code(coder, symbol, context).
 template <class Distributions>
 class SymbolResidualModel : public FlatResidualModel {
  public:
-  /// Codes a residual of magnitude at most `largest`; decoded values keep to it as well, whatever the stream.
+  /// Codes a residual of magnitude at most `largest`; decoded values keep this limit, too, whatever the
+  /// stream.
   template <class Coder>
   [[gnu::always_inline]] std::int32_t code(Coder& coder, std::int32_t residual, std::int32_t largest,
                                            const ResidualContext& context) {
@@ -88,12 +89,12 @@ class SymbolResidualModel : public FlatResidualModel {
   }
 
  private:
-  /// What no symbol stands for: beyond -7 .. 7.
+  /// Codes residuals without a symbol: those beyond -7 .. 7.
   template <class Coder>
   [[gnu::noinline]] std::int32_t code_far(Coder& coder, std::int32_t high) {
     const bool negative = coder.code_raw(high < 0, 1) != 0;
     const auto given = static_cast<std::uint64_t>(std::abs(std::int64_t{high}) - 8);
-    // Any larger one is beyond what a brick of samples of 16 bits can have.
+    // A brick of samples of 16 bits cannot have a larger residual.
     const auto far =
         static_cast<std::int32_t>(8 + std::min<std::uint64_t>(beyond_.code(coder, given), 1 << 18));
     return negative ? -far : far;
@@ -103,7 +104,7 @@ class SymbolResidualModel : public FlatResidualModel {
   IntegerModel beyond_;
 };
 
-/// The mean of three, each selected by another context. About 48 KB.
+/// The mean of three distributions, each selected by a different context. About 48 KB.
 class ThreeDistributions {
  public:
   ThreeDistributions();
@@ -120,7 +121,7 @@ class ThreeDistributions {
   std::array<SymbolModel, level_contexts> level_;
 };
 
-/// One alone, for speed.
+/// A single distribution, for speed.
 class OneDistribution {
  public:
   OneDistribution();

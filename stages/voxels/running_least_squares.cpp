@@ -14,8 +14,8 @@ std::int64_t weighted_sum(const std::int32_t* f, const std::int32_t* weights) {
   return sum;
 }
 
-/// row[j] = row[j] less what is forgotten, and the sum over the voxels of f[i] * f[j]. Within 32 bits: that
-/// sum is at most 4 * 4095^2, and where 1/32 is forgotten a row stays within 32 times as much.
+/// row[j] loses what is forgotten, and gains the sum over the voxels of f[i] * f[j]. This stays within 32
+/// bits: the sum is at most 4 * 4095^2, and as 1/32 is forgotten, a row stays within 32 times as much.
 TAGRID_VECTOR_CODE
 void add_products(const Features* voxels, std::size_t count, int forgetting,
                   std::array<std::int32_t, features>* rows) {
@@ -30,8 +30,8 @@ void add_products(const Features* voxels, std::size_t count, int forgetting,
   }
 }
 
-/// Half a sweep of coordinate descent: every second weight in turn goes to where what it leaves is least,
-/// with the others as they are. `left` is the negative gradient, but for the penalty.
+/// Half a sweep of coordinate descent: every second weight in turn moves to its minimum, with the others
+/// fixed. `left` is the negative gradient, without the penalty.
 TAGRID_VECTOR_CODE
 void descend(std::size_t first, const std::array<std::int32_t, features>* products, std::int64_t penalty,
              std::int64_t limit, std::int64_t* left, std::int32_t* weights) {
@@ -67,7 +67,7 @@ void RunningLeastSquares::learn(const Features& f, std::int32_t target) {
   for (std::size_t i = 0; i < features; ++i) gradient_[i] += error * f[i];
   if (++count_ < batch) return;
   count_ = 0;
-  // Products and gradient forget alike, so that they stay those of the same voxels.
+  // Products and gradient forget at the same rate, so that both stay sums over the same voxels.
   add_products(features_.data(), batch, forgetting, products_.data());
   descend(turn_, products_.data(), penalty_, limit, gradient_.data(), weights_.data());
   turn_ ^= 1;

@@ -1,7 +1,7 @@
 // Least squares over the voxels just coded, in exact integers: weights of the neighbourhood that follow the
-// texture from place to place. Sums of products forget slowly, and every few voxels one sweep of coordinate
-// descent (the method of Gauss and Seidel) moves the weights towards their solution. An encoder and a decoder
-// do the same.
+// texture from place to place. Sums of products forget slowly. Every few voxels, half a sweep of coordinate
+// descent (the method of Gauss and Seidel) moves the weights towards their solution. Encoder and decoder
+// compute the same.
 #pragma once
 
 #include <array>
@@ -15,12 +15,13 @@ inline constexpr int feature_bits = 12;
 /// Largest magnitude of a feature and of a target.
 inline constexpr std::int32_t feature_limit = (1 << feature_bits) - 1;
 
-/// Inputs of an adaptive prediction: differences of neighbours from a first guess.
+/// Inputs of an adaptive prediction: differences between neighbours and a first guess.
 using Features = std::array<std::int32_t, features>;
 
 class RunningLeastSquares {
  public:
-  /// `penalty` on the square of a weight: it keeps weights small where little is known. 0 < penalty < 2^40.
+  /// `penalty` applies to the square of a weight, and keeps weights small while little is known. 0 < penalty
+  /// < 2^40.
   explicit RunningLeastSquares(std::int64_t penalty) : penalty_(penalty) {}
 
   /// The weighted sum, in 2^-weight_bits of the unit of the features.
@@ -32,7 +33,7 @@ class RunningLeastSquares {
 
  private:
   static constexpr std::size_t batch = 4;                  ///< voxels between two half sweeps
-  static constexpr int forgetting = 5;                     ///< a batch takes 2^-forgetting of all sums
+  static constexpr int forgetting = 5;                     ///< a batch removes 2^-forgetting of all sums
   static constexpr std::int32_t limit = 8 << weight_bits;  ///< of a weight's magnitude
 
   std::int64_t penalty_;
@@ -44,16 +45,17 @@ class RunningLeastSquares {
   std::array<std::int32_t, features> weights_{};
 };
 
-/// Weights that take a step down the error's gradient at every voxel, its length normalized by the energy of
-/// the features (NLMS, B. Widrow and M. Hoff). Quicker to follow than sums of squares, and less precise.
+/// Weights that take a step down the error's gradient at every voxel; the length of the step is normalized by
+/// the energy of the features (NLMS, B. Widrow and M. Hoff). This adapts faster than sums of squares, but is
+/// less precise.
 class GradientDescent {
  public:
-  /// `floor`: energy that is added to that of the features, > 0.
+  /// `floor`: added to the energy of the features; > 0.
   explicit GradientDescent(std::int64_t floor) : floor_(floor) {}
 
   /// In 2^-weight_bits of the unit of the features.
   std::int64_t predict(const Features& f) const;
-  /// `error`: what was missed, in the unit of the features, at most 2^15.
+  /// `error`: the error of the prediction, in the unit of the features, at most 2^15.
   void learn(const Features& f, std::int64_t error);
 
   static constexpr int weight_bits = 20;

@@ -6,7 +6,8 @@
 
 namespace tagrid {
 
-/// Adds the rows, each times its weight, four at a time. REQUIRES: a multiple of four rows.
+/// Adds the rows, each multiplied by its weight, four at a time. REQUIRES: the number of rows is a multiple
+/// of four.
 TAGRID_VECTOR_CODE
 void add_weighted(std::span<const std::int16_t* const> rows, std::span<const std::int16_t> weights,
                   std::span<std::int32_t> sums) {
@@ -36,7 +37,7 @@ VoxelWindow::VoxelWindow(Index3 size, const VoxelParameters& parameters, std::in
 void VoxelWindow::begin_slice(std::int64_t z) {
   z_ = z;
   if (z == 0) return;
-  // Above the first row lies the first row of the slice before, below the last one the last row again.
+  // Above the first row lies the first row of the slice before; below the last row lies the last row again.
   const Value* first = value_row(0, z - 1) - pad;
   for (std::int64_t y = -2; y < 0; ++y) std::copy(first, first + stride_, value_row(y, z) - pad);
   const Value* last = value_row(size_.y - 1, z - 1) - pad;

@@ -1,5 +1,5 @@
-// What the coder of a brick's values keeps of the voxels already coded: the latest slices of values and
-// residuals, padded so that the innermost loop has no border tests, and from them the prediction and the
+// The voxels already coded that the coder of a brick's values keeps: the latest slices of values and
+// residuals, padded so that the innermost loop needs no border tests. From them come the prediction and the
 // coding context of the next voxel of a row.
 #pragma once
 
@@ -17,7 +17,8 @@
 
 namespace tagrid {
 
-/// How samples of 8 and 16 bits are held while coding: as int16, sums in 32 bits (see weight_limit).
+/// The type in which samples of 8 and 16 bits are held while coding: int16, with sums in 32 bits (see
+/// weight_limit).
 template <class T>
 struct Held {
   using Value = std::int16_t;
@@ -34,7 +35,7 @@ struct Quantizer {
   std::uint64_t reciprocal = (std::uint64_t{1} << 40) + 1;
 
   Quantizer() = default;
-  /// REQUIRES: 0 <= max_error <= 65535. Then the multiplication below divides exactly.
+  /// REQUIRES: 0 <= max_error <= 65535. Then the division by multiplication below is exact.
   explicit Quantizer(std::int64_t max_error)
       : error(max_error),
         step(2 * max_error + 1),
@@ -48,24 +49,25 @@ struct Quantizer {
   }
 };
 
-/// Stored with every brick that is not constant; values as held.
+/// Stored with every brick that is not constant. Values are as held.
 struct VoxelParameters {
   std::int32_t low = 0, high = 0;  ///< range of the originals
-  std::int32_t reference = 0;      ///< what the weights apply to differences from
+  std::int32_t reference = 0;      ///< weights apply to differences from this value
   Weights first_slice, others;
 };
 
 struct Prediction {
-  std::int32_t value = 0;     ///< within the range
-  std::int32_t fraction = 0;  ///< what rounding took away, 2^-weight_bits
-  std::uint32_t bias = 0;     ///< which neighbours exceed the prediction, in a class of residuals around
+  std::int32_t value = 0;     ///< clamped to the range
+  std::int32_t fraction = 0;  ///< remainder of the rounding, in 2^-weight_bits
+  std::uint32_t bias = 0;     ///< neighbours that exceed the prediction, class of the residuals around
   bool flat = false;
 };
 
-/// What lies to the left of a voxel in its row: in registers, since every voxel waits for the one before.
+/// The neighbours to the left of a voxel in its row. They are in registers, since every voxel waits for the
+/// one before.
 struct LeftVoxels {
   std::int32_t value, second_value;        ///< of the voxels x - 1, x - 2
-  std::int32_t residual, second_residual;  ///< as the window keeps them
+  std::int32_t residual, second_residual;  ///< as stored in the window
 };
 
 class VoxelWindow {
@@ -74,19 +76,20 @@ class VoxelWindow {
   using Prediction = tagrid::Prediction;
   using Context = ResidualContext;
 
-  /// The last argument is for windows that adapt: the smallest bound of a voxel.
+  /// `error` is for windows that adapt: the smallest bound of any voxel.
   VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
 
   void begin_slice(std::int64_t z);
   void begin_row(std::int64_t y);
   void end_row();
 
-  /// True if all neighbours of the voxels first .. last - 1 are equal, and will be as long as these are too.
-  /// REQUIRES: all voxels before `first` are committed.
+  /// True if all neighbours of the voxels first .. last - 1 are equal, and stay so as long as these voxels
+  /// are equal, too. REQUIRES: all voxels before `first` are committed.
   bool is_flat(std::int64_t first, std::int64_t last) const;
-  /// Commits the value of the neighbours for the voxels of such a segment. Others need prepare() first.
+  /// Commits the value of the neighbours for the voxels of such a segment. For other segments, call prepare()
+  /// first.
   void fill(std::int64_t first, std::int64_t last);
-  /// What the functions below need of the rows before. To be called once or more a row.
+  /// Prepares what the functions below need of the rows before. Call it at least once per row.
   void prepare();
 
   /// REQUIRES: all voxels before x are committed.
@@ -96,7 +99,7 @@ class VoxelWindow {
   Prediction predict(std::int64_t x, const LeftVoxels& left) const;
   ResidualContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
                           const Quantizer& quantizer) const;
-  /// Takes the decoded value and the quantized residual of voxel x of the row, and moves `left` on.
+  /// Stores the decoded value and the quantized residual of voxel x of the row, and moves `left` on.
   void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
               std::int32_t residual, std::int64_t step);
 
@@ -107,22 +110,22 @@ class VoxelWindow {
   static constexpr std::int32_t residual_limit = 4095;
   static constexpr int textures = 24;
 
-  /// What predictions in one context have missed on average: by the texture, within a class of how large the
-  /// residuals around are. Without the class the bias of rough regions would spoil smooth ones.
+  /// The average error of predictions in one context: by texture, within a class of the size of the residuals
+  /// around. Without the class, the bias of rough regions would spoil smooth ones.
   struct Bias {
     std::int32_t value = 0;  ///< 2^-weight_bits
     std::uint32_t seen = 0;
 
     void learn(std::int64_t error) {
       const auto step = static_cast<std::int32_t>((error * adaptation_table[seen]) >> 16);
-      // Keeps the sums of a prediction within 32 bits whatever a damaged stream says.
+      // Keeps the sums of a prediction within 32 bits, whatever a damaged stream contains.
       value = std::clamp(value + step, -(1 << 27), 1 << 27);
       seen += seen < 128;
     }
   };
 
-  /// Row y, -2 .. size.y, of slice z or one of the two before it (residuals: one). Of y and z outside the
-  /// brick, those that a voxel inside can ask for.
+  /// Row y, -2 .. size.y, of slice z or one of the two slices before it (for residuals: one slice). Rows
+  /// outside the brick exist as far as a voxel inside can need them.
   Value* value_row(std::int64_t y, std::int64_t z) {
     return values_.data() + (z % 3 * (size_.y + 3) + y + 2) * stride_ + pad;
   }
@@ -143,7 +146,7 @@ class VoxelWindow {
   Index3 size_;
   VoxelParameters parameters_;
   std::int64_t stride_;
-  std::uint32_t level_scale_;  ///< parts of the range, 64 in all, in 2^-16 a unit of value
+  std::uint32_t level_scale_;  ///< converts a value to one of 64 parts of the range, in 2^-16
   std::int64_t y_ = 0, z_ = 0;
 
   std::vector<Value> values_, residuals_;
@@ -151,9 +154,9 @@ class VoxelWindow {
   const Value *above_ = nullptr, *behind_ = nullptr;
   Value* residual_ = nullptr;
   std::vector<Value> largest_, smallest_;  ///< of the neighbours in the rows before
-  bool prepared_ = false;                  ///< what follows is that of the row
+  bool prepared_ = false;                  ///< whether the members below are those of the row
   std::int32_t left_weight_ = 0, second_weight_ = 0;
-  std::vector<std::int32_t> sum_;      ///< weighted sum of all taps but those in the row
+  std::vector<std::int32_t> sum_;      ///< weighted sum of all taps except those in the row
   std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
   std::vector<std::uint8_t> class_;    ///< of the energy, times textures
 
@@ -188,7 +191,7 @@ class VoxelWindow {
                                                        std::int64_t step) {
   keep(x, left, value, residual);
   if (p.flat) return;
-  // An edge says nothing of the bias elsewhere: an error counts no more than is usual around it.
+  // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
   const std::int64_t usual =
       (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
   const std::int64_t error =
@@ -215,7 +218,7 @@ class VoxelWindow {
   c.level = (level * 4 + size.of_4) * 4;
   c.flip = false;
   std::int32_t sign = (before > 0) - (before < 0);
-  // Where the step is small, the side to which the prediction was rounded matters.
+  // If the step is small, the direction in which the prediction was rounded matters.
   if (quantizer.error < 2) {
     c.flip = p.fraction < 0;
     c.level += static_cast<std::uint32_t>(std::min(3, std::abs(p.fraction) >> (weight_bits - 3)));

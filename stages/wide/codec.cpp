@@ -14,7 +14,7 @@
 namespace tagrid {
 namespace {
 
-// A difference of two numbers as sign and magnitude: of keys of float64 it needs 65 bits.
+// The difference of two numbers as sign and magnitude; for keys of float64 it needs 65 bits.
 WideResidual difference(std::int64_t a, std::int64_t b) {
   if (a < b) return {static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a), true};
   return {static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b), false};
@@ -25,8 +25,8 @@ std::int64_t signed_residual(const WideResidual& r) {
   return r.negative ? -limited : limited;
 }
 
-/// Codes every voxel in raster order. Sum holds weighted sums of numbers. Encoding, `original` and `numbers`
-/// are what is coded; `result` receives the decoded samples.
+/// Codes every voxel in raster order. Sum holds weighted sums of numbers. When encoding, `original` and
+/// `numbers` are the input; `result` receives the decoded samples.
 template <class T, class Sum, class Coder>
 class WidePass {
  public:
@@ -49,7 +49,8 @@ class WidePass {
     }
   }
 
-  /// False where the decoder has run out of bytes, or a sample needs an escape where there is to be none.
+  /// Returns false if the decoder has run out of bytes, or if a sample needs an escape in a brick without
+  /// escapes.
   bool run(const T* original, const WideNumbers* numbers, T* result) {
     const Index3 size = owned_.size();
     std::size_t i = 0;
@@ -141,7 +142,7 @@ class WidePass {
     window_.commit(x, prediction, v, signed_residual(r), step_[which]);
   }
 
-  // The bits of a sample that has no number; often those of the one before.
+  // Codes the bits of a sample that has no number. Often they are those of the escaped sample before.
   T code_escaped(T original) {
     if (code_adaptive(coder_, bits_of(original) == last_escaped_, repeats_, 250))
       return std::bit_cast<T>(last_escaped_);
@@ -149,7 +150,8 @@ class WidePass {
     return std::bit_cast<T>(last_escaped_);
   }
 
-  // From a sample on the lattice of fixed-point numbers to the exact one, by their keys.
+  // Leads from a sample on the lattice of fixed-point numbers to the exact one, by the difference of their
+  // keys.
   T code_correction(T original, T lattice) {
     const WideResidual d = corrections_->code(coder_, difference(key_of(original), key_of(lattice)),
                                               {log_steps<2>(last_correction_), {}, {}});

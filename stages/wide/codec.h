@@ -1,10 +1,10 @@
-// The values of every voxel of one brick of uint32, int32, float32 or float64, each within a bound of the
-// original, as bytes and back. What voxel_codec is for the narrow types.
+// Codes the values of all voxels of one brick of uint32, int32, float32 or float64, each within a bound of
+// the original, as bytes and back; voxels/codec.h does the same for the narrow types.
 //
-// Every sample becomes a number (numbers.h): an integer itself, a float its key where nothing may be
-// lost or else a fixed-point number. The numbers are coded closed loop, like narrow samples; a float whose
-// number would not lead back to it within its bound escapes, as do all that are not finite: its bits are
-// stored.
+// Every sample becomes a number (numbers.h): an integer is its own number; a float becomes its key if nothing
+// may be lost, and otherwise a fixed-point number. The numbers are coded closed loop, like narrow samples. A
+// float escapes if it is not finite, or if its number would not lead back to it within its bound: its bits
+// are stored.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@
 
 namespace tagrid {
 
-/// Largest absolute error of a voxel, in sample units; 0 keeps every bit. surface_error >= 0 binds the active
-/// points, and max_error the others; surface_error < 0: max_error binds all.
+/// Largest absolute error of a voxel, in sample units; 0 keeps every bit. If surface_error >= 0, it applies
+/// to active points and max_error to the others; if surface_error < 0, max_error applies to all.
 struct WideBounds {
   double max_error = 0;
   double surface_error = -1;
 };
 
-/// Appends the coded values of a brick to `out`; as encode_voxels(), see there. A sample that is not finite
-/// comes back bit by bit whatever the bound.
+/// Appends the coded values of a brick to `out`; see encode_voxels(). A sample that is not finite is restored
+/// bit by bit, whatever the bound.
 template <class T>
 void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
                         const WideBounds& bounds, std::vector<std::uint8_t>& out,

@@ -14,7 +14,7 @@ namespace {
 // floor(log2 |v|). REQUIRES: v is finite and not zero.
 int exponent_of(double v) { return std::ilogb(v); }
 
-// Exponent of the unit in the last place of a number of T as large as v.
+// Exponent of the unit in the last place of a number of type T with the magnitude of v.
 template <class T>
 int last_place(T v) {
   return std::max(exponent_of(static_cast<double>(v)) - (std::numeric_limits<T>::digits - 1),
@@ -40,7 +40,8 @@ void make_keys(std::span<const T> samples, WideNumbers& n) {
   }
 }
 
-// Escapes of finite samples that differ from the one before, which are those that cost something.
+// Makes fixed-point numbers. Returns the number of finite samples that escape and differ from the last
+// escaped one: only these take many bits.
 template <class T>
 std::size_t make_fixed(std::span<const T> samples, int exponent, bool exactly, WideNumbers& n) {
   const double unit = power_of_two(exponent), per_unit = power_of_two(-exponent);
@@ -61,7 +62,7 @@ std::size_t make_fixed(std::span<const T> samples, int exponent, bool exactly, W
   return dear;
 }
 
-// Binary digits of the differences of neighbours in a row.
+// Sum of the binary digits of the differences of neighbours in a row.
 std::uint64_t roughness(const std::vector<std::int64_t>& numbers) {
   std::uint64_t digits = 0;
   for (std::size_t i = 1; i < numbers.size(); ++i)
@@ -72,8 +73,8 @@ std::uint64_t roughness(const std::vector<std::int64_t>& numbers) {
   return digits;
 }
 
-// Lossless: fixed point where all finite samples are multiples of one unit and that is shorter, as with whole
-// numbers in a float.
+// Lossless: fixed point if all finite samples are multiples of one unit and the result is shorter, as for
+// whole numbers stored as floats.
 template <class T>
 void choose_lossless(std::span<const T> samples, WideParameters& p, WideNumbers& n) {
   make_keys(samples, n);
@@ -92,8 +93,8 @@ void choose_lossless(std::span<const T> samples, WideParameters& p, WideNumbers&
   n = std::move(fixed);
 }
 
-// Bounded: a unit far below the bound, but not below the last place of the largest sample, so that multiples
-// of it are samples and nothing is rounded a second time.
+// Bounded: a unit far below the bound, but not below the last place of the largest sample. So multiples of it
+// are samples, and nothing is rounded a second time.
 template <class T>
 void choose_bounded(std::span<const T> samples, const WideBounds& bounds, WideParameters& p, WideNumbers& n) {
   constexpr int digits_below_bound = 9;

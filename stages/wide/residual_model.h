@@ -1,5 +1,5 @@
-// Residuals of up to 64 bits and a sign, as adaptive binary events: zero or not, the number of binary digits,
-// the two digits after the first, and the rest as it is.
+// Codes residuals of up to 64 bits and a sign as adaptive binary events: zero or not, the number of binary
+// digits, and the two digits after the first. Further digits are stored as they are.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct WideResidual {
   bool negative = false;
 };
 
-/// v up to 2^(m+1), then 2^m values for each power of two. Below (65 - m) * 2^m.
+/// v itself up to 2^(m+1), then 2^m values for each power of two. Below (65 - m) * 2^m.
 template <int m>
 constexpr std::uint32_t log_steps(std::uint64_t v) {
   const int over = std::bit_width(v) - (m + 1);
@@ -26,15 +26,15 @@ constexpr std::uint32_t log_steps(std::uint64_t v) {
                    : (static_cast<std::uint32_t>(over) << m) + static_cast<std::uint32_t>(v >> over);
 }
 
-/// What is known of a residual before it is coded.
+/// The context of a residual.
 struct WideContext {
   std::uint32_t energy = 0;              ///< log_steps<2> of the residuals around; below 256
   std::array<std::uint32_t, 3> views{};  ///< three descriptions of the surroundings; below 512
   std::array<std::uint32_t, 2> sign{};   ///< below 256
 };
 
-/// Several opinions on one event, mixed in the logistic domain by weights that learn (M. Mahoney, "Adaptive
-/// weighing of context models for lossless data compression", 2005).
+/// Several predictions of one event, mixed in the logistic domain by weights that learn (M. Mahoney,
+/// "Adaptive weighing of context models for lossless data compression", 2005).
 template <std::size_t n>
 class OpinionMixer {
  public:
@@ -51,7 +51,7 @@ class OpinionMixer {
     bit = coder.code(bit, p);
     const std::int64_t error = (bit ? 65535 : 0) - static_cast<std::int64_t>(p);
     for (std::size_t i = 0; i < n; ++i) {
-      // The error opposes what made it: weights stay far below this limit.
+      // The error opposes what caused it, so weights stay far below this limit.
       weights_[i] = std::clamp<std::int64_t>(weights_[i] + ((inputs[i] * error + (1 << 15)) >> 16),
                                              -(1 << 30), 1 << 30);
       models[i]->learn(bit, 255);
@@ -70,7 +70,7 @@ class OpinionMixer {
 
 class WideResidualModel {
  public:
-  /// Encoding, returns `residual`; decoding, ignores it and returns what was coded.
+  /// When encoding, returns `residual`; when decoding, ignores it and returns the coded one.
   template <class Coder>
   WideResidual code(Coder& coder, WideResidual residual, const WideContext& context) {
     if (!code_step(coder, residual.magnitude > 0, 0, context)) return {};
@@ -91,7 +91,7 @@ class WideResidualModel {
          &by_view_[1][step][context.views[1]], &by_view_[2][step][context.views[2]]});
   }
 
-  // A magnitude from 2 on: the number of its digits, then the digits.
+  // Codes a magnitude from 2 on: the number of its digits, then the digits.
   template <class Coder>
   std::uint64_t code_large(Coder& coder, std::uint64_t value, const WideContext& context) {
     const std::uint32_t octave = context.energy / 2;
@@ -101,7 +101,7 @@ class WideResidualModel {
     for (int bit = 5; bit >= 0; --bit)
       path = 2 * path + code_adaptive(coder, (length >> bit) & 1, length_bits[path], 255);
     const std::uint32_t digits = path - 64;  // after the first
-    // Where the number lies among those that were usual here.
+    // How the number of digits compares with the usual one here.
     const std::uint32_t usual = octave / 2;
     const std::size_t place = digits + 4 < usual ? 0 : digits + 3 > usual ? 2 : 1;
     std::uint64_t magnitude = 1;
@@ -130,7 +130,7 @@ class WideResidualModel {
   OpinionMixer<2> sign_mixer_;
 };
 
-/// `bits` bits, all equally probable, the upper ones first.
+/// Codes `bits` bits, all equally probable, the upper ones first.
 template <class Coder>
 std::uint64_t code_raw_bits(Coder& coder, std::uint64_t value, int bits) {
   std::uint64_t result = 0;

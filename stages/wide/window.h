@@ -1,5 +1,5 @@
-// The surroundings of the wide voxel that comes next: decoded numbers, residuals and escapes of the last
-// three slices, and what they say about it.
+// The surroundings of the next wide voxel: decoded numbers, residuals and escapes of the last three slices,
+// and the prediction and contexts that follow from them.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace tagrid {
 
-/// What predictions were wrong by, on average, in one class of surroundings, in 2^-11.
+/// The average error of predictions in one class of surroundings, in 2^-11.
 struct WideBias {
   std::int64_t value = 0;
   std::uint32_t seen = 0;
@@ -29,18 +29,18 @@ struct WideBias {
 
 struct WidePrediction {
   std::int64_t value = 0;
-  std::int32_t fraction = 0;  ///< of the prediction before rounding, in 2^-11, -1024 .. 1023
+  std::int32_t fraction = 0;  ///< remainder of rounding the prediction, in 2^-11, -1024 .. 1023
   std::uint64_t spread = 0;   ///< of the neighbours' numbers; 0: they are all equal
-  std::uint64_t before = 0;   ///< residuals of the rows before, weighted
-  std::uint32_t texture = 0;  ///< which neighbours are above the plain prediction, and a sign; below 24
+  std::uint64_t before = 0;   ///< weighted sum of the residuals of the rows before
+  std::uint32_t texture = 0;  ///< the neighbours above the plain prediction, and a sign; below 24
   std::size_t texture_bias = 0, sign_bias = 0;
 };
 
-/// Everything of one box of `size`, in raster order. Sum is wide enough for weighted sums of numbers.
+/// The window of one box of `size`, in raster order. Sum is wide enough for weighted sums of numbers.
 template <class Sum>
 class WideWindow {
  public:
-  /// Residuals are remembered up to this size.
+  /// Residuals are stored up to this magnitude.
   static constexpr std::int64_t residual_limit = std::int64_t{1} << 58;
   static constexpr std::uint64_t bias_limit = std::uint64_t{1} << 13;
 
@@ -139,7 +139,7 @@ class WideWindow {
     c.sign[1] = ((trit(x - 1, -1, 0) * 3 + trit(x + 1, -1, 0)) * 3 + trit(x + 1, 0, 1)) * 8 + p.texture % 8;
     return c;
   }
-  /// Which of the neighbours escaped: left, above, in the slice before.
+  /// Which of the neighbours escaped: left, above, and in the slice before.
   std::size_t escape_context(std::int64_t x) const {
     return escapes_[0][index(x - 1)] + 2U * escapes_[0][index(x, -1)] + 4U * escapes_[1][index(x)];
   }
@@ -147,7 +147,7 @@ class WideWindow {
   void commit(std::int64_t x, const WidePrediction& p, std::int64_t number, std::int64_t residual,
               std::int64_t step) {
     store(x, number, residual, false);
-    // Where residuals are very large they are as good as noise, and so would the bias be.
+    // Very large residuals are mere noise, and the bias would be, too.
     if (p.spread == 0 || p.before >= bias_limit) return;
     constexpr Int128 limit = Int128{1} << 40;
     const Int128 usual = std::min(Int128{p.before + 8} * step * 256, limit);
@@ -192,7 +192,7 @@ class WideWindow {
   std::array<WideBias, 8 * 24> texture_biases_{};
   std::array<WideBias, 8 * 81> sign_biases_{};
   std::vector<std::vector<std::int64_t>> numbers_;    ///< [slices before][row start + x + pad]
-  std::vector<std::vector<std::int64_t>> residuals_;  ///< 0 outside of the box
+  std::vector<std::vector<std::int64_t>> residuals_;  ///< 0 outside the box
   std::vector<std::vector<std::uint8_t>> escapes_;
 };
 
