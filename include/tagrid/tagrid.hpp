@@ -22,8 +22,8 @@
 #include "tagrid/tagrid.h"
 
 namespace tagrid {
-// Part of the name of every function, so that it never meets one of a library that was built with another
-// version of this file.
+// Part of the name of every function, so that it never clashes with one from a library that was built with
+// another version of this file.
 inline namespace v0_1 {
 
 /// A call that failed: what() is its message, status() its kind.
@@ -62,22 +62,23 @@ constexpr tagrid_type type_of() {
 
 using Point = std::array<std::int64_t, 3>;  ///< x, y, z
 
-/// The samples from `low` up to, but without, `high`.
+/// The samples from `low` up to, but not including, `high`.
 struct Box {
   Point low = {0, 0, 0}, high = {0, 0, 0};
 };
 
-/// How a call may work; the defaults are those of tagrid_call_init().
+/// Limits of a call, and its progress; the defaults are those of tagrid_call_init().
 struct Call {
-  int threads = 0;                 ///< 0: as many as this process may run on
+  int threads = 0;                 ///< 0: one for each core of the process
   std::uint64_t memory_limit = 0;  ///< bytes; 0: no limit
-  /// Told how many bytes of samples of how many are done; returns false to cancel. What it throws is thrown on.
+  /// Takes the bytes of samples that are done, and their total; returns false to cancel. Its exceptions are
+  /// rethrown.
   std::function<bool(std::uint64_t done, std::uint64_t total)> progress = {};
 };
 
 namespace detail {
 
-/// A Call as C takes it, and what its callback threw.
+/// A Call in the form of the C interface, and the exception of its callback.
 class CallForC {
  public:
   explicit CallForC(const Call& call) : call_(call) {
@@ -114,7 +115,7 @@ class CallForC {
 
 }  // namespace detail
 
-/// Somewhere that a .tag file can be read from. Both functions may throw; read_at is called by several threads
+/// A place from which a .tag file can be read. Both functions may throw; read_at is called by several threads
 /// at once.
 class Input {
  public:
@@ -127,10 +128,10 @@ class Input {
 /// A mesh, all of it in memory.
 template <class T>
 struct Mesh {
-  std::vector<double> points;            ///< x, y, z of each, in the world
-  std::vector<T> values;                 ///< one a point
-  std::vector<std::int64_t> tetrahedra;  ///< four point numbers each
-  std::vector<std::uint8_t> levels;      ///< one a tetrahedron
+  std::vector<double> points;            ///< x, y, z of each point, in the world
+  std::vector<T> values;                 ///< one per point
+  std::vector<std::int64_t> tetrahedra;  ///< four point numbers for each
+  std::vector<std::uint8_t> levels;      ///< one per tetrahedron
 };
 
 /// An open .tag file; see tagrid_reader.
@@ -191,7 +192,7 @@ class Reader {
   }
 
   /// The samples of `box` at low, low + step, ... on each axis, x fastest. Throws Error with
-  /// TAGRID_INVALID_ARGUMENT where T is not the type of the samples.
+  /// TAGRID_INVALID_ARGUMENT if T is not the type of the samples.
   template <class T>
   std::vector<T> read(const Box& box, const Point& step = {1, 1, 1}, const Call& call = {}) const {
     std::size_t count = 1;
@@ -200,13 +201,13 @@ class Reader {
         throw Error(TAGRID_INVALID_ARGUMENT, "the box is empty, or a step is below 1");
       count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
     }
-    // So that no memory is taken for a box that the volume does not have.
+    // Checked first, so that no memory is taken for a box outside the volume.
     require_within(box);
     std::vector<T> samples(count);
     read_to<T>(box, step, samples, call);
     return samples;
   }
-  /// The same into memory of the caller, which has a place for each sample.
+  /// The same, into memory of the caller that has room for every sample.
   template <class T>
   void read_to(const Box& box, const Point& step, std::span<T> samples, const Call& call = {}) const {
     if (info().type != type_of<T>())
@@ -298,7 +299,7 @@ class Reader {
     settings.rethrow();
     check(status);
   }
-  // Of a constructor that fails no destructor is called.
+  // If the constructor fails, the destructor is not called.
   void own(tagrid_status status) {
     if (status == TAGRID_OK) return;
     const Error error(status, reader_ != nullptr ? tagrid_reader_message(reader_) : "");
@@ -324,7 +325,7 @@ class Encoder {
     check(status);
   }
 
-  /// Feeds whole slices, x fastest.
+  /// Takes whole slices, x fastest.
   template <class T>
   void write(std::span<const T> samples) {
     if (type_ != type_of<T>()) throw Error(TAGRID_INVALID_ARGUMENT, "the volume has samples of another type");
@@ -336,7 +337,7 @@ class Encoder {
   void write(const std::vector<T>& samples) {
     write(std::span<const T>(samples));
   }
-  /// Waits until the last byte was written. The file is whole only if this does not throw.
+  /// Waits until the last byte has been written. The file is complete only if this does not throw.
   tagrid_info finish() {
     tagrid_info info = {};
     info.struct_size = sizeof info;
