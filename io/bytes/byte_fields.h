@@ -1,4 +1,4 @@
-// Numbers one after the other in bytes, little endian.
+// Little-endian numbers, one after the other in bytes.
 #pragma once
 
 #include <array>
@@ -54,7 +54,7 @@ class FieldReader {
     return bytes_.subspan(position_ - size, size);
   }
   std::size_t left() const { return bytes_.size() - position_; }
-  /// Exactly all bytes were read.
+  /// True if exactly all bytes were read.
   bool complete() const { return !overrun_ && left() == 0; }
   bool overrun() const { return overrun_; }
 

@@ -12,7 +12,7 @@ namespace tagrid {
 /// Checksum of the concatenation of `parts`.
 std::uint64_t checksum_of(std::initializer_list<std::span<const std::byte>> parts);
 
-/// The checksum of bytes that come one part after the other.
+/// The checksum of bytes that arrive part by part.
 class RunningChecksum {
  public:
   RunningChecksum();
@@ -21,7 +21,7 @@ class RunningChecksum {
   RunningChecksum& operator=(const RunningChecksum&) = delete;
 
   void add(std::span<const std::byte> bytes);
-  /// Of all that was added so far.
+  /// The checksum of all bytes added so far.
   std::uint64_t value() const;
 
  private:
@@ -29,11 +29,12 @@ class RunningChecksum {
   std::unique_ptr<State> state_;
 };
 
-/// The checksum that follows a block in a .tag file: of the block's own (which is known without what precedes
-/// it, so that blocks can be made anywhere and in any order) and of the checksum before it in the file.
+/// The checksum that follows a block in a .tag file. It combines the checksum before it in the file with the
+/// block's own, which does not depend on what precedes the block, so that blocks can be made anywhere and in
+/// any order.
 std::uint64_t chained_checksum(std::uint64_t own, std::uint64_t before);
 
-/// Whether a checksum that a file has is the one that it should have. With TAGRID_NO_CHECKSUMS always: for
+/// True if the checksum in a file is the expected one. With TAGRID_NO_CHECKSUMS it is always true: for
 /// fuzzing, which could not guess one. Only test programs are compiled so; see tests/CMakeLists.txt.
 bool checksums_agree(std::uint64_t in_file, std::uint64_t computed);
 

@@ -1,4 +1,4 @@
-// Little-endian numbers in bytes. No other file says how a number lies in a file.
+// Little-endian numbers in bytes. No other file knows the layout of numbers in files.
 #pragma once
 
 #include <bit>
@@ -67,8 +67,8 @@ inline void swap_bytes_of_samples(std::byte* samples, std::size_t count, std::si
   if (sample_size == 8) swap_all(std::uint64_t{});
 }
 
-/// `samples` of `sample_size` bytes in the machine's order as little endian: themselves, or a copy in
-/// `swapped`.
+/// `samples` of `sample_size` bytes in the machine's order, as little endian: the samples themselves, or a
+/// copy in `swapped`.
 inline std::span<const std::byte> little_endian_samples(std::span<const std::byte> samples,
                                                         std::size_t sample_size,
                                                         std::vector<std::byte>& swapped) {

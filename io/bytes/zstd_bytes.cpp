@@ -13,7 +13,7 @@
 namespace tagrid {
 namespace {
 
-// 2^10 is the smallest window that zstd knows; 2^27 is what its own program reads without being asked to.
+// 2^10 is the smallest window that zstd knows; 2^27 is the largest that its own program reads by default.
 constexpr int smallest_window_log = 10, largest_window_log = 27;
 
 }  // namespace
@@ -33,7 +33,8 @@ Status zstd_decompress(std::span<const std::byte> bytes, std::size_t size, std::
   if (!stream) throw std::bad_alloc();
   if (bytes.size() < 4 || load_little_endian<std::uint32_t>(bytes.data()) != ZSTD_MAGICNUMBER)
     return Status::broken("this is no zstd frame");
-  // A frame says how far it looks back, and that is allocated at once: no further than its content is long.
+  // A frame says how far it looks back, and that window is allocated at once: limit it to the size of the
+  // content.
   const auto window_log = std::clamp(static_cast<int>(std::bit_width(size > 0 ? size - 1 : 0)),
                                      smallest_window_log, largest_window_log);
   if (ZSTD_isError(ZSTD_DCtx_setParameter(stream.get(), ZSTD_d_windowLogMax, window_log)))

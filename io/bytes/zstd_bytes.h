@@ -1,4 +1,4 @@
-// Zstandard for the parts of a file that are no coded bricks.
+// Zstandard for the parts of a file other than coded bricks.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace tagrid {
 
 std::vector<std::byte> zstd_compress(std::span<const std::byte> bytes);
 
-/// Decompresses `bytes` into exactly `size` bytes. Memory grows with what really comes out, not with `size`.
+/// Decompresses `bytes` into exactly `size` bytes. Memory grows with the actual output, not with `size`.
 Status zstd_decompress(std::span<const std::byte> bytes, std::size_t size, std::vector<std::byte>& out);
 
 }  // namespace tagrid

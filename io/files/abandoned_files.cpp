@@ -31,7 +31,7 @@ bool remove_if_abandoned(const std::string& path) {
   const int descriptor =
       uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC); });
   if (descriptor < 0) return false;
-  // Removed while it is held: who is about to hold it sees that it is gone.
+  // Removed while this process holds it: a process that is about to hold it will see that it is gone.
   const bool removed =
       is_local(descriptor) && is_regular(descriptor) && lock_now(descriptor) && unlink(path.c_str()) == 0;
   close(descriptor);

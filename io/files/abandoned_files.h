@@ -1,5 +1,6 @@
-// What killed runs leave beside their outputs: temporaries that no running process holds any more. Only of
-// local file systems: on those of a network a lock may be seen by one machine only, or forbid reading.
+// Finds what killed runs leave beside their outputs: temporary files that no running process holds any more.
+// Only on local file systems: on network file systems, a lock may be visible on one machine only, or may
+// forbid reading.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +9,11 @@
 
 namespace tagrid {
 
-/// Whether an open file, or folder, is on a local file system.
+/// True if an open file or folder is on a local file system.
 bool is_local(int descriptor);
 
-/// Holds a new temporary until its descriptor is closed. False where it was taken for an abandoned one at
-/// this moment, and removed: another one has to be made.
+/// Holds a new temporary file until its descriptor is closed. Returns false if another process has just taken
+/// it for abandoned and removed it; the caller must then create another one.
 bool hold_temporary(int descriptor);
 
 /// Removes the files of temporary_name() beside each of `outputs` that would have become that output, and

@@ -1,4 +1,4 @@
-// Where bytes go, in order: a file, a pipe, or whatever a caller of the library writes to.
+// Takes bytes in order: a file, a pipe, or an object of a caller of the library.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace tagrid {
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// Takes all of `bytes`, after those before. Throws WorldError where that fails.
+  /// Takes all of `bytes`, after those before. Throws WorldError on failure.
   virtual void write(std::span<const std::byte> bytes) = 0;
 };
 

@@ -1,4 +1,4 @@
-// Bytes that can be read in any order: a file, or whatever a caller of the library reads from.
+// Bytes that can be read in any order: a file, or an object of a caller of the library.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,19 @@
 
 namespace tagrid {
 
-/// All functions may be called by several threads at once.
+/// Several threads may call all functions at once.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
   virtual std::uint64_t size() const = 0;
-  /// Fills `to` with the bytes from `position` on. Throws WorldError where that fails. REQUIRES: position +
+  /// Fills `to` with the bytes from `position` on. Throws WorldError on failure. REQUIRES: position +
   /// to.size() <= size().
   virtual void read_at(std::uint64_t position, std::span<std::byte> to) const = 0;
-  /// For messages: the path of a file.
+  /// For messages; the path, for a file.
   virtual const std::string& name() const = 0;
 };
 
-/// A file, which must be a regular one: what cannot seek cannot be read in any order.
+/// A regular file: other files cannot be read in any order.
 class FileSource : public ByteSource {
  public:
   /// Throws WorldError.

@@ -1,4 +1,4 @@
-// Bytes that come in order, from a file, a pipe, or whatever a caller of the library reads from.
+// Bytes that are read in order: from a file, a pipe, or an object of a caller of the library.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace tagrid {
 class ByteStream {
  public:
   virtual ~ByteStream() = default;
-  /// Reads `size` bytes, less only at the end; returns how many.
+  /// Reads `size` bytes, or fewer at the end; returns their number.
   virtual std::size_t read(std::byte* out, std::size_t size) = 0;
   /// Bytes in all, where any can be read again.
   virtual std::optional<std::uint64_t> size() const = 0;

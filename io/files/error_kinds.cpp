@@ -22,7 +22,7 @@ SortedError sorted_error(const std::exception_ptr& exception) {
   } catch (const std::bad_alloc& error) {
     return {ErrorKind::memory, error.what(), {}};
   } catch (const std::length_error& error) {
-    // A container was asked for more than any memory holds.
+    // A container was asked for more elements than any memory holds.
     return {ErrorKind::memory, error.what(), {}};
   } catch (const std::system_error& error) {
     return {ErrorKind::world, error.what(), {}};

@@ -1,4 +1,4 @@
-// Exceptions sorted by what they mean to whoever started the program. Nothing else sorts them.
+// Sorts exceptions by what they mean to the person who started the program. Nothing else sorts them.
 #pragma once
 
 #include <cstdint>
@@ -13,23 +13,23 @@ enum class ErrorKind : std::uint8_t {
   usage,         ///< UsageError
   broken_input,  ///< BrokenInput
   closed_pipe,   ///< ClosedPipe
-  world,         ///< WorldError, and what the standard library throws of the system
-  memory,        ///< there is not enough, or a size is beyond all memory
+  world,         ///< WorldError, and system errors of the standard library
+  memory,        ///< there is too little memory, or a size is beyond all memory
   bug            ///< anything else
 };
 
 struct SortedError {
   ErrorKind kind = ErrorKind::bug;
-  std::string message;  ///< what() of it
+  std::string message;  ///< what() of the exception
   ErrorDetail detail{};
 
   bool operator==(const SortedError&) const = default;
 };
 
-/// REQUIRES: an exception.
+/// REQUIRES: `exception` is not null.
 SortedError sorted_error(const std::exception_ptr& exception);
 
-/// Throws an exception of that kind with that message and detail; of `memory` without.
+/// Throws an exception of that kind with that message and detail; for `memory`, without them.
 [[noreturn]] void throw_sorted(const SortedError& error);
 
 }  // namespace tagrid

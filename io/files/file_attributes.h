@@ -1,4 +1,4 @@
-// What files are besides their bytes: which one, whose, of what time.
+// Attributes of files: identity, owner, permissions and times.
 #pragma once
 
 #include <sys/types.h>
@@ -9,7 +9,7 @@
 
 namespace tagrid {
 
-/// What a file that takes another one's place takes over from it.
+/// The attributes that a file inherits when it replaces another one.
 struct FileAttributes {
   mode_t mode = 0;  ///< the permissions: lowest nine bits
   uid_t owner = 0;
@@ -17,18 +17,18 @@ struct FileAttributes {
   timespec accessed = {}, modified = {};
 };
 
-/// Those of a regular file; nothing for "-", for what does not exist, and for devices and pipes.
+/// The attributes of a regular file; nothing for "-", missing files, devices and pipes.
 std::optional<FileAttributes> attributes_of(const std::string& path);
 
-/// Gives a new and empty file the owner, where that is allowed, and the permissions. A group that cannot be
-/// given gets no more than everybody.
+/// Gives a new and empty file the owner, if that is allowed, and the permissions. If the group cannot be set,
+/// the group gets no more permissions than everybody.
 void set_permissions(int descriptor, const FileAttributes& attributes);
 
-/// Whether `path` is, or is going to be, a regular file: not "-", a device, a pipe.
+/// True if `path` is, or would become, a regular file: not "-", a device or a pipe.
 bool is_regular_output(const std::string& path);
 
-/// Throws UsageError if writing to `output` would write to `input`: the same device and inode, by whatever
-/// names. "-" are the standard streams.
+/// Throws UsageError if writing to `output` would write to `input`: if both have the same device and inode,
+/// whatever their names. "-" stands for the standard streams.
 void refuse_same_file(const std::string& input, const std::string& output);
 
 }  // namespace tagrid

@@ -49,7 +49,7 @@ FileBytes::~FileBytes() {
   if (descriptor_ != STDIN_FILENO) close(descriptor_);
 }
 
-/// Until a pipe has something to say, be it that it has ended.
+/// Waits until a pipe has bytes, or has ended.
 void FileBytes::wait_for_bytes() const {
   constexpr int look_again = 100;  // ms
   pollfd ready = {descriptor_, POLLIN, 0};

@@ -1,4 +1,4 @@
-// Bytes of a file or a pipe, in order.
+// The bytes of a file or a pipe, in order.
 #pragma once
 
 #include <atomic>
@@ -13,35 +13,35 @@
 
 namespace tagrid {
 
-/// An open file or pipe. Every failure to read is a WorldError that names it.
+/// An open file or pipe. Every failure to read is a WorldError that names the file.
 class FileBytes : public ByteStream {
  public:
-  /// Opens a file, or the standard input for "-".
+  /// Opens a file, or standard input for "-".
   explicit FileBytes(const std::string& path);
-  /// Takes a regular file that is open, from its beginning; `name` is for messages.
+  /// Takes an open regular file and starts at its beginning; `name` is for messages.
   FileBytes(int descriptor, const std::string& name);
   ~FileBytes() override;
   FileBytes(const FileBytes&) = delete;
   FileBytes& operator=(const FileBytes&) = delete;
 
-  /// Reads `size` bytes, less only at the end; returns how many.
+  /// Reads `size` bytes, or fewer at the end; returns their number.
   std::size_t read(std::byte* out, std::size_t size) override;
-  /// The next bytes, `size` of them if there are as many, without moving on. REQUIRES: size <= peek_limit.
+  /// The next `size` bytes, or fewer at the end, without moving on. REQUIRES: size <= peek_limit.
   std::string_view peek(std::size_t size);
-  /// Skips `size` bytes, less only at the end; returns how many.
+  /// Skips `size` bytes, or fewer at the end; returns their number.
   std::uint64_t skip(std::uint64_t size);
-  /// Appends the next line, with its '\n', to `line`; returns false if its end does not come within `limit`
-  /// bytes. At the end of the file nothing or a line without '\n' is appended.
+  /// Appends the next line, with its '\n', to `line`. Returns false if the line is longer than `limit` bytes.
+  /// At the end of the file, nothing or a line without '\n' is appended.
   bool read_line(std::string& line, std::size_t limit);
 
-  /// Bytes in all, of a regular file; of the standard input, from where it stood.
+  /// Size of a regular file; for standard input, from its position at the start.
   std::optional<std::uint64_t> size() const override { return size_; }
   /// Bytes read so far.
   std::uint64_t position() const override { return position_; }
   /// Moves to byte `position`. REQUIRES: size().
   void seek(std::uint64_t position) override;
-  /// From now on a read that waits for a pipe ends with a WorldError once `stop` is true: for whoever has to
-  /// give up while nothing comes. `stop` must outlive the reads.
+  /// From now on, a read that waits for a pipe ends with a WorldError once `stop` is true, for callers that
+  /// must be able to give up. `stop` must outlive the reads.
   void stop_when(const std::atomic<bool>& stop) override { stop_ = &stop; }
   /// For messages: the path, or "standard input".
   const std::string& name() const override { return name_; }

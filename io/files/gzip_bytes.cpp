@@ -32,7 +32,7 @@ void GzipBytes::restart() {
   stream_->at_end = false;
 }
 
-/// After the end of a member: begins the next one, if there is one.
+/// At the end of a member, starts the next one, if there is one.
 bool GzipBytes::next_member() {
   z_stream& z = stream_->z;
   const std::string_view next =

@@ -1,4 +1,4 @@
-// The bytes inside of a gzip stream (RFC 1952), decompressed as they are read.
+// The content of a gzip stream (RFC 1952), decompressed as it is read.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace tagrid {
 
-/// Reads one or more gzip members that begin where `file` stands and end where the file ends.
+/// Reads one or more gzip members, from the position of `file` to its end.
 class GzipBytes {
  public:
   /// `file` must outlive this.
   explicit GzipBytes(FileBytes& file);
   ~GzipBytes();
 
-  /// Reads `size` bytes, less only at the end; returns how many. Throws BrokenInput if the stream is damaged,
-  /// ends too soon, or is followed by something else.
+  /// Reads `size` bytes, or fewer at the end; returns their number. Throws BrokenInput if the stream is
+  /// damaged, ends too soon, or is followed by something else.
   std::size_t read(std::byte* out, std::size_t size);
-  /// Begins again, once the file was moved back to the first member.
+  /// Starts again after the file has been moved back to the first member.
   void restart();
 
  private:

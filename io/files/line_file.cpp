@@ -15,7 +15,7 @@
 namespace tagrid {
 
 LineFile::LineFile(const std::string& path) : name_(path) {
-  // Not to wait for a pipe of that name.
+  // O_NONBLOCK: does not wait if the name is a pipe.
   constexpr int flags = O_RDWR | O_CREAT | O_CLOEXEC | O_NONBLOCK;
   descriptor_ = uninterrupted([&] { return open(path.c_str(), flags, 0666); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
@@ -33,7 +33,7 @@ LineFile::~LineFile() { close(descriptor_); }
 void LineFile::lock() {
   if (lock_now(descriptor_)) return;
   if (errno == EWOULDBLOCK) throw UsageError(name_ + ": another run is writing to it; wait for its end");
-  // File systems without locks exist: then it is up to the caller that there is one run.
+  // Some file systems have no locks; then the caller must ensure that there is only one run.
 }
 
 void LineFile::cut(long long size) {

@@ -1,4 +1,4 @@
-// A file that grows by whole lines, and is whole after every one of them.
+// A file that grows by whole lines and is complete after every line.
 #pragma once
 
 #include <string>
@@ -6,18 +6,18 @@
 
 namespace tagrid {
 
-/// Lines are appended and durable at once. One process at a time writes to such a file. Every failure is a
-/// WorldError that names it.
+/// Appended lines are durable at once. Only one process at a time writes to such a file. Every failure is a
+/// WorldError that names the file.
 class LineFile {
  public:
-  /// Opens the file, or creates it. What follows the last '\n', half a line of a run that was killed, is cut
-  /// off. Throws UsageError while another process writes to it.
+  /// Opens the file, or creates it. Anything after the last '\n', half a line of a killed run, is cut off.
+  /// Throws UsageError if another process is writing to it.
   explicit LineFile(const std::string& path);
   ~LineFile();
   LineFile(const LineFile&) = delete;
   LineFile& operator=(const LineFile&) = delete;
 
-  /// Appends `line` and '\n': all of it, or nothing where that fails. REQUIRES: no '\n' in `line`.
+  /// Appends `line` and '\n': all of it, or nothing on failure. REQUIRES: no '\n' in `line`.
   void append(std::string_view line);
   const std::string& name() const { return name_; }
 

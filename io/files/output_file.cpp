@@ -21,7 +21,7 @@ namespace {
 
 std::string file_name_of(const std::string& path) { return std::filesystem::path(path).filename().string(); }
 
-/// Writes straight to what is not a regular file, such as /dev/null or a named pipe.
+/// True for files that are not regular, such as /dev/null or a named pipe: they are written directly.
 bool is_special(const std::string& path) {
   const auto status = status_of(path);
   return status && !S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode);
@@ -42,7 +42,7 @@ int rename_to_new(const std::string& from, const std::string& to) {
   return error;
 }
 
-/// Waits until a stream that does not block takes more.
+/// Waits until a non-blocking stream takes more.
 void wait_for_room(int descriptor) {
   pollfd ready = {descriptor, POLLOUT, 0};
   poll(&ready, 1, -1);
@@ -102,8 +102,8 @@ void OutputFile::create_temporary() {
   if (target.empty()) throw UsageError(path_ + ": is not the name of a file");
   for (int attempt = 0; attempt < 100; ++attempt) {
     const std::string candidate = hidden_path(temporary_name(target));
-    // Registered first: a signal in between must not leave it. The mode is that of any new file, or nobody
-    // else's until it is that of another one.
+    // Registered before it is created, so that a signal in between does not leave it. Its mode is that of any
+    // new file, or private until it gets that of another file.
     slot_ = register_temporary(candidate);
     const mode_t mode = options_.like ? 0600 : 0666;
     descriptor_ =
@@ -148,7 +148,7 @@ void OutputFile::sync() {
   if (options_.like && !temporary_.empty() && !synced_) {
     if (options_.others_write) set_permissions(descriptor_, *options_.like);
     const timespec times[2] = {options_.like->accessed, options_.like->modified};
-    // A time that cannot be kept is no reason to throw the file away.
+    // If the time cannot be set, the file is still good.
     if (futimens(descriptor_, times) != 0) errno = 0;
   }
   if (!temporary_.empty() && !synced_ && uninterrupted([&] { return fsync(descriptor_); }) != 0)
@@ -158,15 +158,15 @@ void OutputFile::sync() {
 
 void OutputFile::close_descriptor() {
   int descriptor = std::exchange(descriptor_, -1);
-  // Network file systems report some failed writes only here. The standard output stays open, and reports
-  // them for any of its descriptors.
+  // Network file systems report some failed writes only in close(). Standard output must stay open; closing
+  // any of its descriptors reports them.
   if (descriptor == STDOUT_FILENO) descriptor = dup(STDOUT_FILENO);
   if (descriptor >= 0 && close(descriptor) != 0 && errno != EINTR)
     throw world_error("cannot write", name_, errno);
 }
 
 /// Keeps the file that has the name under another one, until nothing can fail any more. Some file systems
-/// cannot do that; then the older file is gone once the new one has its name.
+/// cannot do that; there the older file is gone once the new one has its name.
 void OutputFile::set_older_aside() {
   const std::string candidate = hidden_path(older_name(file_name_of(path_)));
   older_slot_ = register_temporary(candidate, path_);
@@ -183,7 +183,7 @@ void OutputFile::give_name() {
     error = rename_to_new(temporary_, path_);
   else if (rename(temporary_.c_str(), path_.c_str()) != 0)
     error = errno;
-  published_ = true;  // also where it was not: the older file has two names
+  published_ = true;  // also on failure: the older file has two names
   if (error == EEXIST) throw exists_already(path_);
   if (error != 0) throw world_error("cannot rename the finished file to", name_, error);
   temporary_.clear();
@@ -194,7 +194,7 @@ void OutputFile::give_name() {
 void OutputFile::take_back() noexcept {
   published_ = false;
   if (!older_.empty()) {
-    // Nothing happens where both names are of one file: then the second one has to go.
+    // rename() does nothing if both names belong to one file: then the second name has to go.
     if (rename(older_.c_str(), path_.c_str()) == 0) unlink(older_.c_str());
     forget_temporary(std::exchange(older_slot_, -1));
   } else if (temporary_.empty()) {

@@ -27,7 +27,7 @@ void PlacedFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 
 void PlacedFile::finish() {
   if (uninterrupted([&] { return fsync(descriptor_); }) != 0) throw world_error("cannot write", name_, errno);
-  // Network file systems report some failed writes only here.
+  // Network file systems report some failed writes only in close().
   if (close(std::exchange(descriptor_, -1)) != 0 && errno != EINTR)
     throw world_error("cannot write", name_, errno);
 }

@@ -1,4 +1,4 @@
-// A file that several processes write together, each at places of its own.
+// A file that several processes write together, each at its own positions.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace tagrid {
 
-/// An existing file that is written at any place. Every failure is a WorldError that names `name`.
+/// An existing file that is written at any position. Every failure is a WorldError that names `name`.
 class PlacedFile {
  public:
   PlacedFile(const std::string& path, std::string name);
@@ -17,7 +17,8 @@ class PlacedFile {
   PlacedFile& operator=(const PlacedFile&) = delete;
 
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
-  /// Makes what was written durable, and closes the file: that it was written is certain only after this.
+  /// Makes the written bytes durable and closes the file: only after this is it certain that they were
+  /// written.
   void finish();
 
  private:

@@ -26,7 +26,7 @@ std::string folder_for_temporaries() {
   return folder != nullptr && *folder != '\0' ? folder : "/tmp";
 }
 
-// Beside the output, where the space for the result has to be anyway.
+// Beside the output, because there must be space for the result there anyway.
 std::string folder_beside(const std::string& path) {
   if (path == "-") return folder_for_temporaries();
   const auto status = status_of(path);
@@ -60,7 +60,7 @@ void SpoolFile::create() {
   buffer_.reserve(buffer_size);
   descriptor_ = uninterrupted([&] { return open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); });
   if (descriptor_ >= 0) return;
-  // Some network file systems have no nameless files: make one with a name and take the name away.
+  // Some network file systems have no nameless files: create one with a name, then remove the name.
   std::string name = (std::filesystem::path(folder_) / ".tagrid.spoolXXXXXX").string();
   descriptor_ = mkostemp(name.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot create", errno);
@@ -141,7 +141,7 @@ void SpoolFile::read_at(std::uint64_t position, std::span<std::byte> to) {
 std::span<std::byte> SpoolFile::read_part(std::uint64_t position) {
   begin_reading();
   buffer_.resize(buffer_size);
-  // Behind what was written may be bytes of before clear().
+  // Beyond the written bytes there may be bytes from before clear().
   const std::size_t wanted = std::min<std::uint64_t>(buffer_size, size_ - position);
   return std::span(buffer_).first(read_some(position, std::span(buffer_).first(wanted)));
 }

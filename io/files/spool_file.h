@@ -1,4 +1,4 @@
-// A nameless temporary file: what has to wait until something else is written, without memory.
+// A nameless temporary file for data that must wait, outside memory, until other data is written.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,13 @@
 
 namespace tagrid {
 
-/// Bytes that are written, in order or at their place, and then read back. The file has no name from the
-/// start, so nothing is left however the program ends. Every failure is a WorldError.
+/// Bytes that are written, in order or at a position, and then read back. The file never has a name, so
+/// nothing is left however the program ends. Every failure is a WorldError.
 class SpoolFile {
  public:
-  /// A file in the folder of `path`, or in the folder for temporary files for "-" and for devices.
+  /// A file in the folder of `path`; for "-" and devices, in the folder for temporary files.
   static SpoolFile beside(const std::string& path);
-  /// A file in `folder`; `whose` is named where that fails.
+  /// A file in `folder`; error messages name `whose`.
   static SpoolFile in(const std::string& folder, const std::string& whose);
   SpoolFile(SpoolFile&& other) noexcept;
   ~SpoolFile();
@@ -23,17 +23,16 @@ class SpoolFile {
   SpoolFile& operator=(const SpoolFile&) = delete;
 
   void write(std::span<const std::byte> bytes);
-  /// Writes at a place of the file, which may leave a gap. REQUIRES: no write().
+  /// Writes at a position of the file; this may leave a gap. REQUIRES: no write().
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
-  /// Begins again with an empty file.
+  /// Starts again with an empty file.
   void clear();
-  /// Gives the file away: its descriptor, to be closed by the caller.
+  /// Gives the file away: returns its descriptor, which the caller must close.
   int release();
-  /// Bytes written so far, gaps included.
+  /// Bytes written so far, including gaps.
   std::uint64_t size() const { return size_; }
-  /// Calls use(std::span<std::byte>) for all bytes, in order, part by part; `use` may change what it is
-  /// given. REQUIRES: no write() after the first call, except after
-  /// clear().
+  /// Calls use(std::span<std::byte>) for all bytes, in order, part by part; `use` may change the bytes that
+  /// it gets. REQUIRES: no write() after the first call, except after clear().
   template <class Use>
   void read_back(Use use) {
     for (std::uint64_t position = 0; position < size_;) {
@@ -42,7 +41,7 @@ class SpoolFile {
       position += part.size();
     }
   }
-  /// Reads bytes anywhere. REQUIRES: they were written; no write() after the first call.
+  /// Reads bytes at any position. REQUIRES: they were written; no write() after the first call.
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:
@@ -55,10 +54,10 @@ class SpoolFile {
   std::size_t read_some(std::uint64_t position, std::span<std::byte> to) const;
   std::span<std::byte> read_part(std::uint64_t position);
 
-  std::string name_;  ///< Of whom it is for, for messages.
+  std::string name_;  ///< For messages: the file for which this one is used.
   std::string folder_;
   int descriptor_ = -1;
-  std::vector<std::byte> buffer_;  ///< What is not in the file yet; later, what was read.
+  std::vector<std::byte> buffer_;  ///< Bytes that are not in the file yet; later, bytes that were read.
   bool reading_ = false;
   std::uint64_t flushed_ = 0;  ///< bytes of write() that are in the file
   std::uint64_t size_ = 0;

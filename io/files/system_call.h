@@ -1,4 +1,4 @@
-// Calls of the operating system, with what it may answer besides yes and no.
+// Calls of the operating system that handle interruptions and partial results.
 #pragma once
 
 #include <sys/stat.h>
@@ -12,7 +12,7 @@
 
 namespace tagrid {
 
-/// Makes a call, again as often as a signal interrupts it. Not for close(), which closes the file anyway.
+/// Makes a call, and repeats it if a signal interrupts it. Not for close(), which closes the file anyway.
 template <class Call>
 auto uninterrupted(Call call) {
   for (;;) {
@@ -21,21 +21,21 @@ auto uninterrupted(Call call) {
   }
 }
 
-/// Writes all of `bytes` from `position` on, however many calls that takes. False where one fails; errno says
-/// why.
+/// Writes all of `bytes` from `position` on, with as many calls as needed. Returns false if one fails; errno
+/// says why.
 bool write_all_at(int descriptor, std::uint64_t position, std::span<const std::byte> bytes);
 
-/// Locks a file for this process alone, until its descriptor is closed, and does not wait for others. False
-/// where that fails; errno is EWOULDBLOCK where somebody else has it.
+/// Locks a file for this process alone until its descriptor is closed, without waiting. Returns false on
+/// failure; errno is EWOULDBLOCK if another process holds the lock.
 bool lock_now(int descriptor);
 
-/// The folder that a path's name is in: "." where the path says none.
+/// The folder of a path: "." if the path names none.
 std::string folder_of(const std::string& path);
 
-/// What is known of a file; nothing where there is none. Throws WorldError where that cannot be found out:
-/// what cannot be looked at must not be taken for a name that is free.
+/// The status of a file; nothing if it does not exist. Throws WorldError if that cannot be found out: a name
+/// that cannot be checked must not be taken to be free.
 std::optional<struct stat> status_of(const std::string& path);
-/// The same of a name, even where that is a symbolic link.
+/// The same for a name, even if it is a symbolic link.
 std::optional<struct stat> status_of_name(const std::string& path);
 
 }  // namespace tagrid

@@ -60,8 +60,8 @@ std::optional<std::string_view> target_of(std::string_view name, std::string_vie
   return name.substr(1, name.size() - end_size - 1);
 }
 
-// One look at a folder; returns how many files were removed. readdir() allocates, which a signal handler must
-// not.
+// Reads the folder once and removes its files; returns how many. It does not use readdir(), which allocates:
+// a signal handler must not.
 int remove_files_in(int folder) noexcept {
   alignas(8) char entries[4096];
   int removed = 0;
@@ -70,7 +70,7 @@ int remove_files_in(int folder) noexcept {
     const long size = syscall(SYS_getdents64, folder, entries, sizeof entries);
     if (size <= 0) return removed;
     for (long at = 0; at < size;) {
-      // As the kernel lays it out: number, offset, length of the entry, type, name.
+      // The layout of the kernel: number, offset, length of the entry, type, name.
       unsigned short length;
       std::memcpy(&length, entries + at + 16, sizeof length);
       removed += unlinkat(folder, entries + at + 19, 0) == 0;
@@ -117,7 +117,7 @@ void unlink_temporaries() noexcept {
       continue;
     }
     if (slot_originals[slot][0] != '\0') std::rename(slot_paths[slot], slot_originals[slot]);
-    // Also after that: a name is not taken away where both are of one file.
+    // Also after a rename: rename() keeps both names if they belong to one file.
     unlink(slot_paths[slot]);
   }
 }

@@ -1,5 +1,5 @@
 // The format: VTK File Formats, "XML File Formats", UnstructuredGrid with an AppendedData section. After the
-// underscore come the arrays in the order of the offsets, each with its size in bytes (UInt64) before it.
+// underscore come the arrays in the order of the offsets; each is preceded by its size in bytes (UInt64).
 #include "io/mesh/vtu_writer.h"
 
 #include <fmt/format.h>
@@ -41,7 +41,7 @@ std::string_view vtk_name_of(SampleType type) {
   return "";
 }
 
-// Writes numbers as they lie in memory to a file that is little endian.
+// Writes numbers from memory to a little-endian file.
 template <class Output>
 void write_samples(Output& output, std::span<const std::byte> bytes, std::size_t sample_size) {
   if constexpr (std::endian::native == std::endian::little) {
@@ -64,7 +64,7 @@ void write_spooled(OutputFile& output, SpoolFile& spool) {
   spool.read_back([&](std::span<const std::byte> part) { output.write(part); });
 }
 
-// The primitive of each tetrahedron, from the same bytes as its level.
+// The primitive of each tetrahedron, computed from its level.
 void write_types(OutputFile& output, SpoolFile& levels) {
   write_size(output, levels.size());
   levels.read_back([&](std::span<std::byte> part) {
@@ -73,7 +73,7 @@ void write_types(OutputFile& output, SpoolFile& levels) {
   });
 }
 
-// An array that follows from the number of tetrahedra: number_of(i) for each of them.
+// Writes an array that depends only on the number of tetrahedra: number_of(i) for each of them.
 template <class Number, class NumberOf>
 void write_computed(OutputFile& output, std::int64_t count, NumberOf number_of) {
   write_size(output, static_cast<std::uint64_t>(count) * sizeof(Number));

@@ -13,15 +13,15 @@
 
 namespace tagrid {
 
-/// Streams a mesh of tetrahedra to a .vtu file, with memory for a few buffers only: what VTK wants in
-/// separate arrays waits in nameless temporary files beside the output (about 32 bytes a point and 33 a
+/// Streams a mesh of tetrahedra to a .vtu file, with only a few buffers in memory: data that VTK needs in
+/// separate arrays waits in nameless temporary files beside the output (about 32 bytes per point and 33 per
 /// tetrahedron).
 ///
 /// The file has appended raw data, header_type="UInt64", little endian: Float64 points, Int64 connectivity
 /// and offsets, UInt8 types (10, VTK_TETRA); point data `value` of the sample type; cell data `level` and
-/// `type` (level % 3: the primitives I, II, III), both UInt8. It appears under its name in commit() only.
+/// `type` (level % 3: the primitives I, II, III), both UInt8. It gets its name only in commit().
 ///
-/// Every failure of the world is a WorldError; UsageError if the output exists and `overwrite` is false.
+/// Failures of the system are WorldErrors; UsageError if the output exists and `overwrite` is false.
 class VtuWriter : public MeshSink {
  public:
   VtuWriter(const std::string& path, SampleType value_type, bool overwrite);
@@ -33,12 +33,12 @@ class VtuWriter : public MeshSink {
   std::int64_t point_count() const { return points_; }
   std::int64_t tetrahedron_count() const { return tetrahedra_; }
 
-  /// Puts the file together. To be called once, after the last tetrahedron. REQUIRES: all indices are those
-  /// of points.
+  /// Puts the file together. Call it once, after the last tetrahedron. REQUIRES: all indices are those of
+  /// points.
   void finish();
-  /// Makes it durable and gives it its name. REQUIRES: finish() was called.
+  /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
   void commit() { output_.commit(); }
-  /// Bytes of the whole file. REQUIRES: finish() was called.
+  /// Size of the whole file. REQUIRES: finish() was called.
   std::uint64_t file_bytes() const { return output_.position(); }
 
  private:

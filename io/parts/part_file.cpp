@@ -116,7 +116,7 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
   const int levels = max_level(parameters.cube_size);
   const std::vector<std::byte> expected = head_of(id);
   const std::uint64_t size = bytes_.size().value_or(0);
-  // No more bricks than fit: what is allocated is there.
+  // Not more bricks than fit into the file, so no memory is allocated for a false number.
   const auto count = static_cast<std::uint64_t>(id.bricks);
   if (size < head_size + tail_size || count > size / (block_frame_size + entry_size(levels)))
     fail("the part is not complete");

@@ -33,10 +33,10 @@ std::vector<std::string> names_in(const std::string& folder) {
   return names;
 }
 
-/// A file that was not completed, or the one that had its name before.
+/// A file that was not completed, or one that had its name before.
 bool is_unfinished(std::string_view name) { return target_of_temporary(name) || target_of_older(name); }
 
-/// Part, record, lock or temporary. Other files in the folder are somebody's.
+/// A part, record, lock or temporary. Other files in the folder do not belong to a run.
 bool is_of_run(std::string_view name) {
   const bool is_part = name.size() >= 6 && name.find_first_not_of("0123456789") == name.npos;
   return is_part || name == "run" || name == "lock" || is_unfinished(name);
@@ -60,7 +60,7 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
     path_.append("-").append(random_suffix());
     slot_ = register_temporary_folder(path_);
   }
-  // Parts are nobody else's: what permissions the output will have is not known to whoever finds them.
+  // Only the user may read parts: the permissions of the output are not known here.
   if (mkdir(path_.c_str(), 0700) != 0 && !(resumable && errno == EEXIST)) {
     const int error = errno;
     forget_temporary(std::exchange(slot_, -1));
@@ -72,8 +72,8 @@ PartFolder::PartFolder(const std::string& output, bool resumable)
 }
 
 PartFolder::~PartFolder() {
-  // A run that failed before there was anything to go on with leaves nothing. A record that cannot be looked
-  // at, on a network file system, is there.
+  // A run that failed before it had anything to continue from leaves nothing. A record that cannot be
+  // checked, on a network file system, counts as existing.
   const auto is_unrecorded = [&] { return access(record().c_str(), F_OK) != 0 && errno == ENOENT; };
   if (!resumable_) {
     remove_folder(path_.c_str());
@@ -81,7 +81,7 @@ PartFolder::~PartFolder() {
     try {
       remove();
     } catch (const std::exception&) {
-      // What was going wrong before is what is told.
+      // The first failure is the one that is reported.
     }
   }
   forget_temporary(slot_);
@@ -90,7 +90,7 @@ PartFolder::~PartFolder() {
 
 void PartFolder::require_own() const {
   const auto status = status_of_name(path_);
-  if (!status) return;  // gone with the end of another run
+  if (!status) return;  // removed at the end of another run
   if (!S_ISDIR(status->st_mode))
     throw UsageError(path_ +
                      ": is to be the folder for the parts of the run, and is something else; move it away");
@@ -105,14 +105,14 @@ void PartFolder::require_own() const {
 
 void PartFolder::lock() {
   const std::string name = path_ + "/lock";
-  // Again where the file was removed in the meantime, by the end of the run that had it.
+  // Repeated if the file was removed in the meantime, at the end of the run that held it.
   for (;;) {
     lock_ = uninterrupted([&] { return open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600); });
     if (lock_ < 0 && errno == ENOENT && mkdir(path_.c_str(), 0700) == 0) continue;
     if (lock_ < 0) throw world_error("cannot create", name, errno);
     if (!lock_now(lock_)) {
       const int error = errno;
-      // File systems without locks exist: then it is up to the caller that there is one run.
+      // Some file systems have no locks; then the caller must ensure that there is only one run.
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
       close(std::exchange(lock_, -1));
       if (error == EWOULDBLOCK)

@@ -54,7 +54,7 @@ FileIdentity identity_of(const std::string& path) {
   if (!status) throw world_error("cannot open", path, ENOENT);
   if (!S_ISREG(status->st_mode)) throw UsageError(path + ": is not a file that can be read again");
   FileIdentity id;
-  // However it is called, and from wherever.
+  // The same file has the same path here, whatever its name in the command and the current folder.
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::canonical(path, error);
   id.path = error ? path : whole.string();

@@ -1,4 +1,4 @@
-// The pieces of a .tag file behind its header: blocks of bricks, then index and footer. docs/format.md
+// The parts of a .tag file after its header: blocks of bricks, then index and footer. docs/format.md
 // specifies every byte.
 #pragma once
 
@@ -22,11 +22,11 @@ struct BrickBytes {
   std::vector<std::uint8_t> values;
 };
 
-/// Bytes of a block besides activity and values: length, number, length of the activity, checksum.
+/// Bytes of a block besides its activity and values: length, number, length of the activity, checksum.
 inline constexpr std::uint64_t block_frame_size = 4 + 8 + 4 + 8;
 
-/// Largest length (the first field of a block) that a brick of a true file has: a byte for a point's
-/// activity, and twice a sample. The coders stay far below.
+/// Largest length (the first field of a block) that a brick of a valid file has: one byte per point for the
+/// activity, and twice the size of its samples. The coders stay far below.
 std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t brick);
 
 /// Length, number and length of the activity: the fields before the activity.
@@ -37,40 +37,41 @@ std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes&
 void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
                  std::uint64_t checksum);
 
-/// Reads a block, from its length to its checksum, that must be the one of brick `id`. `checksum` is the one
-/// before the block, and becomes the block's.
+/// Reads a block, from its length to its checksum; it must be that of brick `id`. `checksum` holds the
+/// checksum before the block, and receives that of the block.
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
                    std::uint64_t& checksum, BrickBytes& brick);
 
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
-/// Index and footer of a file whose blocks end at byte `start`, the last one in `last_checksum`.
+/// Index and footer of a file whose blocks end at byte `start`; `last_checksum` is that of the last block.
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);
 
-/// Bytes of the footer: where the index begins, the header's checksum, end_magic.
+/// Bytes of the footer: position of the index, the header's checksum, end_magic.
 inline constexpr std::size_t footer_size = 8 + 8 + end_magic.size();
-/// Bytes of the index before what is packed: a length of 0 where a brick has its own, two sizes.
+/// Bytes of the index before its compressed part: a length of 0 where a brick has its own, and two sizes.
 inline constexpr std::size_t index_head_size = 4 + 8 + 8;
 
-/// Where the index begins, as a footer says. Broken where it is none.
+/// Finds the beginning of the index from the footer. Broken if `footer` is not a footer.
 Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start);
 
-/// What is known of a file where its index and footer are read.
+/// What must be known of a file to read its index and footer.
 struct FileEnd {
   const CodingParameters& parameters;
   std::uint64_t header_size, header_checksum;
-  std::uint64_t start;          ///< where the blocks end and the index begins
+  std::uint64_t start;          ///< position where the blocks end and the index begins
   std::uint64_t last_checksum;  ///< of the last block
 
-  /// Reads the first index_head_size bytes; `rest`: how many follow, the footer included.
+  /// Reads the first index_head_size bytes. `rest` receives the number of bytes that follow, including the
+  /// footer.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the index's first byte to the file's last.
   Status parse(std::span<const std::byte> bytes, TagIndex& index) const;
 };
 
-/// Where the bytes of a file are; the parts sum to the file.
+/// The sizes of the parts of a file; they sum to the size of the file.
 struct TagSizes {
   std::uint64_t file = 0, header = 0, activity = 0, values = 0;
   std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks

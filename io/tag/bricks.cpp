@@ -21,7 +21,7 @@ void TagBricks::fail(const std::string& where, const std::string& what) const {
   throw BrokenInput(name() + ": " + where + ": " + what);
 }
 
-// What the file does not have takes no memory.
+// Reads in steps, so that a false size takes no memory.
 std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
   if (position > source_->size() || size > source_->size() - position)
     fail("before byte " + std::to_string(position + size), "the file ends; it is truncated");

@@ -1,4 +1,4 @@
-// The bricks of a .tag file in any order, by its index.
+// Reads the bricks of a .tag file in any order, by its index.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace tagrid {
 
-/// Reads a .tag file by its index: the header, the index and the footer at once, a brick when it is asked
-/// for. All const functions may be called by several threads at once. Bytes that are wrong are BrokenInput,
-/// which says where.
+/// Reads a .tag file by its index: the header, index and footer at once, and a brick when it is requested.
+/// Several threads may call all const functions at once. Wrong bytes throw BrokenInput, which says where they
+/// are.
 class TagBricks {
  public:
   /// Reads header, index and footer, and checks them.
@@ -28,11 +28,11 @@ class TagBricks {
   TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, index_); }
   std::int64_t count() const { return static_cast<std::int64_t>(starts_.size()) - 1; }
 
-  /// Where the block of a brick begins in the file, and its bytes.
+  /// Position of the block of a brick in the file, and its size in bytes.
   std::uint64_t start(std::int64_t brick) const { return starts_[static_cast<std::size_t>(brick)]; }
   std::uint64_t block_bytes(std::int64_t brick) const { return start(brick + 1) - start(brick); }
 
-  /// Reads the block of `brick`, and the checksum before it, to which the block is bound: nothing else.
+  /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
 
  private:
@@ -45,7 +45,7 @@ class TagBricks {
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   TagIndex index_;
-  std::vector<std::uint64_t> starts_;  ///< of every block, and where the last one ends
+  std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
 };
 
 }  // namespace tagrid

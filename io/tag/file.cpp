@@ -76,7 +76,7 @@ void TagReader::read_exactly(std::byte* out, std::size_t size, const char* what)
   if (bytes_->read(out, size) != size) fail(std::string("the file ends in ") + what + "; it is truncated");
 }
 
-// In steps, so that a size that the file does not have takes no memory.
+// Reads in steps, so that a false size takes no memory.
 void TagReader::read_growing(std::vector<std::byte>& out, std::span<const std::byte> before,
                              std::uint64_t size, const char* what) {
   constexpr std::uint64_t step = 1 << 20;
@@ -89,8 +89,8 @@ void TagReader::read_growing(std::vector<std::byte>& out, std::span<const std::b
   }
 }
 
-// What follows a brick is bound to it: read before the brick is handed out, it shows that the brick is of
-// this file.
+// The next block is bound to a brick. It is read before the brick is handed out, and shows that the brick
+// belongs to this file.
 bool TagReader::read_brick(BrickBytes& brick) {
   const std::int64_t count = parameters().bricks().count();
   if (starting_) read_frame(ahead_);
@@ -133,7 +133,7 @@ void TagReader::read_index_section() {
   file_size_ = end.start + section.size();
 }
 
-// The frame before it ends with its checksum, which is the seed of the next one's; so does the header.
+// The block before it ends with the checksum that is the seed of the next one's; so does the header.
 void TagReader::seek_brick(std::int64_t brick) {
   assert(can_seek() && index_.bricks.size() == static_cast<std::uint64_t>(parameters().bricks().count()));
   std::uint64_t start = header_size_;

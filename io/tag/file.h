@@ -1,4 +1,4 @@
-// .tag files: written front to back, read front to back from anything, and by their index from files.
+// .tag files: written front to back; read front to back from any stream, or by their index from files.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ class TagWriter {
   void finish();
 
   const TagIndex& index() const { return index_; }
-  /// Of what was written so far.
+  /// The sizes of what was written so far.
   TagSizes sizes() const { return tag_sizes(position_, header_size_, index_); }
 
  private:
@@ -36,14 +36,14 @@ class TagWriter {
   std::uint64_t position_ = 0;  ///< bytes written
   CodingParameters parameters_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
-  std::uint64_t last_checksum_ = 0;  ///< of what was written last: the header, then each brick
+  std::uint64_t last_checksum_ = 0;  ///< of the last part written: the header, then each brick
   TagIndex index_;
 };
 
-/// Reads a .tag file. Whatever is wrong with the bytes is thrown as BrokenInput that says where.
+/// Reads a .tag file. Wrong bytes throw BrokenInput, which says where they are.
 class TagReader {
  public:
-  /// Reads the header. "-" is the standard input.
+  /// Reads the header. "-" stands for standard input.
   explicit TagReader(const std::string& path);
   explicit TagReader(std::unique_ptr<ByteStream> stream);
 
@@ -53,17 +53,17 @@ class TagReader {
   /// See FileBytes.
   void stop_when(const std::atomic<bool>& stop) { bytes_->stop_when(stop); }
 
-  /// Hands out the next brick, once its checksum and that of what follows it have been checked: the next
-  /// brick, or index and footer, which nothing may follow. Returns false after the last one.
+  /// Hands out the next brick, after its checksum and that of the following block have been checked: the next
+  /// brick, or index and footer, which nothing may follow. Returns false after the last brick.
   bool read_brick(BrickBytes& brick);
 
-  /// Makes `brick` the next one that is read. REQUIRES: read_index(), can_seek().
+  /// Makes `brick` the next one to be read. REQUIRES: read_index(), can_seek().
   void seek_brick(std::int64_t brick);
   bool can_seek() const { return bytes_->size().has_value(); }
 
-  /// Gets index() without reading the bricks where the file can seek; else by reading them all.
+  /// Makes index() available: without reading the bricks if the file can seek, otherwise by reading them all.
   void read_index();
-  /// REQUIRES: read_brick() gave the last brick, or read_index() was called.
+  /// REQUIRES: read_brick() has returned the last brick, or read_index() was called.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, index_); }
 

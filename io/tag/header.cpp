@@ -16,7 +16,8 @@
 namespace tagrid {
 namespace {
 
-// As in PNG: a byte above 127, line ends of both kinds and a Ctrl-Z show transfers that damage binary files.
+// As in PNG: a byte above 127, both kinds of line ends and a Ctrl-Z reveal transfers that damage binary
+// files.
 constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 0x1A, '\n'};
 constexpr std::uint32_t version = 3;
 constexpr std::size_t checksum_size = 8;
@@ -24,7 +25,8 @@ constexpr std::uint32_t max_fields_size = 1 << 24;
 
 bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
-// Of what is no .tag file, where that is known: most often the volume itself is given by mistake.
+// Says what a file that is not a .tag file is, if known: most often it is the volume itself, given by
+// mistake.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   constexpr std::string_view openvdb_magic("\x20\x42\x44\x56\0\0\0\0", 8);

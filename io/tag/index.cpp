@@ -39,7 +39,7 @@ std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& f
   fields.put(index.total.high);
   fields.put(index.total.sum);
   fields.put(index.total.finite);
-  // By columns: they compress better.
+  // Stored by columns, which compress better.
   for (const auto& brick : index.bricks) fields.put(brick.activity_bytes);
   for (const auto& brick : index.bricks) fields.put(brick.value_bytes);
   for (const auto& brick : index.bricks) fields.put(brick.low);
