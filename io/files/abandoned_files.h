@@ -16,8 +16,9 @@ bool is_local(int descriptor);
 /// it for abandoned and removed it; the caller must then create another one.
 bool hold_temporary(int descriptor);
 
-/// Removes the files of temporary_name() beside each of `outputs` that would have become that output, and
-/// that no process holds. Looks at each folder once. Returns how many; what cannot be removed is left.
+/// Removes the files with a temporary_name() beside each of `outputs` that would have become that output and
+/// that no process holds. Searches each folder once. Returns the number of removed files; files that cannot
+/// be removed are left.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
 
 }  // namespace tagrid

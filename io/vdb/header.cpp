@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t longest_name = 4096;
 constexpr Setting vdb_grid_setting = {"vdb-grid", "the grid"};
 
-/// Metadata of a file or a grid; what tagrid wrote goes to `head`.
+/// Reads the metadata of a file or a grid; values that tagrid wrote go to `head`.
 void read_metadata(VdbBytes& bytes, VdbGridHead* head) {
   const auto count = bytes.number<std::uint32_t>();
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -77,7 +77,7 @@ std::vector<VdbGrid> read_vdb_grids(VdbBytes& bytes) {
   for (std::int32_t i = 0; i < count; ++i) {
     VdbGrid grid = read_grid_name(bytes);
     const auto begin = bytes.number<std::uint64_t>();
-    bytes.skip(8);  // where its buffers begin: after its tree
+    bytes.skip(8);  // the position of its buffers: they follow its tree
     const auto end = bytes.number<std::uint64_t>();
     grid.position = bytes.position();
     if (has_positions && (begin != grid.position || end <= begin))

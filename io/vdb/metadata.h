@@ -1,4 +1,4 @@
-// Metadata of an OpenVDB grid in the making.
+// Builds the metadata of an OpenVDB grid.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace tagrid {
 
-/// Named values. The library writes them in the order of their names, and so should whoever adds them.
+/// Named values. The library writes them in the order of their names; callers should add them in this order.
 class VdbMetadata {
  public:
   void add(std::string_view name, std::string_view text);

@@ -19,7 +19,7 @@
 namespace tagrid {
 namespace {
 
-/// Whether `value` is a number of type To, and then what it is there.
+/// Returns true if `value` is a number of type To, and converts it.
 template <class To, class From>
 bool convert(From value, To& to) {
   if constexpr (std::is_integral_v<To>) {
@@ -36,7 +36,8 @@ bool convert(From value, To& to) {
   }
 }
 
-/// The box of the samples: as tagrid wrote it, if no active voxel is outside, else that of the active voxels.
+/// The box of the samples: as tagrid wrote it, if no active voxel is outside; otherwise that of the active
+/// voxels.
 Box box_of(const VdbBytes& bytes, const VdbGridHead& head, const Index3& low,
            const std::optional<Box>& active) {
   std::optional<Box> box = active;
@@ -62,8 +63,8 @@ SampleType type_of(const VdbBytes& bytes, const VdbGridHead& head, SampleType st
   return *type;
 }
 
-/// The header lines that a volume had before tagrid wrote it as this grid, if the grid is still where they
-/// say.
+/// The header lines that a volume had before tagrid wrote it as this grid, if they still match the position
+/// of the grid.
 std::optional<std::string> fields_before(const VdbGridHead& head, const Box& box) {
   const auto text = head.texts.find(vdb::fields_key);
   if (text == head.texts.end() || head.dims != box.size() || !head.transform) return std::nullopt;
@@ -72,7 +73,7 @@ std::optional<std::string> fields_before(const VdbGridHead& head, const Box& box
     if (vdb_place_of(text->second).low == box.low && vdb_transform_of(geometry, box.low) == *head.transform)
       return text->second;
   } catch (const BrokenInput&) {
-    // Then somebody else wrote it.
+    // Then another program wrote it.
   }
   return std::nullopt;
 }

@@ -1,4 +1,4 @@
-// Volumes from OpenVDB files.
+// Reads volumes from OpenVDB files.
 #pragma once
 
 #include <cstddef>
@@ -12,30 +12,30 @@
 
 namespace tagrid {
 
-/// Whether a file that begins so is one of OpenVDB: at least 8 bytes.
+/// True if `bytes`, the first 8 or more of a file, are those of an OpenVDB file.
 bool begins_vdb(std::string_view bytes);
 
-/// A grid of floats, doubles or 32-bit integers as a volume: the box of its active voxels, or, if tagrid
-/// wrote it, the whole volume. An inactive voxel has the value that the tree has there. All functions throw
-/// BrokenInput and WorldError.
+/// A grid of floats, doubles or 32-bit integers as a volume. The volume is the box of the active voxels or,
+/// if tagrid wrote the file, the original volume. An inactive voxel has the value that the tree has there.
+/// All functions throw BrokenInput and WorldError.
 ///
-/// Opening reads the file once and keeps an index, 24 bytes for a leaf of 8^3 voxels; then the leaves that
-/// share 8 slices are in memory, and nothing else.
+/// Opening reads the file once and keeps an index of 24 bytes for each leaf of 8^3 voxels. After that, only
+/// the leaves that share 8 slices are in memory.
 class VdbReader {
  public:
-  /// `file` is a regular one. `grid` is the name of one of its grids; "": it has only one.
+  /// REQUIRES: `file` is a regular file. `grid` is the name of one of its grids; "" if it has only one.
   VdbReader(std::unique_ptr<FileBytes> file, const std::string& grid);
   VdbReader(VdbReader&&) noexcept;
   VdbReader& operator=(VdbReader&&) noexcept;
   ~VdbReader();
 
-  /// The type is that of the grid, or the one that the grid says it had before it was written by tagrid.
+  /// The type is that of the grid, or the original type that tagrid recorded when it wrote the grid.
   const VolumeInfo& info() const;
-  /// Writes slice `z` to `out`: samples of info().type, x fastest. Throws BrokenInput for a value that is
-  /// none of that type. REQUIRES: 0 <= z < dims.z.
+  /// Writes slice `z` to `out`: samples of info().type, x fastest. Throws BrokenInput if a value does not fit
+  /// that type. REQUIRES: 0 <= z < dims.z.
   void read_slice(std::int64_t z, std::byte* out);
   std::uint64_t file_size() const;
-  /// Bytes that this takes at most, from now on.
+  /// The largest number of bytes that this takes from now on.
   std::uint64_t memory() const;
 
  private:

@@ -29,7 +29,7 @@ std::uint64_t VdbSlices<T>::memory() const {
     leaves = i > 0 && tree_.leaves[i].z == tree_.leaves[i - 1].z ? leaves + 1 : 1;
     most_leaves = std::max(most_leaves, leaves);
   }
-  // Lists of a layer grow: 3 times what is in them.
+  // The lists of a layer grow: allow 3 times their content.
   return tree_.leaves.size() * sizeof(VdbLeaf) + 4 * tree_.tiles.size() * sizeof(VdbTiles<T>) +
          most_leaves * (vdb::leaf_values * sizeof(T) + 3 * sizeof(VdbLeaf)) +
          static_cast<std::uint64_t>(box_.size().x * box_.size().y) * sizeof(T);
@@ -53,7 +53,7 @@ void VdbSlices<T>::read_layer(std::int64_t z) {
     if (tiles.end() > z && meets_box(tiles.x, tiles.y, tiles.edge)) tiles_.push_back(tiles);
   }
   const std::size_t voxels = leaves_.size() * vdb::leaf_values;
-  // Not both at a time, the voxels of this layer and of the one before.
+  // The voxels of this layer and of the one before are not in memory at the same time.
   if (voxels > voxels_.capacity()) voxels_ = {};
   voxels_.resize(voxels);
   T* next = voxels_.data();

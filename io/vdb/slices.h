@@ -1,4 +1,4 @@
-// Slices of an OpenVDB grid.
+// Reads slices of an OpenVDB grid.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@
 
 namespace tagrid {
 
-/// Voxels of a grid, slice by slice, in any order; slices that lie beside each other are read together.
+/// Voxels of a grid, slice by slice, in any order; neighbouring slices are read together.
 template <class T>
 class VdbSlices {
  public:
-  /// Slices of `box`. `bytes` outlive this.
+  /// Slices of `box`. `bytes` must outlive this.
   VdbSlices(VdbBytes& bytes, const VdbPacking& packing, VdbTree<T> tree, const Box& box);
 
-  /// The slice of voxels with this z, x fastest; until the next call. REQUIRES: z is in the box.
+  /// The slice of voxels with this z, x fastest; valid until the next call. REQUIRES: z is in the box.
   const std::vector<T>& slice(std::int64_t z);
-  /// Bytes that this takes at most.
+  /// The largest number of bytes that this takes.
   std::uint64_t memory() const;
 
  private:
@@ -30,8 +30,8 @@ class VdbSlices {
   VdbTree<T> tree_;
   Box box_;
   std::vector<T> slice_;
-  /// Where the layer of leaves begins that was read last; its leaves, their voxels, and the tiles that reach
-  /// into it.
+  /// The layer of leaves that was read last: where it begins, its leaves, their voxels, and the tiles that
+  /// reach into it.
   std::int64_t layer_ = INT64_MIN;
   std::vector<VdbLeaf> leaves_;
   std::vector<T> voxels_;

@@ -40,7 +40,7 @@ VdbTransform read_matrix(VdbBytes& bytes) {
 
 std::optional<VdbTransform> read_map(VdbBytes& bytes, int depth) {
   const std::string map = bytes.text(longest_name);
-  // Behind the scale stand numbers that follow from it.
+  // Numbers derived from the scale follow it.
   if (map == "ScaleMap" || map == "UniformScaleMap") {
     const VdbTransform transform = scaled(read_vector(bytes));
     bytes.skip(12 * sizeof(double));
@@ -86,7 +86,7 @@ Vector position_of(const VdbTransform& t, const Index3& voxel) {
   return position;
 }
 
-/// Whether a line of a header can hold the text as it is.
+/// True if a line of a header can hold the text as it is.
 bool fits_line(std::string_view text) {
   return !text.empty() && std::none_of(text.begin(), text.end(), [](char c) {
     return static_cast<unsigned char>(c) < 32 || c == '\\' || c == 127;

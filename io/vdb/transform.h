@@ -1,4 +1,4 @@
-// Where the voxels of an OpenVDB grid lie in the world, and what NRRD says of the same.
+// The position of the voxels of an OpenVDB grid in the world, and the NRRD fields that express it.
 #pragma once
 
 #include <array>
@@ -22,25 +22,25 @@ struct VdbTransform {
 };
 
 /// Reads the transform of a grid; nothing if it is a perspective one, which has no directions. Throws
-/// BrokenInput for numbers that are none, and for a flat world.
+/// BrokenInput for values that are not numbers, and for a degenerate transform.
 std::optional<VdbTransform> read_vdb_transform(VdbBytes& bytes);
 
-/// Writes it as the simplest of OpenVDB's maps: programs can do more with a uniform one.
+/// Writes it as the simplest of OpenVDB's maps, because programs can do more with a uniform one.
 void put_vdb_transform(FieldWriter& out, const VdbTransform& transform);
 
-/// That of a volume whose first sample is voxel `low`. What is not known of its geometry counts as 1.
+/// The transform of a volume whose first sample is voxel `low`. Unknown parts of its geometry count as 1.
 VdbTransform vdb_transform_of(const Geometry& geometry, const Index3& low);
 
-/// What else a .tag file keeps of a grid, as NRRD key-value pairs, so that decoding gives it back.
+/// Other properties of a grid that a .tag file keeps as NRRD key-value pairs, so that decoding restores them.
 struct VdbPlace {
   Index3 low;                        ///< The voxel that is the first sample.
-  std::string grid;                  ///< "": none that a header could hold.
-  std::optional<double> background;  ///< Of the inactive voxels.
+  std::string grid;                  ///< "" if there is none that a header could hold.
+  std::optional<double> background;  ///< Value of the inactive voxels.
 };
 
 /// The lines of an NRRD header for both.
 std::string nrrd_fields_of(const std::optional<VdbTransform>& transform, const VdbPlace& place);
-/// Reads those lines among others. What is missing or makes no sense is as it is in VdbPlace{}.
+/// Reads those lines among others. Missing or meaningless ones have the values of VdbPlace{}.
 VdbPlace vdb_place_of(std::string_view nrrd_fields);
 
 }  // namespace tagrid

@@ -12,7 +12,7 @@ namespace {
 
 using vdb::Mask;
 
-/// Also equal where both are not a number, and different where both are zeros of different sign.
+/// Two NaNs are equal, and zeros of different sign are not.
 template <class T>
 bool same_bits(T a, T b) {
   return std::memcmp(&a, &b, sizeof(T)) == 0;
@@ -77,7 +77,7 @@ class TreeReader {
     });
   }
 
-  /// Of a node all but its children, whose edge is 2^child_log.
+  /// Reads a node, except for its children, whose edge is 2^child_log.
   template <std::size_t count>
   void read_node(const Index3& low, Mask<count>& children, int child_log) {
     Mask<count> active;

@@ -1,5 +1,4 @@
-// Where the voxels of an OpenVDB grid are in its file: an index of its tree, made by going over the file
-// once.
+// An index of the tree of an OpenVDB grid: where its voxels are in the file. One pass over the file makes it.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +11,7 @@
 
 namespace tagrid {
 
-/// Cubes of one value, one behind the other along z.
+/// Cubes of one value, one after the other along z.
 template <class T>
 struct VdbTiles {
   std::int32_t x = 0, y = 0, z = 0;  ///< The lowest voxel.

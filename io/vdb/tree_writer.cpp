@@ -28,7 +28,7 @@ void for_each_node(Slots slots, int log, Use use) {
   }
 }
 
-/// The bits of the one value that a node of `full` slots has, if all are tiles of it.
+/// If all `full` slots of a node are tiles of one value: the bits of that value.
 std::optional<std::uint64_t> only_value(Slots slots, std::size_t full) {
   const auto is_first = [&](const VdbSlot& slot) {
     return slot.size == 0 && slot.where == slots.front().where;

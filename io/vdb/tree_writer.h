@@ -1,4 +1,4 @@
-// The tree of an OpenVDB grid, from its leaves and tiles.
+// Writes the tree of an OpenVDB grid from its leaves and tiles.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,9 @@ using VdbSink = std::function<void(std::span<const std::byte>)>;
 /// Puts leaves and tiles into the order of the file, depth first.
 void sort_vdb_slots(std::vector<VdbSlot>& slots);
 
-/// Writes background, root, nodes and the masks of leaves. A node that is all tiles of one value becomes one
-/// itself. Without `spool` the masks are zeros: to count bytes. REQUIRES: `slots` are sorted.
+/// Writes background, root, nodes and the masks of leaves. A node that consists of tiles of one value becomes
+/// a tile itself. Without `spool` the masks are zeros: this is used to count bytes. REQUIRES: `slots` are
+/// sorted.
 template <class T>
 void write_vdb_topology(const VdbSink& sink, T background, std::span<const VdbSlot> slots, SpoolFile* spool);
 

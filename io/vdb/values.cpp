@@ -27,7 +27,7 @@ T negative(T value) {
     return -value;
 }
 
-/// IEEE 754, 16 bits.
+/// Converts an IEEE 754 number of 16 bits.
 float float_of_half(std::uint16_t half) {
   const std::uint32_t sign = (half & 0x8000u) << 16, exponent = half >> 10 & 31u, fraction = half & 1023u;
   if (exponent == 31) return std::bit_cast<float>(sign | 0x7f800000u | fraction << 13);
@@ -36,10 +36,10 @@ float float_of_half(std::uint16_t half) {
   return sign != 0 ? -size : size;
 }
 
-/// What comes before the packed values.
+/// The description of inactive values, before the packed values.
 template <class T, std::size_t count>
 struct Head {
-  T inactive[2];  ///< which of them an inactive value is, says `second`
+  T inactive[2];  ///< `second` says which of them an inactive value is
   Mask<count> second;
   std::size_t stored = count;
 };
@@ -62,7 +62,7 @@ Head<T, count> read_head(VdbBytes& bytes, const VdbPacking& packing, const Mask<
   return head;
 }
 
-/// The size of what is packed, of `size` bytes: positive where it is compressed.
+/// The packed size of `size` bytes: positive if they are compressed.
 std::int64_t read_packed_size(VdbBytes& bytes, std::size_t size) {
   const auto packed = bytes.number<std::int64_t>();
   const auto largest = static_cast<std::int64_t>(size) + BLOSC_MAX_OVERHEAD;
@@ -105,7 +105,7 @@ std::size_t stored_size(const VdbPacking& packing) {
   return packing.half && !std::is_integral_v<T> ? 2 : sizeof(T);
 }
 
-/// Halves are written only where there are any.
+/// Halves are written only if there are any.
 bool has_values(const VdbPacking& packing, std::size_t stored) { return !packing.half || stored > 0; }
 
 }  // namespace
@@ -144,7 +144,7 @@ void append_vdb_values(std::vector<std::byte>& out, const T* values, std::size_t
   std::vector<std::byte> plain(count * sizeof(T));
   for (std::size_t i = 0; i < count; ++i) store_little_endian(plain.data() + i * sizeof(T), values[i]);
   std::vector<std::byte> packed(plain.size() + BLOSC_MAX_OVERHEAD);
-  // The parameters of the library.
+  // The library uses the same parameters.
   const int size =
       plain.empty() ? 0
                     : blosc_compress_ctx(9, BLOSC_SHUFFLE, sizeof(float), plain.size(), plain.data(),

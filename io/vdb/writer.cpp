@@ -25,7 +25,7 @@ namespace {
 
 constexpr Setting background_setting = {"vdb-background", "the background"};
 
-constexpr std::uint32_t library_major = 10, library_minor = 0;  // whose files look so
+constexpr std::uint32_t library_major = 10, library_minor = 0;  // the files have the layout of this version
 
 /// The type of the grid for samples of type S.
 template <class S>
@@ -44,7 +44,7 @@ bool is_number_of(SampleType type, double number) {
   });
 }
 
-/// The voxel of the first sample: where it was in the grid that the volume once was, if there is room.
+/// The voxel of the first sample: as in the grid from which the volume came, if there is room.
 Index3 low_of(const Index3& dims, const Index3& wanted) {
   for (int axis = 0; axis < 3; ++axis)
     if (wanted[axis] + dims[axis] - 1 > std::numeric_limits<std::int32_t>::max()) return {};
@@ -87,7 +87,7 @@ struct VdbWriter::Grid {
   SpoolFile spool;
   VdbSummary summary;
   Box box;
-  std::int64_t next_z = 0;  ///< Of the first slice that has not gone to a leaf.
+  std::int64_t next_z = 0;  ///< The first slice that has not gone to a leaf.
 };
 
 /// T is the type of the grid.
@@ -160,7 +160,7 @@ struct VdbWriter::GridOf final : Grid {
     buffered.flush();
   }
 
-  /// Many small pieces, to few large ones.
+  /// Joins many small pieces to a few large ones.
   class BufferedSink {
    public:
     explicit BufferedSink(const VdbSink& to) : to_(to) {}
@@ -180,7 +180,7 @@ struct VdbWriter::GridOf final : Grid {
     std::vector<std::byte> buffer_;
   };
 
-  /// All up to the grid's own head, with the positions of what follows.
+  /// Everything up to the grid's own head, with the positions of what follows.
   std::vector<std::byte> head_of_file(std::span<const std::byte> head, std::uint64_t topology,
                                       std::uint64_t buffers) const {
     FieldWriter out;
@@ -196,7 +196,7 @@ struct VdbWriter::GridOf final : Grid {
     out.put(std::int32_t{1});   // grids
     put_vdb_text(out, summary.grid);
     put_vdb_text(out, vdb::grid_type<T>());
-    put_vdb_text(out, "");  // shares no tree
+    put_vdb_text(out, "");  // it shares no tree
     const std::uint64_t begin = out.bytes().size() + 3 * sizeof(std::uint64_t);
     out.put(begin);
     out.put(begin + head.size() + topology);
@@ -234,7 +234,7 @@ std::uint64_t memory_of_vdb_writer(const VolumeInfo& info) {
                    static_cast<double>(vdb::leaf_edge * info.dims.x) * static_cast<double>(info.dims.y),
                slots = leaves(info.dims.x) * leaves(info.dims.y) * leaves(info.dims.z);
   const std::size_t size = with_sample_type(info.type, [](auto s) { return sizeof(GridType<decltype(s)>); });
-  // The list of slots grows: 3 times what is in it.
+  // The list of slots grows: allow 3 times its content.
   const double bytes = samples_of_layer * static_cast<double>(size) + 3 * slots * sizeof(VdbSlot);
   return static_cast<std::uint64_t>(std::min(bytes, 4e18));
 }
