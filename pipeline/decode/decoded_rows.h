@@ -1,4 +1,4 @@
-// The decoded samples of some rows of bricks, as the bricks come.
+// Collects the decoded samples of some rows of bricks, brick by brick.
 #pragma once
 
 #include <algorithm>
@@ -12,24 +12,24 @@
 
 namespace tagrid {
 
-/// Samples of a few rows of bricks of one layer, and then of the next few, kept brick by brick: memory grows
-/// with what has been decoded, not with the width that a header claims.
+/// Samples of a few rows of bricks of one layer, and then of the next few rows. They are stored by brick:
+/// memory grows with the decoded bricks, not with the width that a header claims.
 class DecodedRows {
  public:
-  /// Goes through `all`, `together` rows at a time, or what is left of a layer.
+  /// Goes through `all`, `together` rows at a time, or fewer at the end of a layer.
   DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together);
 
   /// Adds the samples that the next brick owns, x fastest.
   void add(std::vector<std::byte> samples) { samples_.push_back(std::move(samples)); }
   bool complete() const { return static_cast<std::int64_t>(samples_.size()) == rows_.count(bricks_); }
-  /// Forgets its bricks; the next one is the first of the rows after these.
+  /// Drops its bricks; the next brick is the first one of the following rows.
   void begin_next();
 
   /// The samples that the bricks own: whole rows of whole slices.
   const Box& box() const { return box_; }
   /// Bytes of the rows of one slice.
   std::size_t slice_bytes() const;
-  /// Bytes of all.
+  /// Bytes of all samples.
   std::size_t bytes() const { return static_cast<std::size_t>(box_.count()) * size_; }
 
   /// A sample. REQUIRES: complete(), box().contains(p).
@@ -40,11 +40,11 @@ class DecodedRows {
   void copy_slice(std::int64_t z, std::span<std::byte> out) const {
     copy_rows(z, box_.low.y, box_.high.y, out);
   }
-  /// Calls use(first, std::span<const std::byte>) for all samples in raster order, a stretch of samples that
-  /// follow one another in the volume at a time: `first` is the number of the first, in raster order.
+  /// Calls use(first, std::span<const std::byte>) for all samples in raster order, one stretch of consecutive
+  /// samples of the volume at a time. `first` is the number of its first sample, in raster order.
   template <class Use>
   void for_each_part(Use use) const {
-    constexpr std::size_t enough = std::size_t{1} << 20;  // for a write to be worth its call
+    constexpr std::size_t enough = std::size_t{1} << 20;  // enough bytes for a write to be efficient
     const Box volume = bricks_.domain.volume();
     const std::size_t row = static_cast<std::size_t>(volume.size().x) * size_;
     const auto step = static_cast<std::int64_t>(std::max(enough / row, std::size_t{1}));
@@ -78,7 +78,7 @@ class DecodedRows {
   BrickRows all_;
   std::int64_t together_;
   std::size_t size_;  ///< of a sample
-  BrickRows rows_;    ///< these
+  BrickRows rows_;    ///< the current rows
   Box box_;
   std::vector<std::vector<std::byte>> samples_;  ///< by brick, in the order of their numbers
 };

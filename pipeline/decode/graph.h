@@ -1,4 +1,4 @@
-// The flow graph that turns bricks back into slices.
+// The flow graph that turns bricks into slices.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@
 namespace tagrid {
 
 struct DecodeStreams {
-  /// Of the file, for messages.
+  /// Name of the file, for messages.
   std::string name;
-  /// Reads the next brick, or returns false after the last one; never called at the same time.
+  /// Reads the next brick, or returns false after the last one. Never called by two threads at once.
   std::function<bool(BrickBytes&)> read_brick;
-  /// Takes some rows of bricks after the other, in the order of their numbers; never called at the same time.
-  /// Every brick of them has been decoded without an error before.
+  /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
+  /// brick in them has been decoded without an error.
   std::function<void(const DecodedRows& rows)> write_rows;
   /// Takes every brick, in the order of their numbers, before write_rows takes its samples. May be empty.
   std::function<void(const DecodedBrick&)> inspect_brick;
@@ -31,8 +31,8 @@ struct DecodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
-/// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
+/// Decodes the bricks of `rows`; read_brick returns the first of them first. Only bricks that have been read
+/// take memory. Throws BrokenInput if a brick cannot be decoded.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

@@ -1,4 +1,4 @@
-// Decoded rows of bricks, into a volume that is written in any order or in raster order.
+// Writes decoded rows of bricks to a volume that is written in any order, or in raster order.
 #pragma once
 
 #include <optional>
@@ -10,11 +10,11 @@
 
 namespace tagrid {
 
-/// Hands samples on to a writer: at their place, or where that takes them in raster order only, through a
-/// temporary file of one layer of bricks.
+/// Passes samples to a writer: at their position or, if the writer takes raster order only, through a
+/// temporary file that holds one layer of bricks.
 class RowOutput {
  public:
-  /// `spool_folder`: of the temporary file; "" where rows come as the writer takes them.
+  /// `spool_folder`: folder of the temporary file; "" if rows come in the order that the writer takes.
   RowOutput(VolumeWriter& writer, const std::string& spool_folder, const std::string& name);
 
   /// REQUIRES: rows come in the order of their bricks.

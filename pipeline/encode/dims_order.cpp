@@ -13,11 +13,11 @@ namespace tagrid {
 namespace {
 
 constexpr std::int64_t stretches = 32, stretch_length = 256;
-// Slices that lie far apart differ more than rows do; the right order must not be suspected for that.
+// Distant slices differ more than neighbouring rows; the right order must not be suspected because of that.
 constexpr double far_better = 2;
 constexpr std::int64_t least_size = 4;
 
-/// Samples of a headerless file, anywhere.
+/// Samples of a headerless file at any position.
 class Samples {
  public:
   Samples(FileBytes& file, const RawDescription& raw) : file_(file), raw_(raw) {}
@@ -42,7 +42,7 @@ class Samples {
   const RawDescription& raw_;
 };
 
-/// The mean difference of samples that are dims.x (neighbours along y), and dims.x * dims.y, apart.
+/// The mean difference between samples that are dims.x (neighbours along y) and dims.x * dims.y apart.
 double roughness(Samples& samples, const Index3& dims, std::int64_t total) {
   double sum = 0, count = 0;
   for (const std::int64_t apart : {dims.x, dims.x * dims.y}) {

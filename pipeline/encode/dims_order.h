@@ -1,4 +1,4 @@
-// A second thought on what was said of a headerless file.
+// Checks whether the given order of the dimensions of a headerless file is plausible.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@ namespace tagrid {
 
 class FileBytes;
 
-/// Whether the file can seek, has as many bytes as `raw` says, and is read as samples without a header.
+/// True if the file can seek, has as many bytes as `raw` says, and is read as samples without a header.
 bool fits(FileBytes& file, const RawDescription& raw);
 
-/// Another order of raw.dims that fits the file's samples far better: in the right order neighbours along y
-/// and z differ little. Nothing where there is none, where the file's size does not fit, and for what cannot
-/// seek or begins as an NRRD file. Reads a few hundred short stretches of the file.
+/// Another order of raw.dims that fits the file's samples far better: in the right order, neighbours along y
+/// and z differ little. Nothing if there is none, if the file's size does not fit, if the file cannot seek,
+/// or if it begins as an NRRD file. Reads a few hundred short stretches of the file.
 std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw);
 
 }  // namespace tagrid

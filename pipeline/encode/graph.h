@@ -13,23 +13,23 @@
 
 namespace tagrid {
 
-/// The stretches of rows that are encoded for `rows`, which are the last of them.
+/// The stretches of rows that must be encoded for `rows`, which is the last of them.
 std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows);
 
 struct EncodeStreams {
-  /// Reads samples: whole rows of one slice, of one z after the other; never called at the same time.
+  /// Reads samples: whole rows of one slice, in the order of z. Never called by two threads at once.
   std::function<SliceSamples(const Box& rows)> read_slice;
-  /// Takes the bricks in the order of their numbers, never two at the same time.
+  /// Takes the bricks in the order of their numbers. Never called by two threads at once.
   std::function<void(std::int64_t brick, BrickCode code)> write_brick;
-  /// Told by a worker that it has encoded a brick, before that is put in order; called at the same time by
-  /// several. For tests, which wait here, so that bricks finish in any order. May be empty.
+  /// Called by a worker when it has encoded a brick, before the brick is put in order; several workers may
+  /// call it at once. For tests, which wait here so that bricks finish in any order. May be empty.
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Encodes the bricks of `rows` and returns when the last one was written. The bricks do not depend on the
-/// budget. The error of a mesh that has a bound is measured on the way; where its values on the low faces
-/// follow from the coding of bricks below `rows`, those are encoded first, and not written. An exception in a
-/// stream ends the run and is thrown on.
+/// Encodes the bricks of `rows`, and returns when the last one has been written. The bricks do not depend on
+/// the budget. If the mesh has a bound, its error is measured along the way. If its values on the low faces
+/// depend on the coding of bricks below `rows`, those bricks are encoded first and not written. An exception
+/// in a stream ends the run and is rethrown.
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams);
 

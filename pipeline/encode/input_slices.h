@@ -1,4 +1,4 @@
-// Slices of the input, as the flow graph takes them.
+// Reads slices of the input for the flow graph.
 #pragma once
 
 #include "io/formats/volume_reader.h"
@@ -6,9 +6,9 @@
 
 namespace tagrid {
 
-/// Reads `rows`, whole rows of one slice. What follows the last sample makes the whole input wrong, so it is
-/// looked at before anything is finished. Of a file without random access all of the slice is read, and what
-/// precedes it where that is not the next one.
+/// Reads `rows`, whole rows of one slice. Bytes after the last sample make the whole input wrong, so they are
+/// checked before anything is finished. Without random access, the whole slice is read, and any slices before
+/// it that have not been read.
 SliceSamples read_input_slice(VolumeReader& reader, const Box& rows);
 
 }  // namespace tagrid

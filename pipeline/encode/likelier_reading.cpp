@@ -20,18 +20,18 @@ constexpr std::uint64_t most_stretches = 64, stretch_bytes = 4096, least_stretch
 // Clean data are at least as smooth as any wrong reading of them; a false alarm would need far more than
 // that.
 constexpr double far_better = 2;
-// Where fewer neighbours differ, a few jumps decide on everything.
+// If fewer neighbours differ, a few jumps would decide everything.
 constexpr double least_changes = 0.01;
 
 using Stretch = std::vector<double>;
 using Bytes = std::vector<std::byte>;
 
-/// How the bits of a sample are compared. Readings are compared with each other in the same way only: two
-/// peaks on both sides of a sign lie far apart in one, and next to each other in another.
+/// How the bits of a sample are compared. Readings are only compared with each other in the same order: two
+/// peaks on both sides of zero lie far apart in one order, and next to each other in another.
 enum class Order { without_sign, with_sign, floats };
 
-/// The place of a number among all that have as many bits. It keeps a single huge number, which wrong floats
-/// are full of, from outweighing all others.
+/// The rank of a number among all numbers with as many bits. Ranks keep a single huge number, which is common
+/// in wrong floats, from outweighing all others.
 template <class Bits>
 double place_of(Bits bits, Order order) {
   const auto number = static_cast<std::make_signed_t<Bits>>(bits);
@@ -94,7 +94,7 @@ class Sample {
   std::vector<Bytes> stretches_;
 };
 
-/// The mean difference of samples that are `apart`.
+/// The mean difference between samples that are `apart` positions apart.
 double near_difference(const std::vector<Stretch>& stretches, std::size_t apart) {
   double sum = 0, count = 0;
   for (const Stretch& s : stretches)
@@ -102,7 +102,7 @@ double near_difference(const std::vector<Stretch>& stretches, std::size_t apart)
   return sum / count;
 }
 
-/// The mean difference of samples that have nothing to do with each other.
+/// The mean difference between unrelated samples.
 double far_difference(const std::vector<Stretch>& stretches) {
   double sum = 0, count = 0;
   for (std::size_t a = 0; a < stretches.size(); ++a)
@@ -132,7 +132,7 @@ std::vector<Order> orders_of(SampleType type) {
                              : std::vector{Order::without_sign, Order::with_sign};
 }
 
-/// Of readings with samples of the same size or larger: those of wrong ones are noise.
+/// Searches readings with samples of the same size or larger: wrong ones look like noise.
 std::optional<LikelierReading> smoother_reading(const Sample& sample, const RawDescription& raw) {
   const bool given = raw.big_endian.value_or(false);
   std::optional<LikelierReading> best;
@@ -152,8 +152,8 @@ std::optional<LikelierReading> smoother_reading(const Sample& sample, const RawD
   return best;
 }
 
-/// Smaller samples that were read as larger ones. These are smooth, too; but their parts go on from one to
-/// the next as if no sample ended there.
+/// Detects smaller samples that were read as larger ones. These are smooth, too; but their parts continue
+/// from one to the next as if no sample ended there.
 std::optional<LikelierReading> smaller_samples(const Sample& sample, const RawDescription& raw) {
   for (const std::size_t size : sizes)
     for (const bool big_endian : {false, true})
@@ -176,9 +176,9 @@ std::optional<LikelierReading> smaller_samples(const Sample& sample, const RawDe
   return std::nullopt;
 }
 
-/// Samples of 16 bits that are small in the other order of bytes: from -8192 to 8191, and not only multiples
-/// of 256. Their swapped bytes are as smooth where most samples are below 256, but nothing measures in steps
-/// of 256 with a little on top.
+/// Detects samples of 16 bits that are small in the other byte order: from -8192 to 8191, and not only
+/// multiples of 256. If most samples are below 256, their swapped bytes are as smooth; but no instrument
+/// measures in steps of 256 with a small remainder.
 std::optional<LikelierReading> small_if_swapped(const Sample& sample, const RawDescription& raw) {
   if (size_of(raw.type) != 2) return std::nullopt;
   const bool given = raw.big_endian.value_or(false);
@@ -194,7 +194,8 @@ std::optional<LikelierReading> small_if_swapped(const Sample& sample, const RawD
   return LikelierReading{2, raw.type, !given};
 }
 
-/// Whether nearly all that is not 0 is smaller than what anybody measures: small integers look so.
+/// True if nearly all samples other than 0 are smaller than any measured value: small integers look like
+/// this.
 template <class T>
 bool is_tiny(const Sample& sample, bool big_endian) {
   double tiny = 0, count = 0;
@@ -206,8 +207,8 @@ bool is_tiny(const Sample& sample, bool big_endian) {
   return count >= 64 && tiny > 0.9 * count;
 }
 
-/// Whether nearly all that is not 0 is a float of a size that is measured, of many such sizes: integers would
-/// have to lie between 9e8 and 1.3e9.
+/// True if nearly all samples other than 0 are floats of a plausible size, with many different sizes:
+/// integers would have to lie between 9e8 and 1.3e9.
 bool looks_like_floats(const Sample& sample, bool big_endian) {
   double usual = 0, count = 0;
   std::vector<double> of_exponent(41);
@@ -223,7 +224,7 @@ bool looks_like_floats(const Sample& sample, bool big_endian) {
          std::ranges::count_if(of_exponent, [&](double n) { return n > 0.01 * count; }) >= 5;
 }
 
-/// Integers that were taken for floats, or floats for integers.
+/// Detects integers that were taken for floats, and floats that were taken for integers.
 std::optional<LikelierReading> other_class(const Sample& sample, const RawDescription& raw) {
   const bool big = raw.big_endian.value_or(false);
   if (raw.type == SampleType::float64) {

@@ -1,4 +1,4 @@
-// A second thought on the type and the order of bytes that were said of a headerless file.
+// Checks whether the given type and byte order of a headerless file are plausible.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,19 @@
 
 namespace tagrid {
 
-/// Another reading of the same bytes.
+/// A different reading of the same bytes.
 struct LikelierReading {
   std::size_t sample_bytes = 0;
-  /// Which of the readings with samples of this size; where the size is another one than was said, only the
-  /// size is sure.
+  /// One of the readings with samples of this size. If the size differs from the given one, only the size is
+  /// certain.
   SampleType type = SampleType::uint8;
   bool big_endian = false;
 };
 
-/// A reading that fits the file's samples far better than the one that was said: neighbours along x differ
-/// little in the right one, while bytes in the wrong order, halves of samples, or pairs of them look like
-/// noise. Nothing where there is none, where the file is nearly constant or small, where its size does not
-/// fit, and for what cannot seek or begins as an NRRD file. Reads at most 64 short stretches of the file.
+/// A reading that fits the file's samples far better than the given one. In the right reading, neighbours
+/// along x differ little, while bytes in the wrong order, halves of samples, or pairs of samples look like
+/// noise. Nothing if there is none, if the file is nearly constant or small, if its size does not fit, if it
+/// cannot seek, or if it begins as an NRRD file. Reads at most 64 short stretches of the file.
 std::optional<LikelierReading> likelier_reading(const std::string& path, const RawDescription& raw);
 
 }  // namespace tagrid

@@ -21,11 +21,11 @@ void require_bound(const std::optional<double>& bound, const Setting& setting) {
   require(!bound || (std::isfinite(*bound) && *bound >= 0), {"{} must be a number from 0", {setting}});
 }
 
-// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale in
-// proportion to S the number of active points would depend on S.
+// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
+// proportional to S, the number of active points would depend on S.
 constexpr double voxels_per_range = 8;
 
-// Without a word from the caller files and pipes must give the same bytes, so the data is not asked.
+// The default does not depend on the data, so that files and pipes give the same bytes.
 std::pair<double, double> usual_range(SampleType type) {
   switch (type) {
     case SampleType::uint8:
@@ -55,12 +55,13 @@ void set_field_scale(const EncodeOptions& options, std::optional<std::pair<doubl
   p.range_low = low;
   p.range_high = high;
   p.field_scale = voxels_per_range / (high - low);
-  // Ranges of floats may be too wide for their width to be a number, or too narrow for its reciprocal.
+  // Ranges of floats may be so wide that their width is not a number, or so narrow that its reciprocal is
+  // not.
   if (!std::isfinite(high - low)) p.field_scale = 1 / (high / voxels_per_range - low / voxels_per_range);
   if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
 }
 
-// The mesh has the values of active voxels, and is as far off as they are.
+// The mesh has the values of active voxels, and so their errors.
 void require_mesh_of_voxels(const CodingParameters& p) {
   const bool two_bounds = p.surface_error >= 0;
   const double of_values = two_bounds ? p.surface_error : p.max_error;
@@ -79,7 +80,7 @@ void require_mesh_of_voxels(const CodingParameters& p) {
 }
 
 void set_bounds(const EncodeOptions& options, CodingParameters& p) {
-  // Where samples are integers, so are errors.
+  // If samples are integers, so are errors.
   const bool real = is_float_type(p.type);
   const auto whole = [real](const std::optional<double>& e) {
     return !e ? -1.0 : real ? *e : std::floor(*e);
@@ -96,13 +97,14 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   }
   p.max_error = whole(options.max_error);
   if (p.max_error < 0) return;
-  // The error of a voxel is at most E_m (interpolation) + E_n (stored points), and one rounding of a number
-  // that is within E of an integer keeps it within E. Of floats the mesh criterion takes off what is rounded.
+  // The error of a voxel is at most E_m (interpolation) + E_n (stored points). Rounding once keeps a number
+  // within E of an integer if it was within E before. For floats, the mesh criterion subtracts the rounding
+  // errors.
   const double tighter = p.mesh_error < 0 ? p.max_error : std::min(p.mesh_error, p.max_error);
   p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
 
-// What a reader would refuse is not written in the first place.
+// Parameters that a reader would refuse are not written.
 void require_valid(const CodingParameters& p, const std::string& volume) {
   const Status status = check_parameters(p);
   require(status.ok(), {"{} cannot be encoded so: {}", {volume, status.what()}});

@@ -1,4 +1,4 @@
-// What a caller asks of an encoding, and the parameters that follow from it.
+// The settings of an encoding, and the parameters that follow from them.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// What may be asked, by name and in words. Records of runs have the names, too.
+/// The settings by name and in words. Records of runs use the names, too.
 namespace setting {
 inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};
@@ -27,35 +27,35 @@ inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 
 struct EncodeOptions {
   bool grid_only = false;
-  std::optional<double> max_error;      ///< voxels: 0 where not given; grid: no bound where not given
+  std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
   int accuracy = 20;                    ///< m
   int cube_size = 32;                   ///< S
-  std::optional<int> max_level;         ///< a limited run
-  std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) where not given
-  Effort effort = Effort::normal;       ///< matters to voxels of 8 and 16 bits only
+  std::optional<int> max_level;         ///< for a limited run
+  std::optional<int> brick_edge;        ///< in root cubes; max(2, 64 / S) if not given
+  Effort effort = Effort::normal;       ///< affects only voxels of 8 and 16 bits
   std::optional<std::pair<double, double>> range;
-  bool range_from_data = false;       ///< a pass of its own over the volume; files only
+  bool range_from_data = false;       ///< needs a separate pass over the volume; files only
   std::optional<double> field_scale;  ///< lambda itself, instead of a range
 
-  /// Throws UsageError where values are out of range or do not go together.
+  /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;
 };
 
-/// The parameters of the encoding of a volume, without what may depend on its samples: the value
-/// range and the field scale. Throws as resolve() does.
+/// The parameters of the encoding of a volume, except those that may depend on its samples: the value range
+/// and the field scale. Throws as resolve() does.
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
-/// Whether resolve() reads the whole volume, for the value range.
+/// True if resolve() reads the whole volume to find the value range.
 bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader);
 
-/// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
-/// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
+/// The parameters of the encoding of `reader`'s volume. If the range is taken from the data, it reads the
+/// whole volume once and rewinds it. Throws UsageError if the volume does not allow the options.
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
 
-/// The same of samples that whoever has them may know more of: `range_of_data` is theirs, where the options
-/// leave it open; the usual one of the type where it is not given. `name` is the volume's, for messages.
+/// The same for samples that the caller has. `range_of_data` is used if the options leave the range open;
+/// without it, the usual range of the type. `name` is that of the volume, for messages.
 CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info,
                          const std::string& name = "this volume",
                          std::optional<std::pair<double, double>> range_of_data = {});

@@ -10,14 +10,14 @@
 namespace tagrid {
 namespace {
 
-// Nobody sees it: the caller has given up.
+// Only ends the work: the caller has given up and does not see it.
 struct GivenUp {};
 
 std::uint64_t slice_bytes(const CodingParameters& parameters) {
   return *sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type);
 }
 
-// The rows of a slice, close together.
+// Copies the rows of a slice without gaps.
 void copy_slice(const std::byte* from, const Strides& strides, const Index3& dims, std::size_t size,
                 std::byte* to) {
   for (std::int64_t y = 0; y < dims.y; ++y)
@@ -53,7 +53,7 @@ void PushEncoder::end_work() noexcept {
   if (worker_.joinable()) worker_.join();
 }
 
-// In the thread of the encoder.
+// Runs in the thread of the encoder.
 void PushEncoder::run() {
   const CodingParameters& parameters = header_.parameters;
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
@@ -61,7 +61,7 @@ void PushEncoder::run() {
   EncodeStreams streams;
   streams.read_slice = [&](const Box&) { return take(); };
   streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    // All slices may be there, but nobody waits for the file any more.
+    // All slices may have been fed, but the caller does not wait for the file any more.
     if (given_up_) throw GivenUp();
     done += code.statistics.samples * size_of(parameters.type);
     writer_->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);

@@ -1,4 +1,4 @@
-// An encoding that is fed slices: for callers that make samples instead of having a file of them.
+// An encoder that is fed slices, for callers that compute samples instead of reading them from a file.
 #pragma once
 
 #include <atomic>
@@ -21,15 +21,15 @@
 
 namespace tagrid {
 
-/// Encodes on threads of its own what one thread feeds. Bytes of the file go to a sink, which is called by
-/// one thread at a time.
+/// Encodes, on its own threads, the slices that one thread feeds. Bytes of the file go to a sink, which one
+/// thread at a time calls.
 class PushEncoder {
  public:
-  /// Begins the file. `out` and what `progress` needs outlive the encoder. Throws UsageError for options that
-  /// the volume does not allow, and for a limit on memory that cannot be kept.
+  /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. Throws UsageError
+  /// if the volume does not allow the options, or if the limit on memory cannot be kept.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
               Progress progress);
-  /// Ends the work, whether it is complete or not.
+  /// Ends the work, complete or not.
   ~PushEncoder();
   PushEncoder(const PushEncoder&) = delete;
   PushEncoder& operator=(const PushEncoder&) = delete;
@@ -37,11 +37,11 @@ class PushEncoder {
   /// The smallest limit on memory that can be kept.
   static std::uint64_t smallest_memory(const VolumeInfo& info, const EncodeOptions& options);
 
-  /// Feeds the next slices, whose samples lie where `strides` says; they are copied. Waits while enough of
-  /// them are there. Throws what made the encoding fail, and UsageError for more slices than the volume has.
+  /// Takes the next slices, whose samples lie according to `strides`, and copies them. Waits while enough
+  /// slices are waiting. Throws the failure of the encoding, and UsageError for more slices than the volume
+  /// has.
   void write(const std::byte* samples, std::int64_t slices, const Strides& strides);
-  /// Waits for the end of the file. Throws what made the encoding fail, and UsageError where slices are
-  /// missing.
+  /// Waits for the end of the file. Throws the failure of the encoding, and UsageError if slices are missing.
   void finish();
 
   /// REQUIRES: finish().
@@ -65,8 +65,8 @@ class PushEncoder {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<SliceSamples> waiting_;
-  std::atomic<bool> given_up_ = false;  ///< by the caller
-  bool ended_ = false;                  ///< the work
+  std::atomic<bool> given_up_ = false;  ///< the caller has given up
+  bool ended_ = false;                  ///< the work has ended
   std::exception_ptr failure_;
   std::thread worker_;
 };

@@ -1,4 +1,4 @@
-// Parameters that follow from the samples of a volume: the only part of them that reads formats of volumes.
+// Parameters that depend on the samples of a volume: the only part of them that reads formats of volumes.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -45,8 +45,8 @@ std::pair<double, double> range_of_data(VolumeReader& reader) {
   });
   reader.finish();
   reader.rewind();
-  if (low > high) low = high = 0;  // nothing is finite
-  if (low == high) ++high;         // a constant volume: any scale will do
+  if (low > high) low = high = 0;  // no sample is finite
+  if (low == high) ++high;         // a constant volume: any scale is good
   return {low, high};
 }
 
@@ -58,7 +58,7 @@ bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& rea
 }
 
 CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader) {
-  // Mistakes are told before the volume is read.
+  // Mistakes are reported before the volume is read.
   parameters_but_scale(options, reader.info());
   std::optional<std::pair<double, double>> range;
   if (takes_range_from_data(options, reader)) range = range_of_data(reader);

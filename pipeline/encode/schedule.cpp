@@ -4,7 +4,7 @@ namespace tagrid {
 
 namespace {
 
-// The bricks' root cubes and one more on every side, where there is one.
+// The bricks' root cubes, and one more on every side if it exists.
 Box cubes_around(const BrickGrid& bricks, const BrickRows& rows) {
   const Box first = bricks.closed_box({0, rows.y_low, rows.z_low}),
             last = bricks.closed_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
@@ -37,13 +37,12 @@ Box EncodeSchedule::mark_box(Index3 tile) const {
   const Box padded = bricks_.domain.padded();
   for (int axis = 0; axis < 3; ++axis)
     if (box.high[axis] < padded.high[axis]) --box.high[axis];
-  // Outside the volume nothing is curved, and nothing need be kept.
+  // Outside the volume nothing is curved, so no marks are needed there.
   return marks_outside_ ? box : intersection(box, bricks_.domain.volume());
 }
 
 std::int64_t EncodeSchedule::slices_needed() const {
-  // Of the first layer, which has root cubes and a halo below it, and of the others, which begin with a
-  // slice.
+  // The first layer has root cubes and a halo below it; the others begin with a slice.
   const std::int64_t s = bricks_.domain.cube_size;
   const std::int64_t below = rows_.z_low * slices_in_layer() - samples_.low.z;
   return below + slices_in_layer() + s + halo_ + 1;
@@ -85,7 +84,7 @@ std::vector<BrickJob> EncodeSchedule::add_marks(MarkedTile tile) {
 std::vector<BrickJob> EncodeSchedule::layers_that_became_ready() {
   std::vector<BrickJob> jobs;
   for (; next_brick_layer_ < rows_.z_end; ++next_brick_layer_) {
-    // One root layer below and one above the bricks decide with them.
+    // The bricks also depend on one root layer below and one above.
     const std::int64_t first = next_brick_layer_ * bricks_.edge, below = std::max<std::int64_t>(first - 1, 0),
                        last = std::min(first + bricks_.edge, root_layer_end_ - 1);
     for (std::int64_t k = below; k <= last; ++k)

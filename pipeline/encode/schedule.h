@@ -1,15 +1,15 @@
-// Which work is possible, as slices arrive in z order: a state machine without threads.
+// Finds out which work is possible as slices arrive in z order: a state machine without threads.
 //
 //   slices of a root layer (and the halo above it)   -> mark its tiles
 //   marks of a brick layer and one root layer around -> subdivide and encode its bricks
 //
-// (of the layer above, all but its top face, which decides nothing: see grid/region_of_reference.h)
+// (The top face of the layer above is not needed: no brick depends on it; see grid/region_of_reference.h)
 //
 // A tile is the part of a column of bricks in one root layer: every mark is computed once, by the tile that
 // owns its point, and kept until the bricks around it are subdivided.
 //
-// Where only some rows of bricks are encoded, marks of one row of root cubes beyond them are needed too, and
-// those are computed again when it is their turn.
+// If only some rows of bricks are encoded, marks of one row of root cubes beyond them are needed, too. They
+// are computed again for the rows that own them.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 namespace tagrid {
 
 struct MarkJob {
-  Index3 tile;  ///< x, y: of the column of bricks; z: the root layer
+  Index3 tile;  ///< x, y: the column of bricks; z: the root layer
   SliceRange slices;
 };
 
@@ -42,10 +42,11 @@ struct BrickJob {
 
 class EncodeSchedule {
  public:
-  /// For the bricks of `rows`. `mark_halo`: samples that marks depend on, beyond the root cubes around them.
+  /// For the bricks of `rows`. `mark_halo`: number of samples beyond the surrounding root cubes on which
+  /// marks depend.
   EncodeSchedule(const CodingParameters& parameters, const BrickRows& rows, int mark_halo);
 
-  /// The samples that have to be read: slices z = low.z .. high.z, of each the rows low.y .. high.y.
+  /// The samples that must be read: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
   const Box& samples() const { return samples_; }
 
   std::vector<MarkJob> add_slice(SliceSamples slice);
@@ -53,13 +54,14 @@ class EncodeSchedule {
 
   /// The whole root cubes of a tile.
   Box tile_box(Index3 tile) const;
-  /// The points whose marks a tile owns: [low, high) of its box, the last tile of an axis also its high face.
+  /// The points whose marks a tile owns: [low, high) of its box; the last tile along an axis also owns its
+  /// high face.
   Box mark_box(Index3 tile) const;
-  /// Slices that must be in memory at once for every layer to be encoded.
+  /// Number of slices that must be in memory at once so that every layer can be encoded.
   std::int64_t slices_needed() const;
-  /// Slices between two layers of bricks.
+  /// Number of slices from one layer of bricks to the next.
   std::int64_t slices_in_layer() const { return std::int64_t{bricks_.edge} * bricks_.domain.cube_size; }
-  /// Slices that are no longer needed once this layer of bricks is encoded, but were before.
+  /// Number of slices that are no longer needed after this layer of bricks has been encoded.
   std::int64_t slices_released_by(std::int64_t layer) const;
 
  private:
@@ -71,13 +73,13 @@ class EncodeSchedule {
   BrickGrid bricks_;
   BrickRows rows_;
   std::int64_t halo_;
-  bool marks_outside_;  ///< there are marks outside the volume
+  bool marks_outside_;  ///< whether points outside the volume are marked
   Box marked_;          ///< whole root cubes: those of the bricks, and one more on every side
   Box samples_;
   SliceWindow window_;
   std::int64_t root_layer_end_;
-  std::int64_t next_root_layer_;   ///< the first whose tiles are not marked or being marked
-  std::int64_t next_brick_layer_;  ///< the first that is not being encoded
+  std::int64_t next_root_layer_;   ///< the first root layer whose tiles are not marked or being marked
+  std::int64_t next_brick_layer_;  ///< the first layer of bricks that is not being encoded
   struct RootLayer {
     std::int64_t missing = 0;
     std::vector<std::shared_ptr<const LatticeBits>> tiles;

@@ -1,4 +1,4 @@
-// Slices of a volume in memory, and boxes of samples cut from them.
+// Slices of a volume in memory, and boxes of samples copied from them.
 #pragma once
 
 #include <algorithm>
@@ -13,20 +13,19 @@
 
 namespace tagrid {
 
-/// Samples of one z, whole rows, x fastest. Shared by everything that still reads it; freed with its last
-/// reader.
+/// Samples of one z: whole rows, x fastest. All readers share them; the last reader frees them.
 using SliceSamples = std::shared_ptr<const std::byte[]>;
 
-/// Slices first, first + 1, ..., of which each holds the rows from first_row on. Cheap to copy: all jobs of a
-/// layer hold the same.
+/// Slices first, first + 1, ...; each holds the rows from first_row on. Cheap to copy: all jobs of a layer
+/// share the slices.
 struct SliceRange {
   std::int64_t first = 0, first_row = 0;
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
 /// Copies the samples of `box` to `out`, x fastest. A point outside the volume of `dims` samples takes the
-/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box; out has
-/// box.count() places.
+/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box; `out` has room
+/// for box.count() samples.
 template <class T>
 void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
   const Box volume = Box::of_size(dims);
@@ -48,14 +47,14 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
     }
 }
 
-/// The slices that were read and may still be needed.
+/// The slices that have been read and may still be needed.
 class SliceWindow {
  public:
-  /// Begins with slice `first`; all have the rows from `first_row` on.
+  /// Begins with slice `first`; all slices have the rows from `first_row` on.
   SliceWindow(std::int64_t first, std::int64_t first_row) : first_(first), first_row_(first_row) {}
 
   void add(SliceSamples slice) { slices_.push_back(std::move(slice)); }
-  /// One more than the last z that was added.
+  /// One more than the z of the last slice that was added.
   std::int64_t end() const { return first_ + static_cast<std::int64_t>(slices_.size()); }
   /// REQUIRES: low .. high are in the window.
   SliceRange range(std::int64_t low, std::int64_t high) const {

@@ -43,7 +43,7 @@ MeshResult write_mesh(const std::string& input, const std::string& output, const
   const CodingParameters& parameters = reader.parameters();
   const MeshPart part = {checked_level(options, parameters.cube_size), options.padded};
   refuse_flat(reader, part);
-  // Before anything is written.
+  // Checked before anything is written.
   plan_decoding(parameters, resources, DecodeUse::mesh);
   VtuWriter writer(output, parameters.type, options.overwrite);
   mesh_all(reader, part, resources, writer, progress);

@@ -12,9 +12,9 @@
 namespace tagrid {
 
 struct MeshOptions {
-  /// The prefix of the grid at this level: no point of a higher level. All of it where not given.
+  /// The prefix of the grid at this level: no point of a higher level. All of the grid if not given.
   std::optional<int> level;
-  /// Fill whole root cubes, instead of ending at the last samples.
+  /// Fills whole root cubes, instead of ending at the last samples.
   bool padded = false;
   bool overwrite = false;
 };
@@ -28,21 +28,22 @@ struct MeshResult {
   std::int64_t tetrahedra = 0;
 };
 
-/// Writes the leaf tetrahedra of `input` to the .vtu file `output` ("-": the standard streams), brick by
-/// brick in their order; see VtuWriter for the arrays.
+/// Writes the leaf tetrahedra of `input` to the .vtu file `output` ("-": the standard streams), in the order
+/// of bricks; see VtuWriter for the arrays.
 ///
 /// The mesh fills the box of the samples: tetrahedra that reach beyond it are cut there (see cut_at()), and
-/// their pieces keep level and type. Every point is there once, and only if a tetrahedron uses it. It lies
-/// where the volume's header says (to_world()); tetrahedra are positive there, also in a mirrored volume.
+/// their pieces keep level and type. Every point exists once, and only if a tetrahedron uses it. Its position
+/// is that given by the volume's header (to_world()). Tetrahedra are positive there, also in a mirrored
+/// volume.
 ///
-/// A point's value is that of its decoded sample, or in a file without voxels the stored one. A point that a
-/// cut has made has the value of the piecewise linear field there, rounded to the type. A padded mesh is not
-/// cut: of a point outside the volume the value is that of the nearest decoded sample, or the stored one.
-/// Memory: that of decoding, and the activity of one layer of bricks.
+/// A point's value is that of its decoded sample; in a file without voxels, it is the stored value. A point
+/// created by a cut has the value of the piecewise linear field, rounded to the type. A padded mesh is not
+/// cut: a point outside the volume has the value of the nearest decoded sample, or the stored value. Memory:
+/// that of decoding, and the activity of one layer of bricks.
 ///
-/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu" and for a
-/// volume of one slice that is not padded, as it fills no space; BrokenInput, WorldError; then nothing is
-/// left under the name of the output.
+/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu", and for a
+/// volume of one slice that is not padded, as it fills no space. Also throws BrokenInput and WorldError.
+/// After an exception, nothing is left under the name of the output.
 MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
                       const Resources& resources, const Progress& progress = {},
                       const BeforeNaming<MeshResult>& before_naming = {});

@@ -1,4 +1,4 @@
-// A part of the mesh, from the bricks that it needs.
+// Builds a part of the mesh from the bricks that it needs.
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-// Some bricks of one layer, decoded: those of the part, and where samples are needed those below them.
+// Decoded bricks of one layer: those of the part and, if samples are needed, those below them.
 class Layer {
  public:
   Layer() = default;
@@ -51,11 +51,11 @@ Box layer_of(Box box, std::int64_t z) {
   return box;
 }
 
-// How many threads may decode beside two layers of bricks. Throws MemoryLimit where not even one may.
+// The number of threads that may decode beside two layers of bricks. Throws MemoryLimit if not even one may.
 int threads_beside_layers(const CodingParameters& parameters, const Box& needed, const Resources& resources) {
   if (!resources.memory) return resources.threads;
   const std::uint64_t points = static_cast<std::uint64_t>(parameters.bricks().closed_box({0, 0, 0}).count());
-  // Samples, values and bits of each brick; of one brick the numbers of its points and its field.
+  // Samples, values and bits of all bricks; for one brick, the numbers of its points and its field.
   const auto layer = static_cast<std::uint64_t>(layer_of(needed, needed.low.z).count());
   const std::uint64_t kept = 2 * layer * points * (2 * size_of(parameters.type) + 1) + 40 * points;
   const auto wanted = [&](int threads) { return memory_of_reading(parameters, threads) + kept; };

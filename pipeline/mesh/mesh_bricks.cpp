@@ -8,14 +8,14 @@
 namespace tagrid {
 namespace {
 
-// What the mesh needs of a brick until the samples of its layer are there.
+// The data of a brick that the mesh needs, stored until the samples of its layer are complete.
 struct BrickPoints {
   Index3 position;
   LatticeBits active;             // of its closed box
-  std::vector<std::byte> values;  // of a file without voxels: of all points of the box
+  std::vector<std::byte> values;  // in a file without voxels: of all points of the box
 };
 
-// The slices of one layer of bricks, and the one below them, which is the layer's low face.
+// The slices of one layer of bricks, and the slice below them, which is the layer's low face.
 class LayerSamples {
  public:
   explicit LayerSamples(const CodingParameters& parameters)
@@ -47,7 +47,7 @@ bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
   return !part.padded && (n.x == 1 || n.y == 1 || n.z == 1);
 }
 
-// Layer by layer, as the values of a file with voxels are in its slices.
+// Works layer by layer, as the values of a file with voxels are in its slices.
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();

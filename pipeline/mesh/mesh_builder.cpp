@@ -45,7 +45,8 @@ Box bricks_of(const MeshPart& part, const BrickGrid& bricks) {
   if (!part.box) return positions;
   const std::int64_t length = std::int64_t{bricks.edge} * bricks.domain.cube_size;
   for (int axis = 0; axis < 3; ++axis) {
-    // A brick reaches from the first to the last of its points: on a face between two, both are met.
+    // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
+    // both.
     positions.low[axis] = bricks.owner(part.box->low[axis]);
     positions.high[axis] = std::min(part.box->high[axis] / length, positions.high[axis]);
   }
@@ -76,7 +77,7 @@ void MeshBuilder::add_leaves(const LatticeBits& active, const ValueOf& value_of)
 }
 
 void MeshBuilder::add_cut_leaves(const LatticeBits& active, const ValueOf& value_of) {
-  // Of a prefix the field is another one.
+  // A prefix has a different field.
   const LatticeBits grid = prefix_of(active, parameters_.cube_size, part_.level);
   const std::vector<std::byte> field = field_of(grid, parameters_, value_of);
   const std::size_t size = size_of(parameters_.type);

@@ -1,4 +1,4 @@
-// Tetrahedra of bricks, with numbers for their points and the values of these.
+// Builds tetrahedra from bricks, with the numbers and values of their points.
 #pragma once
 
 #include <cstddef>
@@ -19,25 +19,26 @@ namespace tagrid {
 struct MeshPart {
   /// The prefix of the grid at this level: no point of a higher level.
   int level = 0;
-  /// Fill whole root cubes, instead of ending at the last samples.
+  /// Fills whole root cubes, instead of ending at the last samples.
   bool padded = false;
-  /// Only tetrahedra that meet this box, both ends included.
+  /// Only tetrahedra that meet this box; both ends are included.
   std::optional<Box> box = std::nullopt;
 };
 
-/// The bricks that have a tetrahedron of the part, as a box of their positions.
+/// The bricks that contain a tetrahedron of the part, as a box of their positions.
 Box bricks_of(const MeshPart& part, const BrickGrid& bricks);
 
-/// Makes tetrahedra of bricks, in their order.
+/// Builds the tetrahedra of bricks, in the order of bricks.
 class MeshBuilder {
  public:
-  /// Points to the value of a lattice point of the brick, until it is called again.
+  /// Returns a pointer to the value of a lattice point of the brick, valid until the next call.
   using ValueOf = std::function<const std::byte*(Index3)>;
 
-  /// `header` and `sink` outlive the builder.
+  /// `header` and `sink` must outlive the builder.
   MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink);
 
-  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers. `active` is of the closed box.
+  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers. `active` belongs to the closed
+  /// box.
   void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of);
 
  private:

@@ -24,7 +24,7 @@ void PointIds::make_faces() {
     if (positions_.size()[axis] > 1) faces_[axis].assign(static_cast<std::size_t>(points[axis]), none);
 }
 
-// The place of `p` in the face left behind along `axis`.
+// The position of `p` in the face left behind along `axis`.
 std::int64_t& PointIds::shared(int axis, Index3 p) {
   const Index3 q = p - box_.low, r = p - all_.low;
   const std::int64_t at = axis == 0   ? q.z * box_.size().y + q.y

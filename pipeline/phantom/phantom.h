@@ -1,4 +1,4 @@
-// A made-up volume, written slice by slice.
+// Writes a phantom, slice by slice.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ struct PhantomOptions {
   std::uint64_t seed = 1;
 };
 
-/// Writes the phantom of stages/phantom/phantom.h to `output` ("-": the standard output), `threads` slices at
-/// a time in memory. The samples depend on the options alone. Returns the bytes written. Throws UsageError
-/// and WorldError; then nothing is left under the name of the output.
+/// Writes the phantom of stages/phantom/phantom.h to `output` ("-": standard output), with `threads` slices
+/// at a time in memory. The samples depend on the options alone. Returns the number of bytes written. Throws
+/// UsageError and WorldError; then nothing is left under the name of the output.
 std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
                             bool overwrite, int threads, const Progress& progress = {},
                             const BeforeNaming<std::uint64_t>& before_naming = {});

@@ -1,8 +1,8 @@
-// What ranks send each other, as bytes: one walk over a value writes it and reads it.
+// Converts messages between ranks to and from bytes: the same walk over a value writes it and reads it.
 //
 // A struct is sent with all of its members, in their order. Nobody lists them: members_of() takes them from
-// the struct, and needs to know only how many there are. member_count says that beside the struct, or in
-// order_members.h, and a wrong count does not compile. So a new member cannot be forgotten.
+// the struct and only needs their number. member_count gives it, beside the struct or in order_members.h; a
+// wrong number does not compile. So a new member cannot be forgotten.
 #pragma once
 
 #include <algorithm>
@@ -94,7 +94,7 @@ class OrderReader {
     const auto from = fields_.get_bytes(to.size());
     std::copy(from.begin(), from.end(), to.begin());
   }
-  /// Of a list, whose elements take a byte at least.
+  /// The size of a list, each of whose elements takes at least one byte.
   std::size_t size(std::size_t) {
     const auto size = fields_.get<std::uint64_t>();
     if (size > fields_.left()) fail();
@@ -128,13 +128,13 @@ inline constexpr bool is_bytes =
 
 }  // namespace order_fields
 
-/// Writes `value`, which is const, with an OrderWriter; reads it with an OrderReader. Numbers, enumerations,
-/// text, bytes, optional values, arrays, lists and maps, and structs of all these.
+/// Writes `value`, which is const, with an OrderWriter, or reads it with an OrderReader. Values are numbers,
+/// enumerations, text, bytes, optional values, arrays, lists, maps, and structs of these.
 template <class Fields, class Value>
 void walk(Fields& fields, Value& value) {
   using Plain = std::remove_const_t<Value>;
   using namespace order_fields;
-  // Sends what stands for the value, and on reading makes the value of it.
+  // Sends a replacement of the value; when reading, makes the value from the replacement.
   [[maybe_unused]] const auto as = [&](auto sent, auto made_of) {
     walk(fields, sent);
     if constexpr (Fields::reads) value = made_of(sent);
@@ -188,7 +188,7 @@ std::vector<std::byte> packed_order(const Order& order) {
   return std::move(writer.result());
 }
 
-/// The order that is in all of `bytes`, which another rank packed. Throws std::logic_error where there is
+/// The order that takes up all of `bytes`, which another rank packed. Throws std::logic_error if there is
 /// none.
 template <class Order>
 Order unpacked_order(std::span<const std::byte> bytes) {

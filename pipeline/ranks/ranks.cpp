@@ -20,7 +20,7 @@ std::unique_ptr<Ranks>& the_ranks() {
   return started;
 }
 
-/// What ranks tell each other of how their work ended.
+/// How the work of a rank ended, as ranks tell each other.
 struct Outcome {
   enum class State : std::uint8_t { well, stopped, failed } state = State::well;
   SortedError error;
@@ -58,7 +58,7 @@ Outcome outcome_of(const std::exception_ptr& exception) {
   }
 }
 
-// One process needs no thread that looks on, and has nobody to agree with.
+// A single process needs no second thread to look, and has no other rank to agree with.
 void do_alone(SharedWork& shared) {
   shared.looks_at_once = true;
   for (std::int64_t item = 0; item < shared.count; ++item) {
@@ -79,7 +79,7 @@ void Ranks::attend(const std::function<void()>& work, const std::function<void()
   bool done = false;
   std::exception_ptr of_work, of_look;
   {
-    // Joined whatever is thrown here.
+    // Joined, whatever is thrown here.
     const std::jthread worker([&] {
       try {
         work();
@@ -125,7 +125,7 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
   const std::vector<Bytes> all = ranks.gather(packed_order(outcome_of(failure)));
   for (std::size_t rank = 0; rank < all.size(); ++rank) {
     auto its = unpacked_order<Outcome>(all[rank]);
-    // The first that failed; where none did, one that was stopped.
+    // The first rank that failed; if none did, one that was stopped.
     if (its.state <= chosen.state) continue;
     if (rank > 0 && its.state == State::failed) {
       const std::string where = fmt::format("rank {}: ", rank);
@@ -143,7 +143,7 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
 void share_out(Ranks& ranks, SharedWork& shared) {
   if (ranks.count() == 1) return do_alone(shared);
   std::exception_ptr failure;
-  // The exception that is being handled. What was thrown because of `stop` is not what failed.
+  // Handles the current exception. Exceptions thrown because of `stop` are not the cause.
   const auto fail = [&] {
     if (failure) return;
     failure = shared.stop ? std::make_exception_ptr(Stopped{}) : std::current_exception();
@@ -167,7 +167,7 @@ void share_out(Ranks& ranks, SharedWork& shared) {
     if (numbers.failed) shared.stop = true;
     if (shared.look) shared.look(numbers);
   };
-  // Whatever it throws, the work is told to stop, and is waited for.
+  // If `look` throws, the work is told to stop, and is waited for.
   const auto look_or_fail = [&] {
     try {
       look();

@@ -1,5 +1,5 @@
-// The processes that work on one run together: one, or those that mpirun started. Who starts them knows
-// which; everything else sees this.
+// The processes that work on one run together: one process, or those that mpirun started. Only the code that
+// starts them knows which; all other code uses this interface.
 #pragma once
 
 #include <atomic>
@@ -15,52 +15,54 @@ namespace tagrid {
 
 using Bytes = std::vector<std::byte>;
 
-/// Numbers that all ranks share while they work on something together. Not to be waited for.
+/// Numbers that all ranks share while they work on something together. Ranks do not wait for them.
 struct SharedNumbers {
-  std::int64_t taken = 0;  ///< items that some rank has taken, or more
-  std::int64_t done = 0;   ///< whatever add_done() counts
-  bool failed = false;     ///< a rank has told a failure
+  std::int64_t taken = 0;  ///< number of items that ranks have taken; it may exceed the number of items
+  std::int64_t done = 0;   ///< the sum of add_done()
+  bool failed = false;     ///< a rank has reported a failure
 };
 
-/// All members are called by the thread that started the program. What is collective is called by all ranks,
-/// in the same order. No message on its way is longer than 2^26 bytes.
+/// The thread that started the program calls all members. Collective members are called by all ranks, in the
+/// same order. No single message is longer than 2^26 bytes.
 class Ranks {
  public:
   virtual ~Ranks() = default;
   virtual int rank() const { return 0; }
   virtual int count() const { return 1; }
-  /// Of these, those that share this machine's memory.
+  /// The number of ranks that share this machine's memory.
   virtual int on_this_machine() const { return 1; }
 
-  /// Collective: all get the bytes that rank 0 has.
+  /// Collective: all ranks get the bytes of rank 0.
   virtual void broadcast(Bytes&) {}
-  /// Collective: rank 0 gets the bytes of all, in the order of ranks; others get nothing. For some kB.
+  /// Collective: rank 0 gets the bytes of all ranks, in their order; the others get nothing. For some kB.
   virtual std::vector<Bytes> gather(const Bytes& bytes) { return {bytes}; }
 
   /// Collective: the shared numbers become 0.
   virtual void begin_counting() { numbers_ = {}; }
-  /// Takes the next item: 0, 1, 2, ..., each given to one rank only.
+  /// Takes the next item: 0, 1, 2, ... Each item is given to only one rank.
   virtual std::int64_t next() { return numbers_.taken++; }
   virtual void add_done(std::int64_t amount) { numbers_.done += amount; }
   virtual void tell_failure() { numbers_.failed = true; }
   virtual SharedNumbers numbers() { return numbers_; }
 
-  /// What rank 0 does with something that another rank tells. Throws nothing.
+  /// Called by rank 0 with the bytes that another rank tells. Does not throw.
   using Hear = std::function<void(const Bytes&)>;
-  /// By other ranks than 0, which hears it: returns when it has.
+  /// Called by ranks other than 0: sends bytes to rank 0, and returns when it has heard them.
   virtual void tell(const Bytes&) {}
-  /// By rank 0: hears what is being told, and does not wait for more.
+  /// Called by rank 0: hears what ranks are telling now, and does not wait for more.
   virtual void listen(const Hear&) {}
-  /// Collective: rank 0 hears whatever the others tell until all of them call this.
+  /// Collective: rank 0 hears the other ranks until all of them call this.
   virtual void listen_to_the_end(const Hear&) {}
 
-  /// Does `work`, which must not call any member, in a thread of its own, and calls `look` now and then
-  /// meanwhile. When the work has ended, throws what `look` threw, which is then not called again, or `work`.
+  /// Runs `work`, which must not call any member, in a separate thread, and calls `look` now and then
+  /// meanwhile. When the work has ended, throws the exception of `look`, which is not called again after one,
+  /// or that of `work`.
   void attend(const std::function<void()>& work, const std::function<void()>& look);
 
  protected:
   static constexpr std::chrono::milliseconds look_interval{32};
-  /// Called every patience() while this rank works: how long other ranks may have to wait for an answer.
+  /// Called every patience() while this rank works. patience() is how long other ranks may have to wait for
+  /// an answer.
   virtual void pass_messages() {}
   virtual std::chrono::milliseconds patience() const { return look_interval; }
 
@@ -68,38 +70,38 @@ class Ranks {
   SharedNumbers numbers_;
 };
 
-/// The ranks of this process. One, where start_ranks() was not called.
+/// The ranks of this process; a single one if start_ranks() was not called.
 Ranks& ranks();
 void start_ranks(std::unique_ptr<Ranks> started);
 
-/// Collective: items 0 .. count - 1 are done, each by one rank. `look` is called now and then. Where one
-/// fails, or `work` of another rank does, `stop` becomes true for those that still work: they may then throw
-/// anything. Throws on all ranks what failed first, as the same kind of exception, with the rank in its
-/// message.
+/// Collective: processes items 0 .. count - 1, each by one rank. `look` is called now and then. If it throws,
+/// or `work` throws on another rank, `stop` becomes true for the ranks that still work; they may then throw
+/// anything. All ranks throw the first failure, as the same kind of exception, with the rank in its message.
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;
-  /// What rank 0 has to know of an item: set by its `work`. Rank 0 takes all of them, one after the other as
-  /// they come, before the rank goes on to its next item.
+  /// Information about an item for rank 0, which the `work` of the item sets. Rank 0 takes all of them, one
+  /// after the other as they come, before the rank starts its next item.
   Bytes account;
   std::function<void(const Bytes& account)> take = {};
-  /// Called now and then by the thread that called share_out(); by add_done() where there is one process,
-  /// which works in the thread that called share_out().
+  /// Called now and then by the thread that called share_out(). With one process, add_done() calls it, as the
+  /// work runs in that thread.
   std::function<void(const SharedNumbers&)> look = {};
   std::atomic<bool> stop{false};
 
-  /// By `work`, one thread at a time: adds to SharedNumbers::done.
+  /// Called by `work`, by one thread at a time: adds to SharedNumbers::done.
   void add_done(std::int64_t amount);
 
-  std::atomic<std::int64_t> done{0};  ///< by this rank, so far
+  std::atomic<std::int64_t> done{0};  ///< of this rank, so far
   bool looks_at_once = false;         ///< share_out() sets it for one process
 };
 void share_out(Ranks& ranks, SharedWork& work);
 
-/// Collective: throws on all ranks if `failure`, an exception of this rank or nothing, is there on any.
+/// Collective: throws on all ranks if `failure`, which is an exception of this rank or null, is set on any of
+/// them.
 void agree(Ranks& ranks, std::exception_ptr failure);
 
-/// Collective: does the work, and throws on all ranks if it fails on any.
+/// Collective: does the work, and throws on all ranks if it fails on any of them.
 template <class Work>
 void all_do(Ranks& ranks, Work work) {
   std::exception_ptr failure;
@@ -111,7 +113,7 @@ void all_do(Ranks& ranks, Work work) {
   agree(ranks, failure);
 }
 
-/// What a rank throws whose work was stopped because another's had failed.
+/// Thrown by a rank whose work was stopped because another rank's work had failed.
 struct Stopped {};
 
 }  // namespace tagrid

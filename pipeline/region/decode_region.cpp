@@ -18,7 +18,7 @@
 namespace tagrid {
 namespace {
 
-// The blocks of bricks whose numbers grow: from a file by its index, from a pipe as they come.
+// The blocks of bricks with increasing numbers: from a file by its index, from a pipe as they come.
 class Blocks {
  public:
   explicit Blocks(const std::string& input) {
@@ -39,7 +39,7 @@ class Blocks {
     } while (brick.id < id);
     return brick;
   }
-  /// The index. A pipe is read to its end, so that what made it does not fail, and what is broken is found.
+  /// Returns the index. A pipe is read to its end, so that its writer does not fail, and damage is found.
   const TagIndex& finish() {
     if (indexed_) return indexed_->index();
     BrickBytes brick;
@@ -63,7 +63,7 @@ VolumeInfo info_of(const TagHeader& header, const Region& region) {
   return info;
 }
 
-// The region in pieces: some rows of bricks of one layer, all of the region along x.
+// The region in pieces: some rows of bricks of one layer, with the whole extent of the region along x.
 class Pieces {
  public:
   Pieces(const Region& region, const BrickGrid& bricks, std::int64_t rows)
@@ -71,7 +71,7 @@ class Pieces {
     y_ = bricks.owner(region.box.low.y);
     z_ = bricks.owner(region.box.low.z);
   }
-  /// The next piece that has samples; false after the last one.
+  /// Sets `piece` to the next piece that has samples; returns false after the last one.
   bool next(Region& piece) {
     while (z_ <= bricks_.owner(region_.box.high.z)) {
       const std::int64_t last = std::min(y_ + rows_ - 1, bricks_.owner(region_.box.high.y));
@@ -90,7 +90,7 @@ class Pieces {
     }
     return false;
   }
-  /// Of the last piece: the numbers of its samples in the region, on each axis.
+  /// For the last piece: the numbers of its samples in the region, along each axis.
   const Box& numbers() const { return numbers_; }
 
  private:
@@ -100,7 +100,7 @@ class Pieces {
   Box numbers_;
 };
 
-// Samples of the largest piece of so many rows of bricks.
+// Bytes of the samples of the largest piece with that many rows of bricks.
 std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, std::int64_t rows) {
   const Index3 shape = region.shape();
   const std::int64_t edge = std::int64_t{p.brick_edge} * p.cube_size;
@@ -113,11 +113,11 @@ std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, st
 
 struct RegionPlan {
   int threads = 1;
-  std::int64_t rows = 1;  ///< of bricks in a piece
+  std::int64_t rows = 1;  ///< rows of bricks in a piece
   std::uint64_t memory = 0;
 };
 
-// The largest pieces that fit, on as many threads as then fit.
+// Finds the largest pieces that fit into memory, and then the largest number of threads.
 RegionPlan plan_region(const Region& region, const CodingParameters& p, const Resources& resources,
                        bool any_order, std::uint64_t besides) {
   const BrickGrid bricks = p.bricks();

@@ -16,7 +16,7 @@
 namespace tagrid {
 namespace {
 
-// Rows of samples of a known size: the compiler knows how to move one.
+// Copies rows of samples of a known size, so that the compiler can optimize the copy.
 template <std::size_t size>
 void copy_row(const std::byte* from, std::int64_t from_stride, std::byte* to, std::int64_t to_stride,
               std::int64_t count) {
@@ -34,7 +34,7 @@ auto row_copier(std::size_t sample_size) {
                             : copy_row<8>;
 }
 
-// Decodes bricks and puts those of their samples that belong to the region where they go.
+// Decodes bricks, and stores the samples that belong to the region.
 struct BrickDecoder {
   const CodingParameters& parameters;
   const std::string& name;
@@ -42,7 +42,7 @@ struct BrickDecoder {
   std::byte* out;
   const Strides& strides;
 
-  // Returns the bytes of samples that were handed out.
+  // Returns the number of bytes of samples that were stored.
   std::uint64_t hand_out(const BrickBytes& block) const {
     DecodedBrick brick;
     const Status status =
@@ -78,7 +78,7 @@ void for_each_number(std::size_t count, int threads, Work work) {
 }  // namespace
 
 std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks) {
-  // On each axis by itself: with a large step some bricks have no sample.
+  // Each axis is handled separately: with a large step, some bricks have no sample.
   std::array<std::vector<std::int64_t>, 3> met;
   for (int axis = 0; axis < 3; ++axis)
     for (std::int64_t i = bricks.owner(region.box.low[axis]); i <= bricks.owner(region.box.high[axis]); ++i) {
@@ -109,7 +109,7 @@ void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
   std::mutex reading;
   auto id = ids.begin();
-  // A thread that is free takes the next block, whatever its own number is: blocks are read in their order.
+  // A free thread takes the next block, whatever its own number is, because blocks are read in order.
   for_each_number(ids.size(), threads, [&](std::size_t) {
     BrickBytes block;
     {

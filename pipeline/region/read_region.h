@@ -1,4 +1,4 @@
-// Samples of a part of a volume, from the bricks that hold them.
+// Reads samples of a part of a volume from the bricks that hold them.
 #pragma once
 
 #include <array>
@@ -16,18 +16,18 @@
 
 namespace tagrid {
 
-/// The samples of `box`, both ends included, at low, low + step, low + 2 * step, ... on each axis.
+/// The samples of `box` (both ends included) at low, low + step, low + 2 * step, ... along each axis.
 struct Region {
   Box box;
   Index3 step = {1, 1, 1};
 
-  /// How many there are on each axis.
+  /// The number of samples along each axis.
   constexpr Index3 shape() const {
     Index3 shape;
     for (int axis = 0; axis < 3; ++axis) shape[axis] = (box.high[axis] - box.low[axis]) / step[axis] + 1;
     return shape;
   }
-  /// Of these samples, as a box of their numbers on each axis, those that lie in `part`; may be empty.
+  /// Those of these samples that lie in `part`, as a box of their numbers along each axis; may be empty.
   constexpr Box numbers_in(const Box& part) const {
     Box numbers;
     for (int axis = 0; axis < 3; ++axis) {
@@ -43,22 +43,22 @@ struct Region {
   }
 };
 
-/// The numbers of the bricks that own one of the region's samples, in their order.
+/// The numbers of the bricks that own a sample of the region, in increasing order.
 std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks);
 
-/// How many of `resources.threads` fit into its limit on memory, if it has one. Throws MemoryLimit where not
-/// even one does.
+/// The number of threads, at most `resources.threads`, that fit into the limit on memory, if there is one.
+/// Throws MemoryLimit if not even one does.
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
 
-/// Reads the bricks of the region, and nothing else, and puts its samples, in the machine's byte order, where
-/// `out` and `strides` say. `file` may be read by others meanwhile. Throws BrokenInput, WorldError, and what
-/// `progress` throws; then some of the samples may have been written. REQUIRES: the volume contains the
-/// region's box; steps are positive.
+/// Reads only the bricks of the region, and stores its samples, in the machine's byte order, according to
+/// `out` and `strides`. Others may read `file` at the same time. Throws BrokenInput, WorldError, and the
+/// exceptions of `progress`; then some of the samples may have been written. REQUIRES: the volume contains
+/// the region's box; steps are positive.
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress = {});
 
-/// The same of blocks that come one after the other: `next` is called by one thread at a time, for one block
-/// after the other in the order of bricks_of(). Never more than `threads` blocks are in memory. `name` is that of the file,
+/// The same for blocks that come one after the other. `next` is called by one thread at a time, for the
+/// blocks in the order of bricks_of(). At most `threads` blocks are in memory. `name` is that of the file,
 /// for messages.
 void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
                    const CodingParameters& parameters, const std::string& name, const Region& region,

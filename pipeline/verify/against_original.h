@@ -1,4 +1,4 @@
-// A decoded volume, or some rows of it, against the original.
+// Compares a decoded volume, or some of its rows, with the original.
 #pragma once
 
 #include <string>
@@ -9,19 +9,19 @@
 
 namespace tagrid {
 
-/// Compares decoded rows with the original as they come.
+/// Compares decoded rows with the original as they arrive.
 class AgainstOriginal : public Comparison {
  public:
-  /// `parameters` outlive it. `name` is that of the file, for messages. Throws BrokenInput where the original
-  /// is of another size or type.
+  /// `parameters` must outlive this. `name` is that of the file, for messages. Throws BrokenInput if the
+  /// original has another size or type.
   AgainstOriginal(const std::string& name, const CodingParameters& parameters, const std::string& original,
                   const SourceDescription& source);
 
-  /// Whether rows may come in any order; else they come in raster order, all of them.
+  /// True if rows may come in any order; otherwise all of them must come in raster order.
   bool random_access() const { return reader_.random_access(); }
-  /// What reading takes besides rows: see VolumeReader.
+  /// Memory for reading besides rows; see VolumeReader.
   std::uint64_t memory() const { return reader_.memory(); }
-  /// See VolumeReader: from then on random_access().
+  /// See VolumeReader; after this, random_access() is true.
   void spool(const std::string& folder) { reader_.spool(folder); }
   void add_activity(const LatticeBits& active) override {
     if (parameters_.surface_error >= 0) active_.push_back(active);
@@ -48,10 +48,10 @@ class AgainstOriginal : public Comparison {
   const CodingParameters& parameters_;
   BrickGrid bricks_;
   VolumeReader reader_;
-  std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only where they have a bound of their own
-  std::vector<BrickMesh> meshes_;    ///< of the bricks of the rows; only where the mesh has a bound
-  std::vector<std::byte> original_, decoded_;  ///< slices of the original, one or all; one of the file
-  Box rows_;                                   ///< of one slice, that are compared
+  std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only if they have a bound of their own
+  std::vector<BrickMesh> meshes_;    ///< of the bricks of the rows; only if the mesh has a bound
+  std::vector<std::byte> original_, decoded_;  ///< slices of the original (one or all); one slice of the file
+  Box rows_;                                   ///< the rows of one slice that are compared
 };
 
 }  // namespace tagrid

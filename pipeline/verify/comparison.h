@@ -1,4 +1,4 @@
-// What decoded rows are compared with.
+// An interface for comparing decoded rows with something.
 #pragma once
 
 #include <cstddef>
@@ -10,18 +10,20 @@
 
 namespace tagrid {
 
-/// Takes rows as they come. Verifying without an original knows of no format of volumes.
+/// Takes rows as they arrive. Verifying without an original thus needs no format of volumes.
 class Comparison {
  public:
   virtual ~Comparison() = default;
-  /// The activity of the next brick of the rows that are compared next.
+  /// Takes the activity of the next brick of the rows that will be compared next.
   virtual void add_activity(const LatticeBits& active) = 0;
-  /// A brick of those rows, whose mesh has a bound. `values` are those of the points of its closed box.
+  /// Takes a brick of those rows, if the mesh has a bound. `values` are those of the points of its closed
+  /// box.
   virtual void add_mesh(Index3 position, const LatticeBits& active, std::vector<std::byte> values) = 0;
-  /// Adds the errors to `errors`, that of the mesh too where there is one. Throws BrokenInput at the first
-  /// voxel that is further off than it may be.
+  /// Adds the errors to `errors`, including that of the mesh if it has a bound. Throws BrokenInput at the
+  /// first voxel whose error is larger than allowed.
   virtual void compare(const DecodedRows& rows, Statistics& errors) = 0;
-  /// Everything was compared, here or by others. Throws BrokenInput if the original goes on.
+  /// Called when everything has been compared, here or elsewhere. Throws BrokenInput if the original
+  /// continues.
   virtual void finish() = 0;
 };
 

@@ -79,7 +79,7 @@ void OpenFacePairs::add(const std::vector<OpenFace>& faces) {
     const auto [other, is_first] = waiting_.emplace(std::pair{face.below, face.axis}, face.checksum);
     if (is_first) continue;
     const std::int64_t above = bricks_.id(bricks_.position(face.below) + unit_vector(face.axis));
-    // Of one brick, x comes before y and z: as one process finds it.
+    // For one brick, the x face comes before the y and z faces, as when one process compares them.
     if (other->second != face.checksum &&
         (!first_ || above < first_->above || (above == first_->above && face.below > first_->below)))
       first_ = {face.below, above};

@@ -1,4 +1,4 @@
-// Do bricks agree on the faces that they share?
+// Checks that bricks agree on the faces that they share.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 
 namespace tagrid {
 
-/// A face of which only one of its two bricks was there: `below`, or the one after it along `axis`.
+/// A face of which only one of its two bricks was seen: `below`, or the one after it along `axis`.
 struct OpenFace {
   std::int64_t below = 0;
   int axis = 0;
-  std::uint64_t checksum = 0;  ///< XXH3 of what has to be the same on both sides
+  std::uint64_t checksum = 0;  ///< XXH3 of the content that must be equal on both sides
 };
 
-/// Compares the activity, and in a file without voxels the values of the active points, on the low faces of
-/// every brick with those of the bricks below. Holds one layer of bricks.
+/// Compares the low faces of every brick with those of the bricks below: the activity and, in a file without
+/// voxels, the values of the active points. Holds one layer of bricks.
 class SharedFaces {
  public:
   explicit SharedFaces(const CodingParameters& parameters)
       : bricks_(parameters.bricks()), size_(size_of(parameters.type)) {}
 
-  /// The first point on which `brick` disagrees with one before it. Bricks come in the order of their
-  /// numbers, all or some of them.
+  /// The first point on which `brick` disagrees with an earlier one. All or some bricks come, in the order of
+  /// their numbers.
   std::optional<Index3> first_difference(const DecodedBrick& brick);
-  /// What could not be compared so far.
+  /// The faces that could not be compared so far.
   std::vector<OpenFace> open_faces() const;
 
  private:
@@ -58,7 +58,8 @@ class OpenFacePairs {
 
   /// Parts come in any order.
   void add(const std::vector<OpenFace>& faces);
-  /// The first brick that disagrees with one before it, of all that were added. REQUIRES: all were.
+  /// The first brick, of all that were added, that disagrees with an earlier one. REQUIRES: all parts were
+  /// added.
   std::optional<Disagreement> first_difference() const;
 
  private:

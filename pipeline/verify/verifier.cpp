@@ -12,12 +12,12 @@
 
 namespace tagrid {
 
-// The range of the finite samples of bricks that follow one another.
+// The range of the finite samples of consecutive bricks.
 class Verifier::Ranges {
  public:
   Ranges(SampleType type, std::int64_t first_brick) : type_(type), first_(first_brick) {}
 
-  /// Returns how many samples are finite.
+  /// Returns the number of finite samples.
   std::uint64_t add(const std::vector<std::byte>& samples) {
     std::uint64_t finite = 0;
     with_sample_type(type_, [&](auto type) {
@@ -34,11 +34,11 @@ class Verifier::Ranges {
     });
     return finite;
   }
-  /// The first brick of which the index says otherwise.
+  /// The first brick whose range in the index is different.
   std::optional<std::int64_t> first_wrong(const TagIndex& index) const {
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const IndexEntry& brick = index.bricks[static_cast<std::size_t>(first_) + i];
-      // Without finite samples both are infinite, and their difference is no number.
+      // Without finite samples both are infinite, and their difference is a NaN.
       if (std::abs(ranges_[i].first - brick.low) > index.total.max_error ||
           std::abs(ranges_[i].second - brick.high) > index.total.max_error)
         return first_ + static_cast<std::int64_t>(i);
@@ -66,7 +66,7 @@ void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const 
       fmt::format("{}: brick {}: {} at ({}, {}, {})", reader_.name(), brick, what, p.x, p.y, p.z));
 }
 
-// Decodes what the low faces of `rows` have of the bricks below.
+// Decodes the samples on the low faces of `rows`, which bricks below own.
 ClosedSamples Verifier::low_faces(const BrickRows& rows) {
   ClosedSamples closed(parameters(), rows);
   const BrickGrid bricks = parameters().bricks();
@@ -153,7 +153,8 @@ void Verifier::compare_with_index(const Statistics& counted) const {
   if (total.active != counted.active) fail_index("active points are not as many as in the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is no number");
   const double bound = parameters().max_error;
-  // Without a bound, samples that are not finite are interpolated, too: only their original has them all.
+  // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
+  // finite.
   const bool all_come_back = against_ || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not fit");
@@ -166,7 +167,7 @@ void Verifier::compare_with_index(const Statistics& counted) const {
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
     throw BrokenInput(fmt::format("{}: the mesh is up to {} from the original: further than {}",
                                   reader_.name(), counted.mesh_error, of_mesh));
-  // Real sums depend on the order of what is added, a little.
+  // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
       counted.sum_squared_error != total.sum_squared_error ||

@@ -1,4 +1,4 @@
-// A .tag file put to the test, all at once or some rows of bricks at a time.
+// Verifies a .tag file, all at once or some rows of bricks at a time.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@
 
 namespace tagrid {
 
-/// What was found of some bricks, in which by itself nothing is wrong.
+/// Results for some bricks that are correct by themselves.
 struct Findings {
   Statistics counted;  ///< active points and samples, and the errors against the original if there is one
   std::vector<OpenFace> open_faces;
@@ -25,34 +25,35 @@ struct Findings {
 
 class Verifier {
  public:
-  /// Opens the file, and the original ("" for none). Throws as verify_file() does.
+  /// Opens the file and the original ("" for none). Throws as verify_file() does.
   Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
            const Resources& resources);
-  /// The same of any bytes, without an original.
+  /// The same for any bytes, without an original.
   Verifier(std::unique_ptr<ByteStream> input, const Resources& resources);
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 
   const CodingParameters& parameters() const { return reader_.parameters(); }
-  /// Whether rows may be verified in any order, after begin_any_order().
+  /// True if rows may be verified in any order, after begin_any_order().
   bool any_order() const { return any_order_; }
   void begin_any_order() {
     reader_.read_index();
     seeks_ = true;
   }
 
-  /// Told how many bytes of samples were decoded since it was told last; what it throws ends the work.
+  /// Called with the number of bytes of samples decoded since the last call; an exception that it throws ends
+  /// the work.
   using Watch = std::function<void(std::uint64_t bytes)>;
-  /// Verifies the bricks of `rows`: all, unless begin_any_order() was called. What has to be right beyond
-  /// them is for others to see in what is returned. Throws BrokenInput at the first thing that is wrong.
+  /// Verifies the bricks of `rows`: all bricks, unless begin_any_order() was called. The findings hold what
+  /// the caller must check across rows. Throws BrokenInput at the first thing that is wrong.
   Findings verify(const BrickRows& rows, const Watch& watch);
 
-  /// Two bricks beside one another, of which parts found that their faces are not the same: throws
-  /// BrokenInput that says where.
+  /// Throws BrokenInput for two neighbouring bricks whose common face differs, as parts have found; it says
+  /// where.
   [[noreturn]] void tell_difference(const Disagreement& bricks);
 
-  /// Once all bricks were verified, here or elsewhere: `counted` is the sum of what was found of them. Throws
-  /// BrokenInput where the index says otherwise.
+  /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings.
+  /// Throws BrokenInput if the index differs from it.
   VerifyResult finish(const Statistics& counted);
 
  private:
@@ -64,7 +65,7 @@ class Verifier {
   [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
   TagReader reader_;
-  std::unique_ptr<Comparison> against_;  ///< of an original
+  std::unique_ptr<Comparison> against_;  ///< comparison with an original, if there is one
   bool any_order_, seeks_ = false;
   DecodePlan plan_;
 };

@@ -1,4 +1,4 @@
-// Verifying against an original: the only part that reads other formats of volumes.
+// Verifies against an original: the only part of verification that reads other formats of volumes.
 #include "pipeline/verify/against_original.h"
 #include "pipeline/verify/verifier.h"
 

@@ -31,12 +31,12 @@ std::string unknown(const std::string& what, const std::string& word, const std:
   return fmt::format("unknown {} {}; {}", what, word, advice);
 }
 
-/// "-T2" is -T, "--threads=2" is --threads.
+/// The name of the option in a word: "-T2" is -T, "--threads=2" is --threads.
 std::string name_of_option(const std::string& word) {
   return word.starts_with("--") ? word.substr(0, word.find('=')) : word.substr(0, 2);
 }
 
-/// A word before the command that would be an option after it.
+/// Finds a word before the command that would be an option after it.
 std::optional<std::string> before_the_command(const CLI::App& app) {
   const std::vector<CLI::App*> given = app.get_subcommands();
   const auto takes = [](const CLI::App* command, const std::string& name) {
@@ -75,7 +75,7 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const std::string where = given.empty() ? "" : command.get_name() + ": ";
   const std::string help =
       given.empty() ? "tagrid --help" : fmt::format("tagrid {} --help", command.get_name());
-  // A word that was not understood explains all that followed from it.
+  // A word that was not understood explains all errors that followed from it.
   const std::vector<std::string> words = app.remaining(true);
   if (const auto misplaced = before_the_command(app)) return *misplaced;
   const auto option =

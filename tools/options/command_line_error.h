@@ -1,4 +1,4 @@
-// A command line that cannot be understood, in one line.
+// Explains in one line why a command line cannot be understood.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,7 +6,7 @@
 
 namespace tagrid {
 
-/// What is wrong, where, and what was perhaps meant or where to read on.
+/// Says what is wrong, where, and what was perhaps meant or where to read on.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Options that decide what a .tag file will hold: those of encode, and of every line of convert's manifest.
+// Options that affect the content of a .tag file: those of encode, and of every line of convert's manifest.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,7 +13,7 @@
 
 namespace tagrid {
 
-/// What they ask for.
+/// The values of these options.
 struct Encoding {
   EncodeOptions options;
   SourceDescription source;
@@ -25,32 +25,32 @@ struct EncodingOptions {
   RawOptions raw;
   std::string vdb_grid;
 
-  /// Throws UsageError where values are out of range or do not go together.
+  /// Throws UsageError if values are out of range or cannot be combined.
   Encoding checked() const;
 };
 
 /// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like, --vdb-grid.
 void add_encoding_options(CLI::App& command, EncodingOptions& options);
 
-/// Such options as text, by their names without the dashes.
+/// The texts of such options, by their names without dashes.
 using OptionTexts = std::map<std::string, std::string>;
 
-/// Those that were given to `command`, to which they were added.
+/// The options that were given to `command`, to which they were added.
 OptionTexts encoding_options_given(const CLI::App& command);
 
-/// What such texts mean, read as on the command line. Throws UsageError, also for names that are none of
-/// these options.
+/// Reads such texts as on the command line. Throws UsageError, also for names that are not among these
+/// options.
 Encoding encoding_of(const OptionTexts& texts);
 
-/// Whether both make the same file of this volume, as far as can be said without reading it.
+/// True if both make the same file of this volume, as far as can be known without reading it.
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume);
-/// The first option in which two differ, in words.
+/// The first option in which they differ, in words.
 std::string difference_of(const OptionTexts& was, const OptionTexts& now);
 
-/// Says so where the type, the byte order, or the order of the dims of a headerless file is probably wrong.
+/// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
-/// Says so where the grid was made for the usual range of a type, and the samples span far more.
+/// Warns if the grid was made for the usual range of a type, but the samples span far more.
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result);
 

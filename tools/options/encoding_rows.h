@@ -1,4 +1,4 @@
-// The table of the options of a volume: what it is encoded with, and what has to be said of its input.
+// The table of the options of a volume: how to encode it, and the description of its input.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,8 @@
 
 namespace tagrid {
 
-/// In the order of the help. They are those of encode and convert, and of every line of convert's manifest.
+/// In the order of the help. These are the options of encode and convert, and of every line of convert's
+/// manifest.
 const std::vector<OptionRow<EncodingOptions>>& encoding_rows();
 
 }  // namespace tagrid

@@ -5,7 +5,7 @@
 namespace tagrid {
 namespace {
 
-/// The parts of "a,b,c"; nothing where there are not exactly three.
+/// The parts of "a,b,c"; nothing if there are not exactly three.
 std::optional<std::array<std::string_view, 3>> three_parts(std::string_view text) {
   std::array<std::string_view, 3> parts;
   for (std::size_t i = 0; i < 3; ++i) {

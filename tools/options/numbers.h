@@ -1,5 +1,5 @@
-// Numbers as they are written on the command line: decimal, whatever the locale says, and nothing around
-// them. What is no such number is no value, and the caller says which option it was given to.
+// Numbers in the form of the command line: decimal, whatever the locale, without surrounding text. Anything
+// else returns nullopt; the caller reports the option.
 #pragma once
 
 #include <array>
@@ -13,10 +13,10 @@
 
 namespace tagrid {
 
-/// A whole number that `Whole` holds: "20", "-3", "+3", and "020", which is 20. No number in another base.
+/// A whole number that fits `Whole`: "20", "-3", "+3", and "020", which is 20. No other base is read.
 template <class Whole>
 std::optional<Whole> whole_number(std::string_view text) {
-  // Of "+-3" the sign is not taken.
+  // "+-3" keeps its sign, and so is not a number.
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   Whole number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -33,16 +33,16 @@ std::optional<std::uint64_t> byte_count(std::string_view text);
 /// "X,Y,Z", the sizes of a volume: each from 1 to 2^31.
 std::optional<Index3> three_sizes(std::string_view text);
 
-/// "X,Y,Z", the distances of samples: each positive, and at most 1e300.
+/// "X,Y,Z", the distances of samples: each positive and at most 1e300.
 std::optional<std::array<double, 3>> three_distances(std::string_view text);
 
 /// "lo:hi", two finite numbers.
 std::optional<std::pair<double, double>> value_range(std::string_view text);
 
-/// From `first` up to, but without, `second`; an end that is not given is open.
+/// From the first number up to, but not including, the second; a missing end is open.
 using IndexRange = std::pair<std::optional<std::int64_t>, std::optional<std::int64_t>>;
 
-/// "x0:x1,y0:y1,z0:z1", whole numbers, each of which may be missing: ":,:,40:41".
+/// "x0:x1,y0:y1,z0:z1", whole numbers, any of which may be missing: ":,:,40:41".
 std::optional<std::array<IndexRange, 3>> three_ranges(std::string_view text);
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// Options as rows of a table, so that the command line and the lines of convert's manifest read the same ones.
+// Options as rows of a table, so that the command line and the lines of convert's manifest read the same
+// options.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,15 +15,15 @@ namespace tagrid {
 template <class Options>
 struct OptionRow {
   std::string name;   ///< without dashes
-  std::string group;  ///< in the help; "": the first one
-  std::string value;  ///< what the help calls its value; "": a flag, whose value is true or false
+  std::string group;  ///< heading in the help; "": the first one
+  std::string value;  ///< name of its value in the help; "": a flag, whose value is true or false
   std::string help;
-  /// Reads the value. Throws UsageError where it cannot be one.
+  /// Reads the value. Throws UsageError if it is invalid.
   std::function<void(Options&, const std::string& text)> set;
-  std::vector<std::string> words = {};  ///< all the values that there are; empty: set() knows
+  std::vector<std::string> words = {};  ///< all possible values; empty: set() decides
 };
 
-/// Adds the option of a row to a command; `options` outlives it.
+/// Adds the option of a row to a command; `options` must outlive it.
 template <class Options>
 CLI::Option* add_row(CLI::App& command, const OptionRow<Options>& row, Options& options) {
   const auto set = [&options, set = row.set](const std::string& text) { set(options, text); };

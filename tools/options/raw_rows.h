@@ -1,4 +1,4 @@
-// The table of the options that say how headerless samples lie: --dims, --type, --endian, --spacing, --offset.
+// The table of the options that describe headerless samples: --dims, --type, --endian, --spacing, --offset.
 #pragma once
 
 #include <vector>

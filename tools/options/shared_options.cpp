@@ -135,7 +135,7 @@ std::optional<VolumeFormat> volume_format_option(const std::string& format) {
 
 VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
   const auto asked = volume_format_option(format);
-  // A device or a named pipe is like the standard output.
+  // A device or a named pipe is treated like standard output.
   const bool is_file = output != "-" && is_regular_output(output);
   if (!asked) return is_file ? format_from_name(output) : VolumeFormat::raw;
   const auto named = format_with_ending(output);

@@ -17,11 +17,11 @@
 
 namespace tagrid {
 
-/// What -T may ask for.
+/// The largest value of -T.
 constexpr int most_threads = 1024;
 
 struct RunOptions {
-  int threads = 0;  ///< 0: what affinity allows
+  int threads = 0;  ///< 0: as affinity allows
   bool quiet = false;
   int verbosity = 0;
   ProgressStyle progress = ProgressStyle::automatic;
@@ -30,16 +30,16 @@ struct RunOptions {
   std::string spool;
 
   int thread_count() const;
-  /// Sets up the heap for the limit on memory, if there is one. To be called before anything large is taken.
+  /// Sets up the heap for the limit on memory, if there is one. Call it before anything large is allocated.
   void obey_memory_limit() const;
-  /// Whether somebody looks on: what is no error is said where progress is shown, and with -v.
+  /// True if progress is shown, or with -v: then remarks that are not errors are shown, too.
   bool is_watched() const;
   Resources resources() const;
-  /// The same for any rank: threads are 0 where affinity is to say.
+  /// The same for any rank: threads are 0 if affinity decides.
   Resources resources_of_each_rank() const;
 };
 
-/// What a Number may be, in words.
+/// Describes the possible values of a Number.
 template <class Number>
 std::string number_wanted() {
   if constexpr (std::unsigned_integral<Number>)
@@ -50,8 +50,8 @@ std::string number_wanted() {
     return "a finite number";
 }
 
-/// Reads the value of an option that is a number (T, or std::optional<T>), as tools/options/numbers.h says;
-/// anything else is a UsageError. The option parser's own conversion takes 020 for 16.
+/// Reads the value of an option that is a number (T, or std::optional<T>) as tools/options/numbers.h does;
+/// anything else is a UsageError. The conversion of the option parser would read 020 as 16.
 template <class Value>
 void read_number(const std::string& option, const std::string& text, Value& value) {
   using Number = typename decltype(std::optional(value))::value_type;
@@ -64,7 +64,7 @@ void read_number(const std::string& option, const std::string& text, Value& valu
   value = *number;
 }
 
-/// An option with such a number as its value.
+/// Adds an option whose value is such a number.
 template <class Value>
 CLI::Option* add_number_option(CLI::App& command, const std::string& names, Value& value,
                                const std::string& description) {
@@ -72,7 +72,7 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& names, Valu
   const auto set = [name, &value](const std::string& text) { read_number(name, text, value); };
   return command.add_option_function<std::string>(names, set, description);
 }
-/// For values that are one of a few words.
+/// Accepts one of a few words.
 CLI::Validator one_of(const std::vector<std::string>& words);
 
 /// -T, -q, -v, --progress
@@ -101,7 +101,7 @@ struct OutputOptions {
 /// -o, -f
 void add_output_options(CLI::App& command, OutputOptions& options);
 
-/// --dims, --type, --endian, --spacing, --offset: how the samples of headerless input lie.
+/// --dims, --type, --endian, --spacing, --offset: the layout of the samples of headerless input.
 struct RawOptions {
   std::string dims;
   std::string type;
@@ -109,44 +109,43 @@ struct RawOptions {
   std::string spacing;
   std::string offset;
 
-  /// Nothing where --dims was not given. Throws UsageError where --type is missing, or values are out of
-  /// range.
+  /// Nothing if --dims was not given. Throws UsageError if --type is missing, or if values are out of range.
   std::optional<RawDescription> description() const;
 };
 
 /// --format
 void add_format_option(CLI::App& command, std::string& format);
 
-/// The format that --format asks for; nothing where it was not given ("").
+/// The format that --format names; nothing if it was not given ("").
 std::optional<VolumeFormat> volume_format_option(const std::string& format);
 /// The same, or where it was not given, that of the name of the output. Throws UsageError where a file's name
 /// says another format.
 VolumeFormat volume_format_option(const std::string& format, const std::string& output);
 
-/// The type that --type names; throws UsageError with those that exist.
+/// The type that --type names. Throws UsageError that lists the types.
 SampleType sample_type_option(const std::string& name);
 
 /// --dims
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
 
-/// Dims from "X,Y,Z"; throws UsageError unless each is from 1 to 2^31.
+/// Dims from "X,Y,Z". Throws UsageError unless each is from 1 to 2^31.
 Index3 dims_option(const std::string& dims);
 
-/// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
+/// Throws UsageError if `output` is standard output and that is a terminal. `what` is binary.
 void refuse_terminal(const std::string& output, const char* what);
 
-/// Throws UsageError if `input` is the standard input and that is a terminal.
+/// Throws UsageError if `input` is standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);
 
-/// A line on the standard error about what may be wrong.
+/// Writes a line to standard error about something that may be wrong.
 void warn(const RunOptions& options, const std::string& message);
 
-/// Removes the temporaries that killed runs left beside the outputs and the report: they may take as much
-/// room as the outputs will. Nothing is removed where an input has the name of a temporary itself.
+/// Removes the temporary files that killed runs left beside the outputs and the report: they may take as much
+/// space as the outputs will. Nothing is removed if an input has the name of a temporary file.
 void remove_abandoned(const RunOptions& options, const std::vector<std::string>& inputs,
                       std::vector<std::string> outputs);
 
-/// `input` without its ending, with `ending`; "-" for "-".
+/// `input` with `ending` instead of its own ending; "-" for "-".
 std::string output_beside(const std::string& input, const std::string& ending);
 
 }  // namespace tagrid

@@ -5,7 +5,7 @@
 namespace tagrid {
 namespace {
 
-/// The edit distance with swaps (optimal string alignment), by rows of the table of all prefixes.
+/// The edit distance with swaps (optimal string alignment), computed by rows of the table of all prefixes.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;

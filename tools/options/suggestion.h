@@ -1,4 +1,4 @@
-// What somebody meant who wrote something that does not exist.
+// Suggests an existing name for a mistyped one.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// The candidate that is the fewest insertions, deletions, replacements and swaps of neighbouring letters
-/// away from `word`; nothing where that is more than a third of its letters.
+/// The candidate with the fewest insertions, deletions, replacements and swaps of neighbouring letters from
+/// `word`; nothing if there are more of these than a third of its letters.
 std::optional<std::string> nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 }  // namespace tagrid

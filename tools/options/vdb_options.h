@@ -1,4 +1,4 @@
-// Options of OpenVDB files.
+// Options for OpenVDB files.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -17,13 +17,13 @@ void add_vdb_grid_option(CLI::App& command, std::string& grid);
 /// --vdb-grid, --vdb-background, --vdb-tolerance of an output
 void add_vdb_output_options(CLI::App& command, VdbOptions& options);
 
-/// Throws UsageError where they were given for another format, or make no sense.
+/// Throws UsageError if they were given for another format, or make no sense.
 void check_vdb_options(const VdbOptions& options, VolumeFormat format);
 
-/// What a grid has become, for scripts.
+/// Statistics of the written grid, for scripts.
 nlohmann::ordered_json vdb_json(const VdbSummary& summary);
 
-/// Says how large errors can be now, where a tolerance has added to them.
+/// Tells how large errors can be if a tolerance has added to them.
 void tell_of_tolerance(const RunOptions& run, const std::string& output, const VdbSummary& summary);
 
 }  // namespace tagrid

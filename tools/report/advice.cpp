@@ -12,7 +12,7 @@ std::string memory_advice(const std::vector<std::uint64_t>& needed) {
   return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[1]));
 }
 
-// Follows what the error says.
+// Advice that follows the message of the error.
 std::string advice_on(const ErrorDetail& detail) {
   switch (detail.problem) {
     case Problem::none:

@@ -1,4 +1,4 @@
-// Errors in the words of the command line: with the names of its options, and with what to do.
+// Errors in the words of the command line: with the names of its options, and advice.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace tagrid {
 
-/// What the error says to people who call the program. Whoever shows an error to them takes it from here:
-/// what() knows no options.
+/// The message of the error for people who call the program. All code that shows errors to people takes them
+/// from here, as what() names no options.
 std::string words_of(const SortedError& error);
 std::string words_of(const Error& error);
 

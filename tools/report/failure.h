@@ -1,4 +1,4 @@
-// What an exception means to whoever called the program.
+// The exit code and the message for an exception.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@ namespace tagrid {
 
 struct Failure {
   int code = 0;         ///< see exit_codes.h
-  std::string message;  ///< "" where nobody needs to be told
+  std::string message;  ///< "" if no message is needed
 };
 
-/// The exception that is being handled. To be called in a catch block.
+/// For the exception that is being handled. Call it in a catch block.
 Failure current_failure();
 
 }  // namespace tagrid

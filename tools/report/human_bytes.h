@@ -1,4 +1,4 @@
-// Sizes for people.
+// Sizes in a form for people.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace tagrid {
 
-/// "1.2 MB" and the like: powers of 1000, as file managers count.
+/// "1.2 MB" and the like, in powers of 1000, as in file managers.
 std::string human_bytes(std::uint64_t bytes);
 
 }  // namespace tagrid

@@ -17,7 +17,7 @@ struct Character {
 
 std::uint32_t byte_at(std::string_view text, std::size_t i) { return static_cast<unsigned char>(text[i]); }
 
-/// The first character of UTF-8; of what is none, one byte.
+/// The first character of UTF-8, or one byte if it is not UTF-8.
 Character first_character(std::string_view text) {
   const std::uint32_t first = byte_at(text, 0);
   if (first < 0x80) return {1, first, true};

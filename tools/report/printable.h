@@ -1,4 +1,4 @@
-// Text that may have come from anywhere, for people to read.
+// Makes text from outside safe to print.
 #pragma once
 
 #include <string>
@@ -6,9 +6,9 @@
 
 namespace tagrid {
 
-/// `text` without anything that a terminal would act on. Control characters (also those of Unicode that are
-/// written as two bytes, and those that turn the direction of writing), and bytes that are not UTF-8, become
-/// \n, \t, \r or \xHH for each of their bytes. All else stays.
+/// `text` without anything on which a terminal would act. Control characters (including those of Unicode that
+/// take two bytes, and those that change the direction of writing) and bytes that are not UTF-8 become \n,
+/// \t, \r, or \xHH for each of their bytes. All other text stays as it is.
 std::string printable(std::string_view text);
 
 }  // namespace tagrid

@@ -25,7 +25,7 @@ void end_by_signal(int number) {
     write_message_after_signal();
     _exit(code_after_signal());
   }
-  // The handler was removed when it was called (SA_RESETHAND): this ends the process when it returns.
+  // The handler was removed when it was called (SA_RESETHAND), so this ends the process when it returns.
   raise(number);
 }
 
@@ -34,7 +34,7 @@ void end_by_signal(int number) {
 void occupy_standard_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(descriptor, F_GETFD) != -1 || errno != EBADF) continue;
-    // The lowest free descriptor is this one. It is opened the wrong way round, so that using it fails.
+    // The lowest free descriptor is this one. It is opened in the wrong mode, so that using it fails.
     if (open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0) return;
   }
 }
@@ -53,16 +53,16 @@ void catch_signals() {
 }
 
 void keep_freed_memory() {
-  // Every brick takes the memory that the one before it gave back; only what is as large as a layer goes back
-  // to the system at once. One heap: a heap a thread, as is usual, fragments with every layer, and nothing is
-  // allocated so often that threads would wait for each other.
+  // Every brick uses the memory that the one before it freed; only blocks as large as a layer go back to the
+  // system at once. There is one heap: a heap per thread, as is usual, fragments with every layer, and
+  // allocations are not frequent enough for threads to wait for each other.
   mallopt(M_MMAP_THRESHOLD, 1 << 25);
   mallopt(M_TRIM_THRESHOLD, 1 << 27);
   mallopt(M_ARENA_MAX, 1);
 }
 
 void give_back_freed_memory(std::uint64_t limit) {
-  // Of blocks up to the first size, some that are free may lie between others that are not.
+  // Free blocks below the first size may lie between blocks that are in use.
   const auto part = [&](std::uint64_t of_limit, std::uint64_t least, std::uint64_t most) {
     return static_cast<int>(std::clamp(limit / of_limit, least, most));
   };
@@ -71,7 +71,7 @@ void give_back_freed_memory(std::uint64_t limit) {
 }
 
 std::uint64_t peak_memory() {
-  // What getrusage() says counts the process that started this one, too.
+  // getrusage() also counts the process that started this one.
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)
     if (std::uint64_t kibibytes; word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;

@@ -1,4 +1,4 @@
-// Manners towards the world around the process: signals, and the standard streams.
+// Signals, standard streams and memory of the process.
 #pragma once
 
 #include <cstdint>
@@ -6,30 +6,31 @@
 
 namespace tagrid {
 
-/// Makes sure that descriptors 0, 1 and 2 are taken, so that no file of ours becomes a standard stream that
-/// was closed by the caller. Reading or writing one that was closed fails.
+/// Makes sure that descriptors 0, 1 and 2 are taken, so that no file of the program becomes a standard stream
+/// that the caller closed. Reading or writing such a stream fails.
 void occupy_standard_streams();
 
-/// From now on a signal that ends the process removes the temporaries before. Signals that the caller set to
-/// be ignored remain so. A file that grows over its limit is a write error, not a signal.
+/// From now on, a signal that ends the process first removes the temporary files. Signals that the caller
+/// ignores stay ignored. If a file grows over its limit, that is a write error instead of a signal.
 void catch_signals();
 
-/// Sets up the heap for speed: memory that a brick gave back is kept for the next one.
+/// Sets up the heap for speed: memory that a brick has freed is kept for the next one.
 void keep_freed_memory();
-/// Sets it up for a limit on memory, in bytes: what is large for it goes back to the system as soon as it is
-/// free.
+/// Sets up the heap for a limit on memory, in bytes: blocks that are large for the limit go back to the
+/// system as soon as they are freed.
 void give_back_freed_memory(std::uint64_t limit);
 
-/// The most memory that this process had so far, resident, in bytes.
+/// The peak resident memory of this process so far, in bytes.
 std::uint64_t peak_memory();
 
-/// Writes a line for people to the standard error, as printable() has it. That nobody hears it is no failure.
+/// Writes a line for people to standard error, in the form of printable(). It is not a failure if that does
+/// not work.
 void say_line(std::string_view text);
-/// The same of text that a terminal is to act on, as it is: every part of it that came from outside has to be
-/// printable().
+/// The same for text that the terminal should interpret: it is written as it is. Every part that comes from
+/// outside must be printable().
 void say_to_terminal(std::string_view text);
 
-/// Writes out what the standard output still holds. Throws WorldError, ClosedPipe where nobody reads it.
+/// Flushes standard output. Throws WorldError, or ClosedPipe if the reader has closed the pipe.
 void flush_standard_output();
 
 }  // namespace tagrid

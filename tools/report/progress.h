@@ -1,4 +1,4 @@
-// Progress of long work, on the standard error.
+// Shows the progress of long work on standard error.
 #pragma once
 
 #include <chrono>
@@ -8,19 +8,19 @@
 namespace tagrid {
 
 enum class ProgressStyle {
-  automatic,  ///< a bar on a terminal, else nothing
+  automatic,  ///< a bar on a terminal, otherwise nothing
   bar,
-  plain,  ///< a line a minute
+  plain,  ///< a line per minute
   none,
 };
 
-/// What that means here: bar, plain or none.
+/// The style for this terminal: bar, plain or none.
 ProgressStyle shown_style(ProgressStyle style, bool quiet);
 
-/// Draws while work goes on, and clears its bar when it ends.
+/// Draws while work goes on, and clears its bar at the end.
 class ProgressMeter {
  public:
-  /// `unit_bytes`: bytes of one of the things that are counted.
+  /// `unit_bytes`: bytes of one counted item.
   ProgressMeter(ProgressStyle style, bool quiet, std::string what, std::uint64_t unit_bytes);
   ~ProgressMeter();
   ProgressMeter(const ProgressMeter&) = delete;

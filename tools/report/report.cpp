@@ -31,7 +31,7 @@ std::vector<LevelRow> level_rows(const TagHeader& header, const TagIndex& index)
 
 nlohmann::ordered_json number_or_null(double value, bool present) {
   if (!present) return nullptr;
-  // Whole numbers are shown as such.
+  // Whole numbers are shown without a fraction.
   if (value == std::floor(value) && std::abs(value) < 9e15) return static_cast<std::int64_t>(value);
   return value;
 }
@@ -46,7 +46,7 @@ nlohmann::ordered_json geometry_json(const TagHeader& header) {
                        {"space", nullptr},
                        {"units", nullptr}};
   const Geometry g = geometry_of(header.nrrd_fields);
-  // A spacing that is not known is a NaN, which becomes null.
+  // An unknown spacing is a NaN, which becomes null.
   if (g.has_spacing) json["spacing"] = g.spacing;
   if (g.has_directions) json["directions"] = g.directions;
   if (g.has_origin) json["origin"] = g.origin;
@@ -76,7 +76,7 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
 
 using Line = std::function<void(const char* name, const std::string& value)>;
 
-/// Where the samples lie in the world, as far as the source said.
+/// The position of the samples in the world, as far as the source gave it.
 void print_geometry(const TagHeader& header, const Line& line) {
   const Geometry g = geometry_of(header.nrrd_fields);
   if (!g.has_spacing && !g.has_origin && g.space.empty())
@@ -87,7 +87,7 @@ void print_geometry(const TagHeader& header, const Line& line) {
       const auto a = static_cast<std::size_t>(axis);
       size[a] = std::abs(g.spacing[a]) * static_cast<double>(header.parameters.dims[axis]);
     }
-    // Units of coordinates are no units of axes, unless they are all the same.
+    // Units of coordinates are not units of axes, unless they are all the same.
     const auto& units = g.units;
     const bool fit = !g.has_directions || (units[0] == units[1] && units[1] == units[2]);
     line("spacing", lengths_text(g.spacing, fit ? units : std::array<std::string, 3>()));
@@ -128,7 +128,7 @@ std::string summary(const DecodeResult& result) {
 }
 
 std::string memory_summary(std::uint64_t planned, std::optional<double> times_read) {
-  // As -M takes it.
+  // In the unit of -M.
   const auto mebibytes = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 20); };
   const std::string memory = fmt::format("memory: {:.1f} MiB at its peak, {:.1f} MiB planned at most",
                                          mebibytes(peak_memory()), mebibytes(planned));

@@ -1,4 +1,4 @@
-// What is said of a .tag file, to people and to scripts.
+// Reports on a .tag file, for people and for scripts.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,16 +10,16 @@
 
 namespace tagrid {
 
-/// One line on an encoding: size, ratio, bits a voxel, largest error.
+/// One line on an encoding: size, ratio, bits per voxel, largest error.
 std::string summary(const EncodeResult& result);
 /// One line on a decoding: sizes, ratio, largest error.
 std::string summary(const DecodeResult& result);
 
-/// One line on memory: what was planned, what was taken so far, and how often samples were read, if that
-/// matters.
+/// One line on memory: the planned and the used amount, and how often samples were read, if that matters.
 std::string memory_summary(std::uint64_t planned, std::optional<double> times_read = std::nullopt);
 
-/// What the encoder was asked for, and what came of it: parts of the objects of `info --json` and --json.
+/// The settings of the encoder, and the errors that it achieved: parts of the objects of `info --json` and
+/// --json.
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);
 nlohmann::ordered_json achieved_json(const TagIndex& index);
 
@@ -29,7 +29,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
 /// The same for people, with the table of levels.
 std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
 
-/// `bytes` as text of JSON can hold them: file names may be of any bytes.
+/// `bytes` as text that JSON can hold: file names may contain any bytes.
 std::string json_text(const std::string& bytes);
 
 }  // namespace tagrid

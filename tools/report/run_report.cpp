@@ -18,7 +18,7 @@ nlohmann::ordered_json text_or_null(const std::string& text) {
   return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);
 }
 
-/// Whether two names are of one file, which need not exist yet.
+/// True if two names belong to one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
   return std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
 }
@@ -36,9 +36,8 @@ RunReport::RunReport(std::string path, int threads, bool overwrite, std::string 
   if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
     throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
   if (!input_.empty()) refuse_same_file(input_, path_);
-  // A report takes the place of an older report at most: -f is meant for the output, and a wrong name here
-  // must not cost a volume. A file that is not there now, but is when the report is done, was written by this
-  // run.
+  // A report replaces only an older report: -f is meant for the output, and a wrong name here must not cost a
+  // volume. If the file does not exist now, but exists when the report is complete, this run has written it.
   const bool exists = is_regular_output(path_) && status_of_name(path_);
   if (exists && overwrite && FileBytes(path_).peek(1) != "{")
     throw UsageError(fmt::format("--json {}: is there and is no JSON file; choose another name", path_));
@@ -78,7 +77,7 @@ void RunReport::put(const nlohmann::ordered_json& figures) {
   json["input"] = text_or_null(input_);
   json["output"] = text_or_null(output_);
   json.update(figures);
-  // File names may be of any bytes, JSON may not.
+  // File names may contain any bytes, but JSON may not.
   file_->write(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   file_->publish();
 }

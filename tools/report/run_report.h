@@ -13,27 +13,28 @@
 
 namespace tagrid {
 
-/// What a run did.
+/// Figures of a run.
 struct RunFigures {
   Index3 dims;
   SampleType type = SampleType::uint8;
   nlohmann::ordered_json settings;
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  nlohmann::ordered_json achieved;  ///< errors against the original; null where nothing is known of them
+  nlohmann::ordered_json achieved;  ///< errors against the original; null if nothing is known of them
 };
 
-/// Begun before the run, so that a bad file name is found first and the time is taken; written after it.
+/// Create it before the run, so that a bad file name is found first and the time is measured. Write it after
+/// the run.
 class RunReport {
  public:
-  /// `path` is the report's file, "" where none was asked for. `input` is null ("") where there is none.
-  /// Throws UsageError if the file exists and `overwrite` is false, or is the input or the output.
+  /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws
+  /// UsageError if the file exists and `overwrite` is false, or if it is the input or the output.
   RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
             std::string output);
 
-  /// Ends the run: takes its time, and writes the report where one was asked for. Without keep() its file
-  /// goes again: a run is good when its output has its name, too.
+  /// Ends the run: measures its time, and writes the report if one was requested. Without keep() the file is
+  /// removed again: a run has succeeded only when its output has its name, too.
   void write(const RunFigures& figures);
-  /// The same of a run that is not about one volume: `figures` is an object.
+  /// The same for a run that is not about one volume; `figures` is an object.
   void write_json(nlohmann::ordered_json figures);
   void keep();
 
