@@ -1,4 +1,4 @@
-# Every library that tagrid uses, found with CMake's own means. Why each is used: docs/design.md.
+# Every library that tagrid uses, found by CMake's own means. docs/design.md says why each is used.
 find_package(PkgConfig QUIET)
 
 macro(tagrid_require package debian_package)
@@ -9,7 +9,7 @@ macro(tagrid_require package debian_package)
   endif()
 endmacro()
 
-# For libraries without a CMake package: an imported target from its header and library.
+# For libraries without a CMake package: makes an imported target from the header and the library.
 function(tagrid_require_library target header library debian_package)
   find_path(${library}_INCLUDE_DIR ${header})
   find_library(${library}_LIBRARY ${library})

@@ -1,13 +1,14 @@
-# libtagrid, shared and static: the rooms that pipeline/library is made of, behind include/tagrid/tagrid.h.
+# libtagrid, shared and static: the rooms that pipeline/library needs, behind
+# include/tagrid/tagrid.h.
 include(CMakePackageConfigHelpers)
 
-# All rooms that a room is made of, with itself.
+# All rooms that a room needs, including itself.
 function(tagrid_rooms_of room result)
   set(found ${${result}})
   list(APPEND found ${room})
   get_target_property(links ${room} INTERFACE_LINK_LIBRARIES)
   foreach(link IN LISTS links)
-    # What only its sources see is linked, too: $<LINK_ONLY:room>.
+    # Rooms that only its sources see are linked, too: $<LINK_ONLY:room>.
     string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" link "${link}")
     if(link MATCHES "^tagrid_(stages|io|pipeline)_" AND NOT link IN_LIST found)
       tagrid_rooms_of(${link} found)
@@ -16,7 +17,7 @@ function(tagrid_rooms_of room result)
   set(${result} ${found} PARENT_SCOPE)
 endfunction()
 
-# Everything that is linked, other than the interface, comes from archives: what is not needed stays out.
+# Everything except the interface is linked from archives, so that unused code stays out.
 add_library(tagrid_shared SHARED $<TARGET_OBJECTS:tagrid_pipeline_library>)
 target_link_libraries(tagrid_shared PRIVATE tagrid_pipeline_library)
 set(map ${PROJECT_SOURCE_DIR}/cmake/tagrid.map)
@@ -38,7 +39,7 @@ foreach(room IN LISTS rooms)
 endforeach()
 add_library(tagrid_static STATIC ${objects})
 set_target_properties(tagrid_static PROPERTIES OUTPUT_NAME tagrid EXPORT_NAME static LINKER_LANGUAGE CXX)
-# By their names, so that an installed tree may be moved, and C projects may link it.
+# Libraries by their names, so that an installed tree may be moved, and C projects may link it.
 set(TAGRID_STATIC_LIBRARIES tbb fmt zstd xxhash stdc++ m pthread)
 target_link_libraries(tagrid_static INTERFACE $<INSTALL_INTERFACE:${TAGRID_STATIC_LIBRARIES}>)
 

@@ -24,9 +24,9 @@ set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_NAME libtagrid-dev)
 set(CPACK_DEBIAN_TAGRID_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_LIBTAGRID_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_SECTION libdevel)
-# The loader is told of the new library, and other packages which one gives it.
+# The loader learns of the new library, and other packages learn which package provides it.
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
-# Only what is linked with libtagrid.a needs them.
+# Only programs linked with libtagrid.a need them.
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev")
 include(CPack)

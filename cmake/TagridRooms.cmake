@@ -1,7 +1,8 @@
-# A room is a folder of sources with one subject, and a static library of its own. It may include its own headers, as
-# "<layer>/<room>/...", and those of the rooms that it links: other rooms are not on its include path, so the include
-# rule does not need a reviewer. Links are PUBLIC where its headers include the other room's, and PRIVATE where only its
-# sources do. main() belongs to a program, and is left out.
+# A room is a folder of sources with one subject, and a static library. It may include its own
+# headers, as "<layer>/<room>/...", and those of the rooms that it links. Other rooms are not on its
+# include path, so the include rule needs no reviewer. Links are PUBLIC if its headers include
+# headers of the other room, and PRIVATE if only its sources do. main() belongs to a program, and is
+# left out.
 function(tagrid_room folder)
   cmake_parse_arguments(PARSE_ARGV 1 sees "" "" "PUBLIC;PRIVATE")
   file(GLOB sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
@@ -26,7 +27,7 @@ function(tagrid_room folder)
   set_property(DIRECTORY PROPERTY TAGRID_ROOMS ${layer_rooms} ${room})
 endfunction()
 
-# "stages/voxels" is the target tagrid_stages_voxels; names of other libraries stay.
+# "stages/voxels" is the target tagrid_stages_voxels; names of other libraries stay as they are.
 function(tagrid_target_names result)
   set(names ${ARGN})
   list(TRANSFORM names REPLACE "^((stages|io|pipeline|tools)/.*)$" "tagrid_\\1")
@@ -34,7 +35,7 @@ function(tagrid_target_names result)
   set(${result} ${names} PARENT_SCOPE)
 endfunction()
 
-# All rooms of this folder, for those that test them.
+# All rooms of this folder, for the targets that test them.
 function(tagrid_layer name)
   get_property(layer_rooms DIRECTORY PROPERTY TAGRID_ROOMS)
   add_library(tagrid_${name} INTERFACE)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Compares tagrid with the codecs that Debian has, and with SZ3 and SPERR where their programs (sz3, sperr3d) are on the
-# PATH: installs what is missing, builds, and runs tools/bench with the arguments that are given (see --help).
+# Compares tagrid with the codecs that Debian has, and with SZ3 and SPERR if their programs (sz3, sperr3d) are
+# on the PATH: installs what is missing, builds, and runs tools/bench with the given arguments (see --help).
 #   tools/bench.sh scan.nhdr [other.nhdr ...] [--errors 0,2,5] [--output FOLDER]
 set -euo pipefail
 sources=$(dirname "$(dirname "$(realpath "$0")")")

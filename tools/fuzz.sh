@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Fuzzes what reads bytes of strangers: builds the targets of tests/fuzz with clang and sanitizers, makes seeds from the
-# golden files, and runs the targets, two at a time. Fails on any crash, hang or excess of memory; the input is then in
-# build/fuzz/findings and belongs into tests/regressions/<target>/.
+# Fuzzes the code that reads untrusted input: builds the targets of tests/fuzz with clang and sanitizers,
+# makes seeds from the golden files, and runs the targets, two at a time. Fails on any crash, hang or excess
+# of memory; the input is then in build/fuzz/findings and should go to tests/regressions/<target>/.
 #   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
 #     without       the same inputs every time, so that a change fails by what it did, not by chance: about 10 s a target
 #     --seconds N   of every target, other inputs every time; what was learned stays in build/fuzz/corpus

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs a named set of Debian packages where they are missing: for building, testing, fuzzing, comparing with other
-# codecs, and making the pictures of the documents.
+# Installs a named set of Debian packages if they are missing: for building, testing, fuzzing, comparing with
+# other codecs, and making the pictures of the documents.
 #   tools/install_packages.sh build|mpi|test|fuzz|bench|pictures
 set -euo pipefail
 

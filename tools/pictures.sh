@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of docs/images again, from a phantom and the program's own output.
+# Makes the pictures in docs/images again, from a phantom and the program's own output.
 #   tools/pictures.sh [PROGRAM]      PROGRAM: build/release/tagrid by default
 set -euo pipefail
 cd "$(dirname "$0")/.."

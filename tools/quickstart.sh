@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# From a fresh Debian 12 to a first .tag file: installs what is missing, builds, makes a volume, encodes it,
-# verifies it, and shows what came out.
+# Leads from a fresh Debian 12 to a first .tag file: installs what is missing, builds, makes a volume, encodes
+# it, verifies it, and shows the result.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Equal input gives equal files: builds the program with gcc and with clang, and compares the files that they write, for
-# threads 1, 2, 3 and 7, from files and pipes, twice, in every mode.
+# Tests that equal input gives equal files: builds the program with gcc and with clang, and compares the files
+# that they write, with 1, 2, 3 and 7 threads, from files and pipes, twice, in every mode.
 #   tools/same_bytes.sh           phantoms of every type; some minutes, most of them for the builds
 #   tools/same_bytes.sh --long    larger phantoms and the real volumes that are there (../shared/data), too, and a third
 #                                 build, with gcc but without vector code
@@ -11,7 +11,8 @@ long=${1:-}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# "gcc" is the usual build, which is most often there already. Headers are not precompiled with clang: so none is missing.
+# "gcc" is the usual build, which often exists already. The clang build has no precompiled headers, so that a
+# missing include is found.
 declare -A build_folders=([gcc]=build/release [gcc-scalar]=build/same-bytes/gcc-scalar [clang]=build/same-bytes/clang)
 builds=(gcc clang)
 [ "$long" = --long ] && builds+=(gcc-scalar)
@@ -31,7 +32,7 @@ for build in "${builds[@]}"; do
 done
 tagrid() { local build=$1; shift; "${build_folders[$build]}/tagrid" "$@"; }
 
-# Fails unless all hashes of the file are one: a line "what hash" each.
+# Fails unless all hashes of the file are equal; each line is "what hash".
 hashes=$folder/hashes
 expect_one_hash() {
   if [ "$(cut -d' ' -f2 "$hashes" | sort -u | wc -l)" -ne 1 ]; then
@@ -45,7 +46,7 @@ expect_one_hash() {
 note() { echo "$1 $(sha256sum | cut -c1-16)" >>"$hashes"; }
 : >"$hashes"
 
-# Every way to encode one volume, in one mode.
+# Every way to encode one volume in one mode.
 encodings() {
   local volume=$1 name=$2; shift 2
   local build threads
@@ -54,11 +55,11 @@ encodings() {
       tagrid "$build" encode "$volume" "$@" -T $threads -o - | note "$build/$threads/file"
     done
     tagrid "$build" encode "$volume" "$@" -T 3 -o - | note "$build/3/again"
-    # A detached header names a file: only what is in one piece goes through a pipe.
+    # A detached header names a file, so only volumes in a single file go through a pipe.
     case $volume in *.nrrd) tagrid "$build" encode - "$@" -T 3 <"$volume" | note "$build/3/pipe" ;; esac
   done
   expect_one_hash "$name $*"
-  # What one build wrote, all decode alike.
+  # All builds must decode the file of one build to the same volume.
   tagrid gcc encode "$volume" "$@" -o "$folder/x.tag" -f
   for build in "${builds[@]}"; do
     tagrid "$build" decode "$folder/x.tag" -T 3 -o - | note "$build/decode"
@@ -91,7 +92,7 @@ for effort in fast best; do
   encodings "$folder/int16.nrrd" "phantom int16" --effort $effort --max-error 6 --surface-error 1
   encodings "$folder/uint16.nrrd" "phantom uint16" --effort $effort --max-error 1
 done
-# On a pipe there is no looking at the data first.
+# A pipe cannot be read twice, so the range is given.
 for type in int32 float32; do modes "$folder/$type.nrrd" "phantom $type" --range -1000:3000; done
 for type in uint32 float64; do
   encodings "$folder/$type.nrrd" "phantom $type" --range 0:3000 --max-error 0.5

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A volume eight times as tall takes no more memory: a phantom goes through a pipe, is encoded and decoded, and
-# the peak resident memory of both is compared with that of a shorter one of the same width.
+# Tests that a volume eight times as tall takes no more memory: a phantom goes through a pipe and is encoded
+# and decoded. The peak resident memory of both is compared with that of a shorter phantom of the same width.
 #   tools/stream_test.sh [WIDTH] [SLICES]     1024 512: 1 GB and 8 GB of int16
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -11,7 +11,7 @@ tagrid=${TAGRID:-build/release/tagrid}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# Runs "$@", with its peak memory in KB to the file $peak.
+# Runs "$@", and writes its peak memory in KB to the file $peak.
 measured() { python3 -c '
 import os, subprocess, sys, resource
 status = subprocess.call(sys.argv[2:])

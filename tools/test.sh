@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds, and runs every test.
-#   tools/test.sh          everything that fits in some minutes, two of them for the fuzzers
-#   tools/test.sh --long   also what takes hours
+#   tools/test.sh          the tests that take some minutes, two of them for the fuzzers
+#   tools/test.sh --long   also the tests that take hours
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/install_packages.sh test
 cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_MPI=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
-# Many tests wait for processes that they started.
+# Many tests wait for processes that they have started.
 ctest --preset release -j "$((2 * $(nproc)))"
 if [ "${1:-}" = --long ]; then
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000

@@ -118,8 +118,8 @@ void add_format_option(CLI::App& command, std::string& format);
 
 /// The format that --format names; nothing if it was not given ("").
 std::optional<VolumeFormat> volume_format_option(const std::string& format);
-/// The same, or where it was not given, that of the name of the output. Throws UsageError where a file's name
-/// says another format.
+/// The same; if --format was not given, the format that the name of the output implies. Throws UsageError if
+/// a file's name implies a different format.
 VolumeFormat volume_format_option(const std::string& format, const std::string& output);
 
 /// The type that --type names. Throws UsageError that lists the types.
