@@ -50,8 +50,8 @@ void activity_comes_back(const LatticeBits& active, const CodingParameters& p) {
   claim(again == active, "activity comes back");
 }
 
-/// True if `value` is within the bound of `original`; what is not finite, or bound by 0, must be the same
-/// bits.
+/// True if `value` is within the bound of `original`. If `original` is not finite, or the bound is 0, all
+/// bits must be equal.
 template <class T>
 bool is_within(T value, T original, double error) {
   if (std::memcmp(&value, &original, sizeof value) == 0) return true;
@@ -60,7 +60,7 @@ bool is_within(T value, T original, double error) {
   return error > 0 && std::abs(static_cast<long double>(value) - static_cast<long double>(original)) <= error;
 }
 
-/// What was decoded, of the box that encode_brick() wants, is encoded again.
+/// Encodes the decoded samples of the box that encode_brick() reads.
 template <class T>
 void values_come_back(const std::vector<T>& values, const LatticeBits& active, const CodingParameters& given,
                       Index3 position) {
@@ -104,7 +104,7 @@ void brick(Bytes bytes) {
   with_sample_type(p.type, [&](auto type) {
     using T = decltype(type);
     LatticeBits active;
-    // Where there are no values, they do not keep the activity from being read.
+    // If there are no values, the activity is read nevertheless.
     std::vector<T> samples(static_cast<std::size_t>(p.bricks().owned_box(position).count())), points;
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
@@ -112,8 +112,8 @@ void brick(Bytes bytes) {
     };
     if (values_first && !values.empty() && !decode_values()) return;
     if (!decode_brick_activity<T>(activity, samples, p, position, active).ok()) return;
-    // Most inputs break in the values: encoding the activity again is worth its time where they do not, or
-    // where there are none.
+    // Most inputs break in the values. Encoding the activity again is worth its time only if they do not, or
+    // if there are no values.
     if (values.empty()) activity_comes_back(active, p);
     Statistics statistics;
     count_active(active, p, position, statistics);

@@ -14,7 +14,7 @@
 namespace tagrid::fuzz {
 namespace {
 
-// Larger volumes are not decoded: a file of a few bytes can describe them, but not many of them a second.
+// Larger volumes are not decoded: a file of a few bytes can describe them, but they take too long.
 constexpr std::int64_t most_samples = 1 << 11, most_brick_points = 1 << 12, most_bricks = 32;
 
 bool is_small(const CodingParameters& p) {
@@ -24,7 +24,7 @@ bool is_small(const CodingParameters& p) {
          p.bricks().closed_box({0, 0, 0}).count() <= most_brick_points;
 }
 
-/// The samples, or nothing where the file is broken or large.
+/// The samples, or nothing if the file is broken or large.
 std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
   try {
     TagReader reader(path);
@@ -47,7 +47,7 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
   }
 }
 
-/// Reads the index alone; true where the file is small, and its index whole.
+/// Reads the index alone; returns true if the file is small and its index is intact.
 bool report(const std::string& path) {
   try {
     TagReader reader(path);

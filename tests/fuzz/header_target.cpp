@@ -7,7 +7,7 @@
 namespace tagrid::fuzz {
 namespace {
 
-/// What the source said comes back in every header that is written of it.
+/// The metadata of the source is the same in every header that is written from it.
 void fields_come_back(const TagHeader& header) {
   VolumeInfo info;
   info.dims = header.parameters.dims;

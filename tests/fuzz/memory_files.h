@@ -15,7 +15,7 @@
 
 namespace tagrid::fuzz {
 
-/// Has a path as long as it lives.
+/// Has a path as long as it exists.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {
@@ -46,7 +46,7 @@ class MemoryFile : public Descriptor {
 
 inline constexpr std::size_t pipe_holds = 65536;
 
-/// A pipe that ends after `bytes`. REQUIRES: no more than pipe_holds.
+/// A pipe that ends after `bytes`. REQUIRES: at most pipe_holds bytes.
 class MemoryPipe : public Descriptor {
  public:
   explicit MemoryPipe(std::span<const std::uint8_t> bytes) : Descriptor(filled(bytes)) {}
@@ -77,7 +77,7 @@ class Folder {
     std::ofstream(path_ / name, std::ios::binary) << bytes;
     return (path_ / name).string();
   }
-  /// A name in it under which everything that is written is forgotten.
+  /// A name in the folder under which all written bytes are dropped.
   std::string null_named(const char* name) const {
     std::error_code exists;
     std::filesystem::create_symlink("/dev/null", path_ / name, exists);

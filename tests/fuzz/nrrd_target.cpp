@@ -1,5 +1,5 @@
-// A volume as it lies in a file: header, blank line, samples. A detached header is one that names the data
-// file "d": what follows its blank line is then given as that file.
+// A volume as in a file: header, blank line, samples. A detached header is one that names the data file "d":
+// the bytes after its blank line are then given as that file.
 #include "io/files/errors.h"
 #include "io/nrrd/header.h"
 #include "tests/fuzz/memory_files.h"
@@ -19,11 +19,11 @@ void nrrd(Bytes bytes) {
           "what a header says comes back");
     to_world(header.info.geometry, {1, 2, 3});
   } catch (const BrokenInput&) {
-    // The reader finds the end of a header in another way, so it gets to see it, too.
+    // The reader finds the end of a header in a different way, so it reads the header, too.
     header.data_file.clear();
   }
   if (header.data_file.empty()) {
-    // A header that names its samples is not looked at here: it could name any file of this machine.
+    // A header that names its samples is skipped here: it could name any file of this machine.
     if (text.find("ile:") != text.npos || text.find("ILE:") != text.npos) return;
     read_volume(MemoryFile(bytes).path());
     if (bytes.size() <= pipe_holds) read_volume(MemoryPipe(bytes).path());

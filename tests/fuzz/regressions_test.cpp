@@ -1,5 +1,5 @@
-// Inputs that once were trouble, and all seeds, through the targets of the fuzzers. A file in
-// tests/regressions/<target>/ is such an input; its name says what was wrong.
+// Runs inputs that once caused failures, and all seeds, through the targets of the fuzzers.
+// tests/regressions/<target>/ holds such inputs; the name of a file says what was wrong.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -31,7 +31,7 @@ TEST(ThisProgram, LooksBehindChecksums) {
   EXPECT_TRUE(checksums_agree(1, 2)) << "and so a fuzzer, which could not guess one, gets past them";
 }
 
-// What a target claims, it claims by ending the program.
+// A target ends the program if a claim does not hold.
 TEST_P(Targets, HoldOnEveryInputThatOnceWasTrouble) {
   for (const auto& path : regressions_of(GetParam().name)) {
     SCOPED_TRACE(path);

@@ -1,4 +1,4 @@
-// What a run that goes on finds of the one before it: its record, and its parts.
+// The files that a continued run finds from the run before: its record, and its parts.
 #include <algorithm>
 #include <vector>
 

@@ -19,7 +19,7 @@ class EverySampleType : public TemporaryFolder {
  protected:
   const std::string in_ = path("in.nrrd"), tag_ = path("a.tag"), out_ = path("out.nrrd");
 
-  // What comes back of a volume, and how far it may be off (negative: as far as it is).
+  // Expects that a decoded volume is within a bound (negative: any error is allowed).
   void expect_within(const std::vector<T>& samples, Index3 dims, EncodeOptions options, double bound) {
     write_nrrd(in_, dims, samples);
     ASSERT_NO_THROW(encode_volume(in_, std::nullopt, tag_, true, options, 1));
@@ -38,7 +38,7 @@ using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int1
                              std::int32_t, float, double>;
 TYPED_TEST_SUITE(EverySampleType, Types);
 
-// A brick of two root cubes of 4 owns 9 samples at first, then 8: sizes around both, primes, thin ones.
+// A brick of two root cubes of 4 owns 9 samples, then 8: sizes around both, primes, thin ones.
 const Index3 sizes[] = {{1, 1, 1}, {1, 5, 7},  {13, 1, 1}, {1, 1, 9},   {9, 8, 10}, {7, 7, 7},
                         {8, 9, 2}, {11, 3, 6}, {17, 4, 5}, {10, 10, 1}, {5, 18, 3}, {2, 2, 17}};
 
@@ -83,11 +83,11 @@ TYPED_TEST(EverySampleType, EveryVoxelIsWithinTheBoundInEveryMode) {
     if (random() % 4 == 0) options.cube_size = 16;
     options.grid_only = mode == 1 || mode == 2 || mode == 5;
     if (mode != 2 && mode != 5) options.max_error = bound;
-    if (mode == 5) options.mesh_error = bound;  // of exact points: the voxels are as good as the mesh
+    if (mode == 5) options.mesh_error = bound;  // with exact points, the voxels are as good as the mesh
     if (mode == 3 && bound >= 1) options.surface_error = random() % 2 ? 0 : bound / 8;
     if (mode == 3 && bound > 0 && std::is_floating_point_v<TypeParam>)
       options.surface_error = random() % 2 ? 0 : bound / 8;
-    // Not below that of the voxels: those are values of the mesh.
+    // Not below the bound of the voxels, which are values of the mesh.
     if (mode == 4) options.mesh_error = std::max(bound, all_bounds[random() % all_bounds.size()]);
     const auto samples = awkward_volume<TypeParam>(kind, dims, seed);
     this->expect_within(samples, dims, options, mode == 2 ? -1 : bound);
@@ -122,7 +122,7 @@ TYPED_TEST(EverySampleType, SameBytesForAnyThreadCount) {
   }
 }
 
-// Files as small as can be, every bit and every length of them.
+// Very small files: every bit and every length of them.
 TYPED_TEST(EverySampleType, EveryFlippedBitAndEveryTruncationIsFound) {
   const Index3 dims{6, 5, 3};
   for (const bool grid : {false, true}) {

@@ -1,5 +1,5 @@
-// Golden files: what this version writes is what it has always written, and what it reads. A change of the
-// bytes is a change of the format: docs/format.md and its version change with them. To write them anew:
+// Golden files: this version writes the same bytes as always, and reads them. A change of the bytes is a
+// change of the format: docs/format.md and its version change with them. To write the files anew:
 //   TAGRID_UPDATE_GOLDEN=1 build/release/tests/pipeline_tests --gtest_filter='*Golden*'
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// Real volumes, where they are present: every bound measured against the raw samples, and the size of every
-// file against what the best other compressor needs for the same largest error.
+// Real volumes, if they are present: every bound is checked against the raw samples, and the size of every
+// file is compared with that of the best other compressor at the same largest error.
 //
 // The sizes of the others (bits a voxel; JPEG XL -e7 for E = 0, else the best of JPEG-LS near, SZ3, SPERR,
 // zfp) were measured once on the same volumes; integers of float codecs were rounded after decoding.
@@ -83,7 +83,7 @@ class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<V
     return encode_volume(raw_path(volume), RawDescription{volume.dims, volume.type, false, {}, 0},
                          path("a.tag"), true, options, available_threads());
   }
-  // Byte by byte from the two files: nothing of the reader or of verify is trusted.
+  // Compares the two files byte by byte, without the reader or verify.
   template <class T>
   double largest_error(const Volume& volume) const {
     const std::string original = file_content(raw_path(volume)), decoded = file_content(path("a.raw"));
@@ -115,7 +115,7 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
 INSTANTIATE_TEST_SUITE_P(All, RealVolumes, testing::ValuesIn(volumes),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// What is claimed of an effort: ratios to the best other, of every row and in the geometric mean.
+// The claims about an effort: ratios to the best other coder, for every row and as the geometric mean.
 struct Claim {
   Effort effort;
   double lossless_row, lossless_mean, bounded_row, bounded_mean;

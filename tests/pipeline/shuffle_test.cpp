@@ -1,4 +1,4 @@
-// Bricks that finish in any order come out in theirs, the same byte for byte.
+// Bricks that finish in any order are written in their own order, with the same bytes.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -31,7 +31,7 @@ CodingParameters parameters_of(FileMode mode) {
   return p;
 }
 
-/// Makes every brick wait for a while that depends on the seed, and sees in which order they get on.
+/// Makes every brick wait for a time that depends on the seed, and records the order in which they continue.
 class Shuffle {
  public:
   explicit Shuffle(unsigned seed) : random_(seed) {}

@@ -41,7 +41,7 @@ inline std::string name_of(Awkward kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// Of integer types, kinds that only floats have are something similar.
+/// For integer types, kinds that only floats have are replaced by similar ones.
 template <class T>
 std::vector<T> awkward_volume(Awkward kind, Index3 dims, unsigned seed) {
   using Limits = std::numeric_limits<T>;
@@ -124,7 +124,8 @@ std::vector<T> awkward_volume(Awkward kind, Index3 dims, unsigned seed) {
   return out;
 }
 
-/// Whether b is a within `bound`, or where one of them is not finite, or the bound is 0, a bit by bit.
+/// True if b is within `bound` of a. If one of them is not finite, or the bound is 0, they must be equal bit
+/// by bit.
 template <class T>
 bool comes_back(T a, T b, double bound) {
   if (std::memcmp(&a, &b, sizeof a) == 0) return true;

@@ -1,4 +1,4 @@
-// A folder with a volume in it, and the program at hand.
+// A folder with a volume, and calls of the program in it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,14 +24,14 @@ class CommandLine : public TemporaryFolder {
     arguments.insert(arguments.begin(), TAGRID_PROGRAM);
     return Process(arguments, folder_.string()).finish(input);
   }
-  /// Runs a bash script in the folder; $TAGRID is the program. Its code is that of the first command of a
+  /// Runs a bash script in the folder; $TAGRID is the program. The code is that of the first command of a
   /// pipeline that fails.
   Ending script(const std::string& text) const {
     const std::string preamble = "set -o pipefail; TAGRID='" TAGRID_PROGRAM "'; ";
     return Process({"bash", "-c", preamble + text}, folder_.string()).finish();
   }
 
-  /// Expects an error: its code, and one line that says `what`.
+  /// Expects an error: its code, and one line that contains `what`.
   static void expect_error(const Ending& ending, int code, std::string_view what) {
     EXPECT_EQ(ending.code, code) << ending.err;
     EXPECT_EQ(ending.signal, 0);
@@ -44,13 +44,13 @@ class CommandLine : public TemporaryFolder {
     EXPECT_EQ(ending.err, "");
   }
 
-  /// A phantom in the folder, in the format of its name; 52 x 40 x 36 samples if nothing else is said.
+  /// Makes a phantom in the folder, in the format of its name; by default 52 x 40 x 36 samples.
   void phantom(const std::string& name, const Arguments& more = {}) const {
     Arguments arguments = {"phantom", "--dims", "52,40,36", "-o", name, "-q"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     expect_ok(tagrid(arguments));
   }
-  /// volume.nrrd, and volume.tag made of it.
+  /// Makes volume.nrrd, and volume.tag from it.
   void make_tag(const Arguments& more = {}) const {
     phantom("volume.nrrd");
     Arguments arguments = {"encode", "volume.nrrd"};
@@ -72,7 +72,7 @@ class CommandLine : public TemporaryFolder {
   }
 };
 
-/// The samples of an attached NRRD file: what follows the blank line.
+/// The samples of an attached NRRD file: the bytes after the blank line.
 inline std::string samples_of(const std::string& nrrd) { return nrrd.substr(nrrd.find("\n\n") + 2); }
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Random conforming activity for tests, closed by the plainest possible loop.
+// Random conforming activity for tests, closed by the simplest possible loop.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ void for_each_point(const Box& box, F f) {
       for (std::int64_t x = box.low.x; x <= box.high.x; ++x) f(Index3{x, y, z});
 }
 
-/// Adds root corners and, again and again until nothing changes level by level, the parents of active points.
+/// Adds root corners, and then the parents of active points until nothing changes.
 inline void close_naively(LatticeBits& bits, int cube_size) {
   for_each_point(bits.box(), [&](Index3 p) {
     if (classify(p, cube_size).odd == 0) bits.set(p);

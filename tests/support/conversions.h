@@ -43,7 +43,7 @@ class Conversions : public Base {
     for (std::string line; std::getline(lines, line);) records.push_back(Json::parse(line));
     return records;
   }
-  /// "a ok, b failed": of the last `count` records, or all.
+  /// "a ok, b failed": of the last `count` records, or of all.
   std::string statuses(std::size_t count = 1000, const std::string& name = "out/results.jsonl") const {
     std::string text;
     const std::vector<Json> all = records(name);

@@ -47,7 +47,7 @@ inline std::int64_t count_of(const LatticeBits& bits) {
   return n;
 }
 
-/// Raw samples of one of the volumes beside the source tree; no samples where the file is missing.
+/// Raw samples of one of the volumes beside the source tree; none if the file is missing.
 template <class T>
 oracle::Volume<T> read_volume(const std::string& name, Index3 dims) {
   oracle::Volume<T> volume{dims, {}};

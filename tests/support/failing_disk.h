@@ -1,4 +1,4 @@
-// Runs of the program of which each call on a file can be made to fail; see tests/faults/fault_injection.cpp.
+// Runs the program and makes each of its calls on a file fail; see tests/faults/fault_injection.cpp.
 #pragma once
 
 #include <iostream>
@@ -32,7 +32,7 @@ struct Call {
 struct Case {
   std::string name;
   std::vector<std::string> arguments;
-  std::vector<std::string> older = {};  ///< files that are there before, to be overwritten
+  std::vector<std::string> older = {};  ///< files that exist before, to be overwritten
   bool streams = false;                 ///< standard input and output fail as well
 
   friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
@@ -50,7 +50,7 @@ class FailingDisk : public CommandLine {
   }
   std::string log() const { return folder_.string() + ".calls"; }
 
-  /// Every file with its bytes. Reports tell times: they are whole, that is all.
+  /// Every file with its bytes. Reports contain times, so only their completeness is compared.
   Files files() const {
     Files result;
     for (const std::string& name : names())
@@ -95,7 +95,7 @@ class FailingDisk : public CommandLine {
     return calls;
   }
 
-  /// The name that a message about a call has to say.
+  /// The name that a message about a call must contain.
   std::string expected_name(const Case& c, const Call& call) const {
     if (call.path.find("pipe:") == 0) return "standard ";
     const std::string name = std::filesystem::path(call.path).filename().string();
@@ -106,12 +106,12 @@ class FailingDisk : public CommandLine {
     return mark == name.npos ? name : name.substr(1, mark - 1);
   }
 
-  /// Failures that may be passed over, because the result is right without: what was read is closed, times
-  /// and owners are kept where that is possible, older files are set aside where that is possible, and what
-  /// killed runs left is removed where that is possible.
+  /// Failures that may be ignored, because the result is right without the call: closing a file that was
+  /// read, setting times and owners if possible, setting older files aside if possible, and removing what
+  /// killed runs left if possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
-    // Nameless files: there is another way. Pipes: it is no file for certain.
+    // Nameless files: there is another way. Pipes: not a file for certain.
     return (call.name == "open-to-write" &&
             std::filesystem::path(call.path).filename() == folder_.filename()) ||
            (call.name == "open-to-write" && call.path.ends_with("/.")) ||

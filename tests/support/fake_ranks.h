@@ -1,4 +1,4 @@
-// Ranks that are threads of one process: what ranks do together, tested in milliseconds.
+// Ranks that are threads of one process, so that the work of several ranks is tested in milliseconds.
 #pragma once
 
 #include <condition_variable>
@@ -14,14 +14,14 @@
 
 namespace tagrid {
 
-/// Ranks as MPI's are: nothing of one is seen by another but by calls of Ranks. A rank that ends with an
-/// exception ends whatever the others wait for, with an exception.
+/// Ranks like those of MPI: one rank sees another only through calls of Ranks. If a rank ends with an
+/// exception, the ranks that wait for it end with an exception, too.
 class FakeRanks {
  public:
   explicit FakeRanks(int count) : count_(count) {}
 
-  /// Runs body(ranks) for every rank in a thread of its own. Throws what the first rank threw, of those that
-  /// were not only left alone.
+  /// Runs body(ranks) for every rank in its own thread. Throws the exception of the first rank that failed by
+  /// itself, and was not only left alone.
   void run(const std::function<void(Ranks&)>& body) {
     std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(count_));
     {
@@ -57,7 +57,7 @@ class FakeRanks {
     changed_.wait(lock, [&] { return condition() || one_left_; });
     if (!condition()) throw LeftAlone();
   }
-  /// Returns when all ranks are here.
+  /// Returns when all ranks have arrived.
   void meet(Lock& lock) {
     const long mine = meetings_;
     arrive();
@@ -128,7 +128,7 @@ class FakeRanks {
     }
     void listen(const Hear& hear) override {
       Lock lock(all_.mutex_);
-      // Nobody tells the others anything.
+      // The other ranks hear nothing.
       if (rank_ == 0) hear_all(lock, hear);
     }
     void listen_to_the_end(const Hear& hear) override {
@@ -163,7 +163,7 @@ class FakeRanks {
   std::condition_variable changed_;
   bool one_left_ = false;
   int here_ = 0;       ///< ranks that wait for a meeting
-  long meetings_ = 0;  ///< of all ranks, so far
+  long meetings_ = 0;  ///< number of meetings of all ranks so far
   Bytes bytes_;
   std::vector<Bytes> gathered_;
   SharedNumbers numbers_;

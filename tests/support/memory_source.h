@@ -1,4 +1,4 @@
-// A .tag file in memory, that notes what is read of it.
+// A .tag file in memory that records which parts are read.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ class MemorySource : public ByteSource {
   }
   const std::string& name() const override { return name_; }
 
-  /// From the first byte to the one after the last, of every read since it was asked last.
+  /// For every read since the last call: from its first byte to the byte after its last one.
   std::vector<std::pair<std::uint64_t, std::uint64_t>> reads() const {
     const std::lock_guard lock(mutex_);
     return std::exchange(reads_, {});

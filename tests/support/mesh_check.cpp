@@ -1,8 +1,9 @@
-// mesh_check FILE.vtu [DX DY DZ [--cut]]: is a mesh of `tagrid mesh` conforming, and does it fill a box?
+// mesh_check FILE.vtu [DX DY DZ [--cut]]: checks that a mesh of `tagrid mesh` is conforming and fills a box.
 //
-// The volume must have spacing 1 and origin 0. DX DY DZ: the edges of the box that the mesh fills exactly, in
-// steps between samples: whole root cubes of a mesh with --padded; samples - 1 an axis of any other, which
-// then may be --cut there. About 70 bytes a tetrahedron. Ends with 1 if a law is broken.
+// The volume must have spacing 1 and origin 0. DX DY DZ: the edges of the box that the mesh must fill
+// exactly, in steps between samples. For a mesh with --padded these are whole root cubes; for any other mesh
+// they are the number of samples - 1 along each axis, and it may be --cut there. Takes about 70 bytes per
+// tetrahedron. The exit code is 1 if a law is broken.
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// The field of a mesh at lattice points, with nothing else known of the mesh: each point is looked for in the
+// Computes the field of a mesh at lattice points from nothing but the mesh: each point is searched for in the
 // tetrahedra.
 #pragma once
 
@@ -13,9 +13,9 @@
 
 namespace tagrid {
 
-/// Calls visit(p, weights, six) for every lattice point p of `box` in every tetrahedron that holds it: the
-/// value there is the sum of weights times the values of the vertices over `six`, the six volumes of the
-/// tetrahedron.
+/// Calls visit(p, weights, six) for every lattice point p of `box` in every tetrahedron that contains it. The
+/// value at p is the sum of the weights times the values of the vertices, divided by `six`, the six volumes
+/// of the tetrahedron.
 template <class Visit>
 void for_each_point_in_mesh(const LatticeMesh& mesh, const Box& box, Visit visit) {
   for (std::size_t t = 0; t < mesh.size(); ++t) {
@@ -54,8 +54,8 @@ struct Fraction {
   }
 };
 
-/// The field of integer `values` at the points of `box`, x fastest. A point that no tetrahedron holds has a
-/// whole of 0. `disagree` counts points at which two tetrahedra say different things.
+/// The field of integer `values` at the points of `box`, x fastest. A point in no tetrahedron has a whole of
+/// 0. `disagree` counts points at which two tetrahedra have different values.
 template <class T>
 std::vector<Fraction> field_of_mesh(const LatticeMesh& mesh, const std::vector<T>& values, const Box& box,
                                     std::int64_t& disagree) {

@@ -1,4 +1,4 @@
-// The laws of a conforming tetrahedral mesh, checked on the whole mesh with nothing else known of it.
+// The laws of a conforming tetrahedral mesh, checked on the whole mesh from nothing but the mesh.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace tagrid {
 /// A mesh whose points are lattice points.
 struct LatticeMesh {
   std::vector<Index3> points;
-  std::vector<std::int64_t> connectivity;  ///< four a tetrahedron
+  std::vector<std::int64_t> connectivity;  ///< four per tetrahedron
   std::vector<std::uint8_t> levels, types;
 
   std::size_t size() const { return levels.size(); }
@@ -34,7 +34,7 @@ struct LatticeMesh {
   }
 };
 
-/// Reads a mesh of a volume with spacing 1 and origin 0. Throws where that is not so.
+/// Reads a mesh of a volume with spacing 1 and origin 0; throws if it is not one.
 inline LatticeMesh read_lattice_mesh(Vtu& vtu) {
   LatticeMesh mesh;
   const std::vector<double> xyz = vtu.array<double>("Float64", "Points");
@@ -59,14 +59,14 @@ inline LatticeMesh read_lattice_mesh(Vtu& vtu) {
   return mesh;
 }
 
-/// What was found. All but the first two lines must be zero in a good mesh.
+/// Findings. In a good mesh, all but the first two must be zero.
 struct MeshFindings {
   std::int64_t six_volumes = 0;  ///< sum
   std::int64_t open_faces = 0;   ///< in one tetrahedron only
   std::int64_t not_positive = 0;
-  std::int64_t wrong_level_or_type = 0;  ///< volumes are not those of the levels, type is not level % 3
-  std::int64_t crowded_faces = 0;        ///< in three tetrahedra and more
-  std::int64_t twice = 0;                ///< points where another one is
+  std::int64_t wrong_level_or_type = 0;  ///< volumes do not match the levels, or type is not level % 3
+  std::int64_t crowded_faces = 0;        ///< in three or more tetrahedra
+  std::int64_t twice = 0;                ///< points at the position of another one
   std::int64_t unused = 0;               ///< points of no tetrahedron
   std::int64_t hanging = 0;              ///< edges with a point of the mesh between their ends
 
@@ -88,14 +88,14 @@ struct MeshFindings {
   }
 };
 
-/// Whether a tetrahedron has a vertex in one of the planes that end the box at `last`.
+/// True if a tetrahedron has a vertex in one of the planes that end the box at `last`.
 inline bool ends_at(const std::array<Index3, 4>& vertices, Index3 last) {
   for (Index3 v : vertices)
     if (v.x == last.x || v.y == last.y || v.z == last.z) return true;
   return false;
 }
 
-/// `cut_at`: where the mesh was cut, if it was; pieces there are smaller than their level says.
+/// `cut_at`: where the mesh was cut, if it was; pieces there are smaller than their level implies.
 inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found,
                              const std::optional<Index3>& cut_at) {
   std::int64_t root = 0;  // six volumes of a tetrahedron of level 0
@@ -114,7 +114,8 @@ inline void check_tetrahedra(const LatticeMesh& mesh, MeshFindings& found,
   found.unused = std::count(used.begin(), used.end(), false);
 }
 
-/// Counts edges with a mesh point on one of their inner lattice points. Every lattice point has a bit.
+/// Counts the edges that have a point of the mesh on one of their inner lattice points. Every lattice point
+/// has a bit.
 inline void check_points(const LatticeMesh& mesh, MeshFindings& found) {
   Index3 size{1, 1, 1};
   for (Index3 p : mesh.points)
@@ -140,8 +141,8 @@ inline void check_points(const LatticeMesh& mesh, MeshFindings& found) {
   }
 }
 
-/// Sorts the faces by their smallest point, and calls open_face(ids) for those that are in one tetrahedron
-/// only. 32 bytes a tetrahedron and 8 a point.
+/// Sorts the faces by their smallest point, and calls open_face(ids) for those in only one tetrahedron. Takes
+/// 32 bytes per tetrahedron and 8 per point.
 template <class OpenFace>
 void check_faces(const LatticeMesh& mesh, MeshFindings& found, OpenFace open_face) {
   if (mesh.points.size() >> 32 != 0) throw std::runtime_error("too many points to check");
@@ -190,7 +191,7 @@ MeshFindings check_mesh(const LatticeMesh& mesh, OpenFace open_face,
   return found;
 }
 
-/// Whether all three points lie in one of the planes that bound the box from 0 to `high`.
+/// True if all three points lie in one of the planes that bound the box from 0 to `high`.
 inline bool is_on_border(const std::array<Index3, 3>& face, Index3 high) {
   for (int axis = 0; axis < 3; ++axis)
     for (std::int64_t plane : {std::int64_t{0}, high[axis]})

@@ -26,7 +26,7 @@ struct TestVolume {
   }
 };
 
-/// Flat, with a few samples that are not: the grid is fine around them and coarse elsewhere.
+/// Flat except for a few samples: the grid is fine around them and coarse elsewhere.
 inline TestVolume spiky_volume(Index3 dims, std::uint64_t seed) {
   TestVolume volume{dims, {}};
   std::mt19937_64 random(seed);

@@ -1,4 +1,4 @@
-// Runs of tagrid-mpi by many processes of this machine.
+// Runs tagrid-mpi with many processes on this machine.
 #pragma once
 
 #include "tests/support/resumed_runs.h"
@@ -29,7 +29,7 @@ class MpiRuns : public ResumedRuns {
     return Process(with(mpirun(processes, more), arguments), folder_.string()).finish();
   }
   void expect_names(const std::vector<std::string>& expected) const { EXPECT_EQ(names(), expected); }
-  /// Expects an error, told once whatever the rank that found it.
+  /// Expects an error that is reported once, whichever rank found it.
   static void expect_one_error(const Ending& ending, int code, std::string_view what) {
     EXPECT_EQ(ending.code, code) << ending.err;
     const std::size_t first = ending.err.find("tagrid: ");
@@ -37,7 +37,8 @@ class MpiRuns : public ResumedRuns {
     EXPECT_EQ(first, ending.err.rfind("tagrid: ")) << ending.err;
     EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
   }
-  /// One rank, the second, has a disk that fails, or is killed, at some call; `lasting`: and at all after it.
+  /// The disk of the second rank fails, or the rank is killed, at some call; with `lasting`, every later call
+  /// fails, too.
   Ending with_fault(int processes, const std::string& at, const std::string& kind, const Arguments& arguments,
                     int victim = 1, bool lasting = false) const {
     const std::string script =

@@ -1,6 +1,6 @@
 // The oracle of the encoder: the whole volume in memory, one point after the other, in double precision, as
-// literal as the paper allows and with no regard for time. It shares no code with the stages but the laws of
-// the lattice, which have tests of their own.
+// literally as in the paper and without regard for time. The only code that it shares with the stages is the
+// laws of the lattice, which have their own tests.
 #pragma once
 
 #include <algorithm>
@@ -167,7 +167,7 @@ double arc_over_chord_at(const Volume<T>& v, Index3 p, int cube_size, double fie
   return arc_over_chord(edge_between(v, e.left, e.right, field_scale), m);
 }
 
-/// The closure, one point at a time: whoever is active asks its parents in `bits.box()`.
+/// The closure, one point at a time: every active point makes its parents in `bits.box()` active.
 inline void close_under_parents(LatticeBits& bits, int cube_size) {
   std::vector<Index3> asking;
   const Box& box = bits.box();

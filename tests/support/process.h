@@ -18,13 +18,13 @@
 
 namespace tagrid {
 
-/// How a program ended, and what it said.
+/// How a program ended, and what it printed.
 struct Ending {
-  int code = -1;   ///< -1 where a signal ended it
-  int signal = 0;  ///< SIGKILL where it took too long
+  int code = -1;   ///< -1 if a signal ended it
+  int signal = 0;  ///< SIGKILL if it took too long
   std::string out, err;
-  std::size_t peak_bytes = 0;  ///< of its memory
-  double seconds = 0;          ///< that it took
+  std::size_t peak_bytes = 0;  ///< peak of its memory
+  double seconds = 0;          ///< its running time
 };
 
 /// A program that runs. Its standard streams are pipes; the output can be a terminal.

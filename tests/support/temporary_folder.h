@@ -54,7 +54,7 @@ class TemporaryFolder : public ::testing::Test {
     return result;
   }
 
-  /// Whether what killed runs leave can be told from what is in use; see io/files/abandoned_files.h.
+  /// True if files that killed runs left can be told from files in use; see io/files/abandoned_files.h.
   bool is_on_local_file_system() const {
     const int descriptor = open(folder_.c_str(), O_RDONLY);
     const bool local = is_local(descriptor);
@@ -85,7 +85,7 @@ class FilledPipe {
   int end_;
 };
 
-/// What the exception says that `action` throws, if it is an `Expected`; anything else is a failure.
+/// The message of the exception that `action` throws, if it is an `Expected`; anything else is a failure.
 template <class Expected, class Action>
 std::string message_of(Action&& action) {
   try {

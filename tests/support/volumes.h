@@ -43,7 +43,7 @@ inline void write_content(const std::string& path, const std::string& content) {
   std::ofstream(path, std::ios::binary).write(content.data(), static_cast<std::streamsize>(content.size()));
 }
 
-/// Blobs with blurred borders, and noise: something that gives a grid work at every level.
+/// Blobs with blurred borders, and noise: they give a grid work at every level.
 template <class T>
 std::vector<T> blobs(Index3 dims, unsigned seed, double noise = 2) {
   std::mt19937 random(seed);

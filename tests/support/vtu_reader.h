@@ -44,7 +44,7 @@ class Vtu {
     return numbers;
   }
 
-  /// All that follows the last array that was read.
+  /// Everything after the last array that was read.
   std::string rest() {
     std::string bytes(size_ - end_, ' ');
     read(end_, bytes.data(), bytes.size());

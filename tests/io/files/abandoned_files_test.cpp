@@ -1,4 +1,4 @@
-// What killed runs left is removed, and nothing else.
+// Files that killed runs left are removed, and nothing else.
 #include "io/files/abandoned_files.h"
 
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-// What an exception means is decided in one place, and survives being sent.
+// One place decides what an exception means, and the meaning survives being sent.
 #include "io/files/error_kinds.h"
 
 #include <gtest/gtest.h>

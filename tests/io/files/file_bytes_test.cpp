@@ -1,4 +1,4 @@
-// Bytes of files and pipes: read, peeked at, skipped, by lines.
+// Bytes of files and pipes: reading, peeking, skipping, lines.
 #include "io/files/file_bytes.h"
 
 #include <fcntl.h>
@@ -35,7 +35,7 @@ class FileBytesTest : public TemporaryFolder {
     use(in_file, false);
     ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
     const std::jthread writer([&] {
-      // In pieces that fit nothing. Whoever reads may end before.
+      // In pieces of odd sizes. The reader may end first.
       signal(SIGPIPE, SIG_IGN);
       const int pipe = open(path("pipe").c_str(), O_WRONLY);
       for (std::size_t at = 0; at < content.size(); at += 997)

@@ -1,4 +1,4 @@
-// Bytes that wait in a nameless file come back, whatever order they were written in.
+// Bytes that wait in a nameless file come back, whatever the order in which they were written.
 #include "io/files/spool_file.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST_F(SpoolFileTest, WhatWasWrittenInOrderComesBackInAnyPieces) {
 TEST_F(SpoolFileTest, WhatWasWrittenAtItsPlaceComesBackInOrderAndNothingOfBeforeIsLeft) {
   SpoolFile spool = SpoolFile::in(folder_.string(), "x");
   for (const unsigned step : {1U, 3U}) {
-    // The second time less: what lay behind is gone.
+    // The second time, there is less: the bytes behind it are gone.
     const auto bytes = counted(2'000'000 / step, step);
     const std::size_t half = bytes.size() / 2;
     spool.write_at(half, std::span(bytes).subspan(half));

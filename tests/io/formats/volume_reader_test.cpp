@@ -23,7 +23,7 @@ std::vector<std::int16_t> samples() {
   return result;
 }
 
-/// The samples as they lie in a file.
+/// The samples as in a file.
 std::string bytes_of(bool big_endian) {
   std::string bytes;
   for (std::int16_t sample : samples()) {
@@ -213,7 +213,7 @@ TEST_F(VolumeReaderTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
   message_of<WorldError>([&] { open_volume(folder_.string(), raw_int16()); });
 }
 
-// A header may come from anybody: it must not make a program wait, or read what was meant for something else.
+// Headers may come from anywhere: they must not make a program wait, or read from standard input or devices.
 TEST_F(VolumeReaderTest, AHeaderNamesAFileAndNoStreamOrDevice) {
   ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
   for (const char* name : {"-", "/dev/stdin", "/dev/zero", "/dev/fd/0", "fifo", "./fifo"}) {
@@ -224,7 +224,7 @@ TEST_F(VolumeReaderTest, AHeaderNamesAFileAndNoStreamOrDevice) {
   }
 }
 
-// As teem reads them: a path that is not absolute begins where the header is.
+// As in teem: a relative path begins at the header.
 TEST_F(VolumeReaderTest, AHeaderNamesItsSamplesByAnyPath) {
   std::filesystem::create_directory(path("sub"));
   const std::string data = file("data", bytes_of(false));

@@ -1,4 +1,4 @@
-// The header lines of a region: its samples lie where they lay in the whole volume.
+// The header lines of a region: its samples have the same positions as in the whole volume.
 #include "io/nrrd/region.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ RC_GTEST_PROP(FieldsOfRegion, PutEverySampleWhereItWas, ()) {
     const auto was = to_world(whole, low + Index3{p.x * step.x, p.y * step.y, p.z * step.z});
     const auto is = to_world(region, p);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // What was not known cannot follow: along such an axis samples count as 1 apart, before and after.
+      // An unknown spacing stays unknown: along such an axis, samples count as 1 apart, before and after.
       if (std::isnan(whole.spacing[axis])) continue;
       RC_ASSERT(std::abs(was[axis] - is[axis]) < 1e-9);
     }

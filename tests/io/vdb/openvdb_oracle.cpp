@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-// The library's headers are not written for our warnings.
+// The library's headers cause warnings that we do not fix.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow"
 #pragma GCC diagnostic ignored "-Wdeprecated-declarations"

@@ -1,4 +1,4 @@
-// What OpenVDB's own library makes of a file: files for tests, and what is in files that tagrid wrote.
+// OpenVDB's own library: it writes files for tests, and reads files that tagrid wrote.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace tagrid::oracle {
 
 enum class Type { floats, halves, doubles, ints, bools };
 
-/// A cuboid of one value, in tiles where they fit.
+/// A cuboid of one value, stored as tiles if they fit.
 struct Fill {
   Box box;
   double value = 0;
@@ -41,13 +41,13 @@ void write_stream(const std::string& path, const std::vector<Grid>& grids);
 /// Two grids that share the tree of the first one.
 void write_instances(const std::string& path, const Grid& grid, const std::string& second_name);
 
-/// What the library reads in a file.
+/// The content that the library reads from a file.
 struct Read {
   std::string type;
   double background = 0;
   Box active;
   std::uint64_t active_voxels = 0, leaves = 0, active_tiles = 0;
-  std::vector<double> values;  ///< in the box that was asked for, x fastest
+  std::vector<double> values;  ///< in the requested box, x fastest
   std::vector<bool> is_active;
   std::array<std::array<double, 3>, 4> transform = {};
   bool uniform = false;

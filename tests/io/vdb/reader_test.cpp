@@ -40,12 +40,12 @@ std::vector<double> samples_of(VolumeReader& reader) {
   return samples;
 }
 
-/// Whole numbers, so that every type has them.
+/// Whole numbers, which every type can hold.
 double noise(const Index3& p) {
   return static_cast<double>((p.x * 7919 + p.y * 104729 + p.z * 1299709) % 251);
 }
 
-/// A grid with everything: leaves, tiles of every size, inactive values in leaves and tiles, a negative
+/// A grid with all features: leaves, tiles of every size, inactive values in leaves and tiles, a negative
 /// origin, a background other than 0.
 Grid awkward(Type type) {
   Grid grid;
@@ -92,8 +92,8 @@ TEST_F(VdbReaderTest, TheTypeIsThatOfTheGrid) {
 }
 
 TEST_F(VdbReaderTest, InactiveValuesOfEveryKindAreRead) {
-  // Those of a level set: the background outside, its negative inside, and leaves with one, two or many
-  // others.
+  // Inactive values as in a level set: the background outside, its negative inside; and leaves with one, two
+  // or many other values.
   for (const std::vector<double>& inactive :
        {std::vector<double>{-2}, {2, -2}, {7}, {2, 7}, {6, 7}, {5, 6, 7}, {2}}) {
     Grid grid;
@@ -260,7 +260,7 @@ TEST_F(VdbReaderTest, AnyDamageIsReadOrRefused) {
     const std::string whole = content("a.vdb");
     for (int i = 0; i < 500; ++i) {
       std::string bytes = whole;
-      // The first part of a file has most of what can be forged.
+      // Most fields that can be forged are in the first part of a file.
       for (int damages = 1 + static_cast<int>(random() % 3); damages > 0; --damages) {
         char& byte =
             bytes[8 +

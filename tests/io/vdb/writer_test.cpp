@@ -1,4 +1,4 @@
-// Volumes as grids, read by OpenVDB's library and its tools.
+// Volumes written as grids, read by OpenVDB's library and its tools.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 class VdbWriterTest : public TemporaryFolder {
  protected:
-  /// Writes a volume with the samples that `value` gives, in pieces of a size that fits nothing.
+  /// Writes a volume with the samples that `value` returns, in pieces of an odd size.
   template <class T, class Value>
   VdbSummary write(const std::string& name, const Index3& dims, Value value, const VdbOptions& options = {},
                    const std::string& fields = "") {
@@ -115,7 +115,7 @@ TEST_F(VdbWriterTest, EqualVoxelsBecomeTilesOfEverySize) {
   }
   EXPECT_EQ(read.active, (Box{{-5, -8, -8}, {134, 127, 138}}));
   EXPECT_EQ(read.active_voxels, 140U * 136 * 147);
-  // 16 x 17 x 18 whole leaves are of one value, of which 16^3 are one tile of 128^3.
+  // 16 x 17 x 18 whole leaves have one value; 16^3 of them are one tile of 128^3.
   EXPECT_EQ(read.active_tiles, 16U * 17 * 18 - 16 * 16 * 16 + 1) << read.leaves;
 }
 

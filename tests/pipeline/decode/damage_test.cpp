@@ -1,4 +1,4 @@
-// Damaged files: an error every time, never other voxels.
+// Damaged files give an error every time, never other voxels.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -15,7 +15,7 @@ namespace {
 
 class Damage : public TemporaryFolder {
  protected:
-  // A file of a few bricks, as small as can be.
+  // A small file of a few bricks.
   std::string small_file(bool grid, unsigned seed = 1) {
     const Index3 dims{11, 6, 10};
     write_nrrd(path("in.nrrd"), dims, blobs<std::uint8_t>(dims, seed));

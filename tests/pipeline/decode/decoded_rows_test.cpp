@@ -1,4 +1,4 @@
-// Rows of bricks, decoded by themselves and written at their place, make the volume.
+// Rows of bricks, decoded separately and written to their position, make the volume.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -119,7 +119,7 @@ TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   TagReader whole(tag_);
   const BrickGrid bricks = whole.parameters().bricks();
   whole.read_index();
-  // In the middle of the first brick, which is the first of the file's header's end.
+  // In the middle of the first brick, which is bound to the checksum of the header.
   std::string damaged = file_content(tag_);
   const std::size_t place = whole.sizes().header + 24 + whole.index().bricks[0].activity_bytes / 2;
   damaged[place] = static_cast<char>(damaged[place] ^ 1);

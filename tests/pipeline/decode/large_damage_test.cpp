@@ -1,5 +1,5 @@
-// A file of some megabytes, damaged at random: every damage is found, and nothing but true voxels goes out
-// before that. TAGRID_DAMAGES sets how many of them are tried for each file, TAGRID_SEED which.
+// Damages a file of some megabytes at random: every damage is found, and only true voxels are written before
+// that. TAGRID_DAMAGES sets how many damages are tried for each file, and TAGRID_SEED selects them.
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -44,7 +44,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
     truth_ = decoded(whole_, false);
   }
 
-  // The same volume but for what depends on the seed; the same header.
+  // The same volume except for a part that depends on the seed; the header is the same.
   std::string encoded(std::uint64_t seed) const {
     write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), VolumeFormat::nrrd, true, 2);
     EncodeOptions options;
@@ -57,7 +57,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
     return file_content(path("a.tag"));
   }
 
-  // What goes out of a file; expects that it is broken, or whole.
+  // The voxels that are written from a file; expects that the file is broken, or complete.
   std::string decoded(const std::string& content, bool broken) const {
     write_content(path("b.tag"), content);
     std::string out;
@@ -137,7 +137,7 @@ TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
                       seed = setting("TAGRID_SEED", std::random_device()());
   std::printf("%lu damages of %zu bytes, TAGRID_SEED=%lu\n", count, whole_.size(), seed);
   std::mt19937_64 random(seed);
-  // As the program has it: heaps of other threads would keep what nobody asked for.
+  // As in the program: heaps of other threads would keep freed memory.
   mallopt(M_ARENA_MAX, 1);
   const std::size_t before = peak_memory();
   for (unsigned long i = 0; i < count && !HasFailure(); ++i) {
@@ -150,7 +150,7 @@ TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
     EXPECT_THROW(decode_volume(path("b.tag"), path("out.nrrd"), VolumeFormat::nrrd, true, 2), BrokenInput);
     EXPECT_EQ(names(), (std::vector<std::string>{"a.tag", "b.tag"}));
   }
-  // Copies of the files in this test, and nothing that a size in a damaged file asked for.
+  // Copies of the files in this test, but no memory for sizes in a damaged file.
   if (!sanitized) {
     EXPECT_LT(peak_memory() - before, 48U << 20);
   }

@@ -1,4 +1,4 @@
-// Rows of bricks become the same volume at their place and through a temporary file.
+// Rows of bricks make the same volume whether they are written to their position or through a temporary file.
 #include "pipeline/decode/row_output.h"
 
 #include <gtest/gtest.h>

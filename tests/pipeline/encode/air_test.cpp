@@ -1,4 +1,4 @@
-// Where all is air nothing is looked for, and the grid is what it is when everything is.
+// Stages skip air, and the grid is the same as if they did not.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -27,7 +27,7 @@ CodingParameters parameters_of(double mesh_error) {
   return p;
 }
 
-// A ball in air, a speck at the corner of a tile, and one that only the halo of the tiles around has.
+// A ball in air, a speck at the corner of a tile, and one that only the halo of the tiles around contains.
 oracle::Volume<std::int16_t> air_with_things(Index3 dims) {
   return oracle::volume_of<std::int16_t>(dims, [](std::int64_t x, std::int64_t y, std::int64_t z) {
     const Index3 p{x, y, z}, d = p - Index3{20, 12, 13};

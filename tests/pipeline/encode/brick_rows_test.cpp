@@ -1,4 +1,5 @@
-// Rows of bricks, encoded by themselves with as little in memory as possible, are what they are in the whole.
+// Rows of bricks that are encoded separately, with as little memory as possible, are the same as in the whole
+// volume.
 #include <gtest/gtest.h>
 
 #include <cstring>

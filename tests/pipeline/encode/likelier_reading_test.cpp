@@ -1,5 +1,5 @@
-// A second thought on the type and the byte order of headerless samples: right where they are wrong, and
-// silent where they are right.
+// The check of the type and byte order of headerless samples: it finds wrong ones, and does not suspect right
+// ones.
 #include "pipeline/encode/likelier_reading.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class LikelierReadings : public TemporaryFolder {
     file("v.raw", bytes);
     return bytes;
   }
-  /// What is found of the file, where it is said to be of this type; its dims are made to fit.
+  /// The result for the file when this type is given; its dims are made to fit.
   std::optional<LikelierReading> reading(SampleType type, bool big_endian) const {
     RawDescription raw;
     const auto bytes = static_cast<std::int64_t>(std::filesystem::file_size(path("v.raw")));
@@ -111,7 +111,7 @@ TEST_F(LikelierReadings, SmallNumbersInTheWrongOrderAreSuspected) {
   EXPECT_TRUE(reading(SampleType::uint16, true));
 }
 
-// What is odd, but right.
+// Volumes that are unusual, but right.
 TEST_F(LikelierReadings, OddVolumesAreNotSuspected) {
   const auto count = static_cast<std::size_t>(dims_.x * dims_.y * dims_.z);
   std::mt19937_64 random(1);

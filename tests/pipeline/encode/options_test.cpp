@@ -15,7 +15,7 @@ class Options : public TemporaryFolder {
  protected:
   Options() { write_nrrd(path("in.nrrd"), {9, 8, 7}, blobs<std::int16_t>({9, 8, 7}, 1)); }
 
-  // Whatever is encoded decodes; what would not is refused before anything is written.
+  // Every encoded file decodes; options that would not decode are refused before anything is written.
   void expect_refused_or_whole(const EncodeOptions& options) {
     try {
       encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 1);

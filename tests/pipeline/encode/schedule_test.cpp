@@ -79,8 +79,8 @@ class Playthrough {
   void check(const BrickJob& job) {
     const BrickGrid bricks = parameters_.bricks();
     EXPECT_EQ(bricks.id(job.brick), next_brick_++) << "bricks are not in order";
-    // The marks are those of all points that the activity can depend on: it reaches S - 2 far. Only the mesh
-    // criterion marks outside the volume.
+    // The marks cover all points on which the activity can depend: they reach S - 2 far. Only the mesh
+    // criterion marks points outside the volume.
     const Box closed = bricks.closed_box(job.brick), region = region_of_marks(closed, parameters_.domain());
     Box needed = intersection(closed.grown(parameters_.cube_size - 2), region);
     if (parameters_.mesh_error < 0) needed = intersection(needed, parameters_.domain().volume());
@@ -143,14 +143,14 @@ TEST(EncodeSchedule, EveryMarkHasOneOwner) {
             EXPECT_TRUE(schedule.tile_box({x, y, z}).contains(schedule.mark_box({x, y, z})));
             points += schedule.mark_box({x, y, z}).count();
           }
-      // Without the mesh criterion there is no mark outside the volume.
+      // Without the mesh criterion, no point outside the volume is marked.
       EXPECT_EQ(points, (mesh_error < 0 ? p.domain().volume() : p.domain().padded()).count());
     }
   }
 }
 
-// The law behind the limit on slices in flight: with slices_needed() slices of a layer there is always
-// something to do, and what a finished layer gives back is enough for the next one.
+// The law behind the limit on slices in flight: with slices_needed() slices of a layer, some work is always
+// possible, and the slices that a finished layer releases are enough for the next one.
 TEST(EncodeSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
   for (const Case& c : cases)
     for (const BrickRows& rows : stretches(parameters_of(c).bricks())) {

@@ -1,4 +1,4 @@
-// What is special about the options of 32-bit integers and floats.
+// Special cases of the options for 32-bit integers and floats.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -75,7 +75,7 @@ TEST_F(WideOptions, BoundsOfFloatsAreNotRounded) {
   EXPECT_THROW(encode_volume(in_, std::nullopt, tag_, true, options, 1), UsageError);
 }
 
-// The adaptive grid finds in floats and 32-bit integers what it finds in the same numbers of 16 bits: bit by
+// The adaptive grid of floats and 32-bit integers is the same as that of the same numbers in 16 bits: bit by
 // bit, as the field scale is a power of two.
 TEST_F(WideOptions, TheGridDoesNotDependOnTheTypeOfTheSamples) {
   const auto narrow = blobs<std::int16_t>(dims_, 3);

@@ -1,4 +1,4 @@
-// The library as its callers use it, with files in memory that count, and fail when they are told to.
+// Calls of the library as a user makes them, with files in memory that count reads and can be told to fail.
 #pragma once
 
 #include <algorithm>
@@ -70,7 +70,7 @@ inline ReaderHandle open_reader(MemoryFile& file, tagrid_status* status = nullpt
   return ReaderHandle(reader);
 }
 
-/// What comes of an encoding.
+/// The result of an encoding.
 struct Encoded {
   tagrid_status status = TAGRID_OK;
   std::string message = {};

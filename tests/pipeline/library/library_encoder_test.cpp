@@ -1,4 +1,4 @@
-// Writing by the library: the bytes, and what happens to an encoder that fails, is cancelled or is left alone.
+// Writing with the library: the bytes, and encoders that fail, are cancelled, or are abandoned.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -13,7 +13,7 @@ namespace tagrid {
 namespace {
 
 struct LibraryEncoder : TemporaryFolder {
-  // With what the library and the program are told alike.
+  // The library and the program get the same settings.
   template <class T>
   void expect_bytes_of_the_program(Index3 dims, const tagrid_encode_options& options, EncodeOptions same,
                                    unsigned seed, const std::string& fields) {
@@ -198,7 +198,7 @@ TEST_F(LibraryEncoder, OneThatIsNotFinishedIsEndedWhenItIsClosed) {
   }
 }
 
-// An encoder that failed says why in every later call, also in finish() before all slices were fed.
+// A failed encoder says why in every later call, also in finish() before all slices were written.
 TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
   const Index3 deep = {21, 18, 200};
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 5);

@@ -1,4 +1,4 @@
-// The mesh by callbacks: that of the program, and parts of it.
+// The mesh through callbacks: the same as that of the program, and parts of it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -138,7 +138,7 @@ TEST_F(LibraryMesh, ABoxHasTheTetrahedraOfTheWholeMeshThatMeetItAndEveryPointOnc
         std::vector<Taken::Tet> expected, found;
         for (std::size_t t = 0; t < all.levels.size(); ++t) {
           const bool met = meets(all.vertices(t), closed);
-          // Pieces that were cut have planes of other directions.
+          // The faces of cut pieces have other directions.
           const bool in_a_sample = meets_in_a_sample(all.vertices(t), closed);
           ASSERT_TRUE(met == in_a_sample || (met && !padded));
           if (met) expected.push_back(all.tetrahedron(t));

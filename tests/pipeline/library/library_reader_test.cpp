@@ -1,4 +1,4 @@
-// Reading by the library: what is read, from where, by whom, and what comes of damage.
+// Reading with the library: from files and callbacks, by several threads, and with damage.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -184,7 +184,7 @@ tagrid_mesh_sink ignoring_sink() {
   return sink;
 }
 
-// Everything that can be done with a reader; the first status that is not TAGRID_OK.
+// Calls every function of a reader; returns the first status that is not TAGRID_OK.
 tagrid_status do_everything(MemoryFile& file, void* out, const tagrid_call* call, std::string* message) {
   tagrid_status status;
   const ReaderHandle reader = open_reader(file, &status);
@@ -275,7 +275,7 @@ TEST(LibraryReader, CallsStopWhereProgressSaysSo) {
       ASSERT_EQ(work(&call), TAGRID_CANCELLED);
       EXPECT_STREQ(tagrid_reader_message(reader.get()), "cancelled by the caller");
     }
-    // It can be used as before.
+    // It still works as before.
     EXPECT_EQ(work(nullptr), TAGRID_OK);
   }
 }
@@ -359,7 +359,7 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
     tagrid_reader* opened = nullptr;
     EXPECT_EQ(tagrid_reader_open(input, &opened), TAGRID_INVALID_ARGUMENT);
     EXPECT_STRNE(tagrid_reader_message(opened), "");
-    // It is not open, and says so.
+    // It is not open, and reports this.
     EXPECT_EQ(tagrid_reader_read(opened, &all, nullptr, out.data(), nullptr, nullptr),
               TAGRID_INVALID_ARGUMENT);
     EXPECT_EQ(tagrid_reader_verify(opened, nullptr), TAGRID_INVALID_ARGUMENT);
@@ -449,7 +449,7 @@ TEST(LibraryReader, StructsOfACallerWithANewerHeaderAreTaken) {
   EXPECT_EQ(tagrid_reader_verify(reader.get(), &call.call), TAGRID_OK);
 }
 
-// oneTBB warns on the standard error where an arena is larger than what it has threads for.
+// oneTBB warns on standard error if an arena is larger than its number of threads.
 TEST(LibraryReader, AnEnormousNumberOfThreadsIsTakenAsALimitAndNothingIsSaid) {
   const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 12);
   MemoryFile file = encoded_file(dims, samples);

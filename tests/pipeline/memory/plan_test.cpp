@@ -1,4 +1,4 @@
-// Plans keep the limit that they were made for, and what is said to be enough is enough.
+// Plans keep the limit that they were made for, and the limit named in a refusal is enough.
 #include "pipeline/memory/plan.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ Resources limited(int threads, std::uint64_t memory, const std::string& spool = 
   return resources;
 }
 
-// The smallest limit that a refusal says can be kept.
+// The limit that a refusal names as the smallest.
 std::uint64_t smallest(const std::function<void(std::uint64_t)>& plan) {
   try {
     plan(1);

@@ -1,5 +1,5 @@
-// The promise of a mesh's bound, and the error that is recorded: looked at in the mesh that was written, by a
-// search for every sample in its tetrahedra.
+// The promise of a mesh's bound, and the recorded error: checked in the written mesh, by searching for every
+// sample in its tetrahedra.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -109,7 +109,7 @@ const Bounds all_bounds[] = {{false, {}, {}, 0}, {false, {}, {}, 1},  {false, {}
                              {true, 4, {}, 3},   {true, 3, {}, 4},    {true, 1, {}, 1},   {true, 9, {}, 1},
                              {true, 0, {}, 2},   {false, 20, 0, 7.5}, {true, 5, {}, 2.5}};
 
-// Sizes that end on root cubes, just behind and just before.
+// Sizes that end on root cubes, just after them, and just before them.
 const Index3 sizes[] = {{13, 10, 19}, {9, 9, 9}, {2, 5, 7}, {14, 6, 11}, {10, 17, 8}, {2, 2, 2}};
 
 TYPED_TEST(MeshError, TheRecordedErrorIsThatOfTheMeshAndWithinItsBound) {
@@ -144,8 +144,8 @@ TYPED_TEST(MeshError, RoundedPointsOfCutsCount) {
     this->expect_promise(samples, dims, {false, std::min(m, 1.0), {}, m}, 16);
 }
 
-// Where all is flat nothing bends, but what precedes it in its brick decides which values the flat part gets,
-// and those outside the active points may be further off than the mesh.
+// A flat region has no marks, but the samples before it in its brick affect its decoded values, and those
+// outside the active points may have a larger error than the mesh.
 TYPED_TEST(MeshError, HoldsAtTheBorderOfAFlatTileBehindNoise) {
   for (const std::int64_t n : {22, 23, 24})
     for (unsigned seed = 1; seed < 4; ++seed) {
@@ -216,7 +216,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   EXPECT_NE(complaint("").find("no number"), std::string::npos) << complaint("");
 }
 
-// As several processes do it.
+// As several processes verify it.
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
   Verifier verifier(tag_, in_, std::nullopt, 1);
@@ -240,7 +240,7 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
   }
 }
 
-// What is refused says what works.
+// A refusal says what works.
 TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWorks) {
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice :

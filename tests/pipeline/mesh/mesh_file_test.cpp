@@ -44,7 +44,7 @@ class MeshFile : public MeshedVolume {
 
 struct World {
   const char* fields;
-  double axes[3][3];  // the way to the next sample, by axis
+  double axes[3][3];  // the step to the next sample, by axis
   double origin[3];
   double determinant;  // its absolute value
 };
@@ -130,8 +130,8 @@ TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
   }
 }
 
-// A file put together from two others, whose grids differ on the face between two layers: the mesh has cracks
-// there, but every point has the value of its sample, which the layer below owns.
+// A file made from two others whose grids differ on the face between two layers: the mesh has cracks there,
+// but every point has the value of its sample, which the layer below owns.
 TEST_F(MeshFile, BricksThatDisagreeStillGetTheValuesOfTheirOwnSamples) {
   const TestVolume spiky = spiky_volume({9, 9, 17}, 5);
   const TestVolume flat{spiky.dims, std::vector<std::int16_t>(spiky.samples.size(), 123)};
@@ -162,7 +162,7 @@ TEST_F(MeshFile, BricksThatDisagreeStillGetTheValuesOfTheirOwnSamples) {
   EXPECT_GT(on_face, 4);
 }
 
-// Of volumes in ../shared/data, with all the points and tetrahedra that real grids have.
+// Volumes in ../shared/data, with all the points and tetrahedra of real grids.
 class RealVolumes : public MeshedVolume {
  protected:
   void check(const std::string& name, Index3 dims, Index3 domain, bool grid_only) {

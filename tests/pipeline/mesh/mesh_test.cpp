@@ -26,7 +26,7 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
              << c.brick_edge << (c.grid_only ? " grid" : " voxels") << (c.phantom ? " phantom" : " spikes");
 }
 
-// Every size with every cube and brick; modes and contents in turn, so that all pairs come up.
+// Every size with every cube and brick; modes and contents alternate, so that all pairs occur.
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   int row = 0;
@@ -83,13 +83,13 @@ class MeshLaws : public MeshedVolume, public ::testing::WithParamInterface<Case>
     options_.cube_size = c.cube_size;
     options_.brick_edge = c.brick_edge;
     options_.grid_only = c.grid_only;
-    // A bound, so that stored values are not the original ones, and samples not what is decoded.
+    // With a bound, so that stored values differ from the original ones, and samples from the decoded ones.
     options_.max_error = 9;
     if (!c.grid_only) options_.mesh_error = 150;
     encoded_ = encode(volume_, options_);
   }
 
-  // Conforming, and the whole number of root cubes is filled.
+  // Checks that the mesh is conforming and fills the whole number of root cubes.
   void expect_filled(const LatticeMesh& m) const {
     const Index3 edges = domain_edges(GetParam());
     std::int64_t inner_open_faces = 0;

@@ -1,5 +1,5 @@
-// Parts: what they are of, their files, and that the file that is put together of them is the one that is
-// written front to back.
+// Parts: their bricks, their files, and that the file made from them is the one that is written front to
+// back.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -64,7 +64,7 @@ TEST(Parts, AreOfABoundedSizeAndNotManyMoreThanNeeded) {
     const std::int64_t row = dims.x * std::min<std::int64_t>(dims.y, 64) * std::min<std::int64_t>(dims.z, 64);
     for (const BrickRows& rows : parts) {
       const bool one_row = rows.y_end == rows.y_low + 1 && rows.z_end == rows.z_low + 1;
-      // The first bricks of an axis own one sample more.
+      // The first bricks along an axis own one sample more.
       EXPECT_TRUE(one_row || samples_in(bricks, rows) <= largest_part + largest_part / 20);
     }
     EXPECT_LE(static_cast<std::int64_t>(parts.size()),

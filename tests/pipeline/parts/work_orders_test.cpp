@@ -1,4 +1,5 @@
-// Orders of rank 0, obeyed by ranks that are threads: the files of one process, and one failure for all.
+// Orders of rank 0, obeyed by ranks that are threads: the same files as from one process, and one failure for
+// all.
 #include "pipeline/parts/work_orders.h"
 
 #include <gtest/gtest.h>
@@ -99,7 +100,7 @@ TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
         decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1)),
         BrokenInput);
     EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", std::nullopt, Resources(1)), BrokenInput);
-    // What comes after a failure is done as if nothing had been.
+    // A task after a failure is done as usual.
     encode(ranks, path("a.tag"));
     EXPECT_TRUE(content("a.tag") == content("one.tag"));
   });

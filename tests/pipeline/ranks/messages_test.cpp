@@ -1,4 +1,4 @@
-// Orders between ranks: every member of a struct arrives, and bytes that are no order are refused.
+// Orders between ranks: every member of a struct arrives, and bytes that are not an order are refused.
 #include "pipeline/ranks/messages.h"
 
 #include <gtest/gtest.h>
@@ -31,8 +31,8 @@ struct Everything {
   bool operator==(const Everything&) const = default;
 };
 
-/// Changes one number, letter or presence of each leaf of a value, one after the other; calls use() with
-/// each.
+/// Changes one number, letter or presence of each leaf of a value, one after the other, and calls use() with
+/// each result.
 template <class Value, class Use>
 void change_each(Value& value, const Use& use) {
   using namespace order_fields;
@@ -70,7 +70,7 @@ void change_each(Value& value, const Use& use) {
   }
 }
 
-/// Any change of any leaf changes the bytes, and comes back from them.
+/// Any change of any leaf changes the bytes, and is restored from them.
 template <class Order>
 int expect_that_all_of_it_is_sent(Order order = {}) {
   std::set<Bytes> seen = {packed_order(order)};

@@ -16,8 +16,8 @@ void wait_for(const std::atomic<bool>& flag) {
   while (!flag) std::this_thread::yield();
 }
 
-/// What share_out() throws, of each rank, where `work` is that of all. No item is begun before every rank has
-/// one.
+/// The exceptions of share_out() on each rank, if `work` is the work of all of them. No item is started
+/// before every rank has one.
 std::vector<std::string> failures_of(int count, const std::function<void(int rank, SharedWork&)>& work) {
   FakeRanks all(count);
   std::vector<std::string> said(static_cast<std::size_t>(count));
@@ -56,7 +56,7 @@ TEST(Ranks, EveryItemIsDoneOnceAndRankZeroIsToldOfEach) {
         told.insert(static_cast<std::int64_t>(account.size()) - 1);
       };
       share_out(ranks, shared);
-      // All, on every rank: what follows may rely on them.
+      // All items are done on every rank: later code may rely on them.
       EXPECT_EQ(done, 100);
       EXPECT_TRUE(count == 1 || ranks.numbers().done == 4950);
     });
@@ -91,7 +91,7 @@ TEST(Ranks, AFailureOfOneIsThrownOnAllAsTheSameKind) {
   expect_on_all_ranks<ClosedPipe, ClosedPipe>(ClosedPipe("x"), "rank 1: x");
   expect_on_all_ranks<std::logic_error, std::runtime_error>(std::logic_error("x"), "rank 1: x");
   expect_on_all_ranks<std::bad_alloc, std::bad_alloc>({}, "");
-  // As one process has it: too little memory.
+  // The same error as in one process: too little memory.
   expect_on_all_ranks<std::length_error, std::bad_alloc>(std::length_error("x"), "");
   expect_on_all_ranks<BrokenInput, BrokenInput>(BrokenInput(std::string(9999, 'x')),
                                                 "rank 1: " + std::string(4000, 'x'));

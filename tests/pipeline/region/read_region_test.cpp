@@ -144,7 +144,7 @@ TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
   });
 }
 
-// With root cubes of 32 and bricks of 64, as they are by default.
+// Root cubes of 32 and bricks of 64, which are the defaults.
 TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
   const Index3 large{150, 140, 130};
   write_nrrd(path("in.nrrd"), large, blobs<std::uint8_t>(large, 1));
@@ -206,7 +206,7 @@ TEST_F(ReadRegion, FewerThreadsFitIntoLessMemory) {
   EXPECT_THROW(threads_for_reading(parameters, resources), MemoryLimit);
 }
 
-// In pieces of one row of bricks, with the least memory that there can be.
+// In pieces of one row of bricks, with the smallest possible memory.
 TEST_F(ReadRegion, ARegionIsTheSameVolumeInAnyMemory) {
   encode<std::int16_t>(false);
   WantedRegion wanted;
@@ -256,7 +256,7 @@ TEST(WantedRegions, OutsideOfTheVolumeAreRefused) {
   refused(0, {}, {}, 0);
   refused(0, {}, {}, 3);
   refused(0, {}, {}, 64);  // root cubes have an edge of 32
-  refused(0, 1, 2, 2);     // no multiple of 2
+  refused(0, 1, 2, 2);     // not a multiple of 2
   WantedRegion all;
   EXPECT_TRUE(all.is_all());
   EXPECT_EQ(region_of(all, p).shape(), dims);

@@ -1,4 +1,4 @@
-// Decoded rows against their original: what is counted, and the first voxel that is too far off.
+// Decoded rows against their original: the statistics, and the first voxel whose error is too large.
 #include "pipeline/verify/against_original.h"
 
 #include <gtest/gtest.h>
@@ -27,13 +27,13 @@ class AgainstOriginalTest : public TemporaryFolder {
   }
   AgainstOriginal opened() const { return {"a.tag", parameters_, path("a.nrrd"), std::nullopt}; }
 
-  /// What is counted of all, `together` rows of bricks at a time. With `active` as the activity of every
+  /// The statistics of all rows, `together` rows of bricks at a time. `active` gives the activity of every
   /// brick.
   Statistics compare(std::int64_t together, std::optional<Index3> active = std::nullopt) const {
     AgainstOriginal against = opened();
     Statistics errors;
     const BrickGrid bricks = parameters_.bricks();
-    // Activity comes before the rows that it is of.
+    // Activity comes before its rows.
     std::int64_t next = 0;
     for_each_rows<std::int16_t>(parameters_, BrickRows::all(bricks), together, decoded_,
                                 [&](const DecodedRows& rows) {

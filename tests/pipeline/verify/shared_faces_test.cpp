@@ -1,4 +1,4 @@
-// Bricks that agree on their faces are found to, and a point on which they do not is found wherever the
+// Bricks that agree on their faces are accepted, and a point on which they disagree is found, wherever the
 // volume is cut into parts.
 #include "pipeline/verify/shared_faces.h"
 
@@ -44,7 +44,7 @@ class SharedFacesTest : public testing::TestWithParam<FileMode> {
     std::int64_t brick;
     std::optional<Index3> point;
   };
-  /// The first brick that disagrees with one before it, in parts that begin at `cuts`.
+  /// The first brick that disagrees with an earlier one, in parts that begin at `cuts`.
   std::optional<Found> found(std::vector<std::int64_t> cuts) const {
     std::optional<Found> first;
     const auto note = [&](Found found) {
@@ -98,7 +98,7 @@ TEST_P(SharedFacesTest, APointOnWhichTwoDisagreeIsFoundInAnyParts) {
     DecodedBrick& brick = bricks_[random() % bricks_.size()];
     const Index3 position = bricks.position(brick.id);
     const Box& box = brick.active.box();
-    // On a face that it shares: a low one, or a high one.
+    // On a face that it shares: a low or a high one.
     Index3 p;
     for (int axis = 0; axis < 3; ++axis)
       p[axis] = box.low[axis] + static_cast<std::int64_t>(random() % static_cast<unsigned>(box.size()[axis]));

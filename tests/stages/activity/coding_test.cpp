@@ -1,4 +1,4 @@
-// Activity as bytes and back; whatever the bytes, what comes back is a conforming set.
+// The activity as bytes and back. Whatever the bytes, the result is a conforming set.
 #include "stages/activity/coding.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ RC_GTEST_PROP(ActivityCoding, RoundTripIsExactForBoxesOfAllShapes, ()) {
   RC_ASSERT(d.active == g.active);
 }
 
-// A forecast that has nothing to do with the activity, or everything.
+// A forecast that has no relation to the activity, or is the activity.
 Forecast any_forecast(const RandomGrid& g, std::uint64_t seed) {
   const auto n = static_cast<int>(g.box.count());
   std::array<LatticeBits, Forecast::levels> exceeding;
@@ -125,7 +125,7 @@ TEST(ActivityCoding, FullAndEmptyGridsCostNextToNothing) {
   }
 }
 
-// A limited run has no points above its level, and codes none.
+// A limited run has no points above its level, so none are coded.
 TEST(ActivityCoding, LevelsAboveTheLimitAreNotCoded) {
   const Box box{{0, 0, 0}, {32, 16, 48}};
   std::size_t last = 0;
@@ -153,15 +153,15 @@ TEST(ActivityCoding, AppendsToWhatIsThere) {
   EXPECT_EQ(bytes[2], 255);
 }
 
-// The coder reads words of two bytes, so that half a word is always noticed; a stream that ends with a whole
-// one may happen to be one of another set (checksums are the container's).
+// The coder reads words of two bytes, so half a word is always noticed. A stream that ends with a whole word
+// may happen to be that of another set (checksums belong to the container).
 TEST(ActivityCoding, EveryTruncationGivesAConformingSet) {
   const Box box{{0, 0, 0}, {24, 16, 24}};
   const LatticeBits active = random_activity(box, 8, 200, 4);
   const auto bytes = encoded(active, 8);
   ASSERT_GT(bytes.size(), 50U);
   for (std::size_t n = 0; n < bytes.size(); ++n) {
-    // A copy of its own size, so that a read past the end is seen.
+    // A copy with its own size, so that a read past the end is noticed.
     const std::vector<std::uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n));
     const Decoded d = decoded(cut, box, 8);
     EXPECT_FALSE(d.ok && n % 2 != 0) << n;
@@ -187,7 +187,7 @@ TEST(ActivityCoding, FlippedBitsGiveConformingSets) {
     noticed += !d.ok || !(d.active == active);
     ASSERT_TRUE(is_conforming(d.active, box, 8)) << bit;
   }
-  // The decoder has to end in the state that the encoder began with.
+  // The decoder must end in the state with which the encoder began.
   EXPECT_EQ(noticed, 8 * bytes.size());
 }
 

@@ -1,4 +1,4 @@
-// The forecast of the activity, from decoded samples: compared with its definition, written down plainly.
+// The forecast of the activity, from decoded samples, compared with a plain implementation of its definition.
 #include "stages/activity/forecast.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ std::size_t bit_of(const Box& box, Index3 p) {
   return static_cast<std::size_t>((d.z * box.size().y + d.y) * words_per_row * 64 + d.x);
 }
 
-/// The samples that a brick owns, in voxels; elsewhere that of the nearest of them.
+/// The samples that a brick owns, in voxels; elsewhere the nearest of them.
 using Heights = std::function<double(Index3)>;
 
 /// Derivatives of the uniform cubic B-spline with these coefficients, along the direction `e` of length |e|.
@@ -99,7 +99,7 @@ Compared compare_with_definition(const oracle::Volume<T>& volume, const CodingPa
     const Heights heights = [&](Index3 q) {
       return (static_cast<double>(volume.at(owned.nearest(q))) - p.range_low) * p.field_scale;
     };
-    // Near a threshold either side is right: what may, and what must exceed it.
+    // Near a threshold, both results are right: the counts that are allowed, and those that are required.
     const double thresholds[] = {0.6, 1, 1.6};
     std::array<LatticeBits, Forecast::levels> may, must;
     for (std::size_t level = 0; level < Forecast::levels; ++level) {
@@ -150,7 +150,7 @@ TEST(ActivityForecast, IsItsDefinitionForBricksOfAllShapes) {
     }
 }
 
-// Most rows are passed over by their bounds, and few by little.
+// The bounds rule out most rows; few of the others are close to them.
 TEST(ActivityForecast, IsItsDefinitionWhereLittleBends) {
   const Index3 dims{35, 38, 37};
   for (const double half : {20.0, 60.0, 150.0}) {
@@ -211,7 +211,7 @@ TEST(ActivityForecast, SamplesThatAreNotFiniteForecastNothingNearThem) {
   }
 }
 
-// The purpose: what is forecast is mostly what the criterion and its closure make of the same samples.
+// The purpose: the forecast is mostly the result of the criterion and its closure on the same samples.
 TEST(ActivityForecast, IsMostlyTheActivity) {
   const Index3 dims{97, 65, 65};
   const auto volume = random_volume<std::int16_t>(dims, 2);

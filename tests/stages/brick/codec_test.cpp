@@ -1,4 +1,5 @@
-// A volume as bricks and back: every voxel within the bound, every shared face the same from both sides.
+// A volume as bricks and back: every voxel is within the bound, and every shared face is the same from both
+// sides.
 #include "stages/brick/codec.h"
 
 #include <gtest/gtest.h>
@@ -58,7 +59,7 @@ DecodedBrick decoded_brick(const BrickCode& code, const CodingParameters& parame
   return d;
 }
 
-// Largest error and sum of squares of what a brick decodes to, as its statistics must say.
+// Largest error and sum of squares of the decoded samples of a brick; its statistics must agree.
 template <class T>
 void expect_statistics(const Statistics& s, const oracle::Volume<T>& volume, const Box& owned,
                        const std::vector<std::int64_t>& decoded) {
@@ -116,8 +117,8 @@ RC_GTEST_PROP(BrickCodec, EveryVoxelIsWithinTheBoundInt16, ()) {
   expect_voxels_within_the_bound<std::int16_t>();
 }
 
-// The value of every voxel of a grid, from the whole volume: an inactive point is the mean of the ends of its
-// base edge, in double precision, which is exact for these sizes.
+// The values of all voxels of a grid, computed from the whole volume: an inactive point is the mean of the
+// ends of its base edge, in double precision, which is exact for these sizes.
 template <class T>
 std::vector<std::int64_t> interpolated(const oracle::Volume<T>& volume, const LatticeBits& active,
                                        const CodingParameters& p) {
@@ -164,7 +165,7 @@ void expect_grid_round_trip() {
         return;
       }
       RC_ASSERT(std::abs(value - std::int64_t{volume.at(q)}) <= static_cast<std::int64_t>(p.point_error));
-      // Whoever else has the point stores the same value.
+      // All other bricks that have the point store the same value.
       RC_ASSERT(stored.emplace(padded.offset(q), value).first->second == value);
     });
     i = 0;
@@ -222,7 +223,7 @@ TEST(CountActive, HoldsForLargeRootCubes) {
   }
 }
 
-// Broken activity bytes give another conforming set; the values that follow must still decode or be refused.
+// Broken activity bytes give another conforming set; the values after them must still decode or be refused.
 TEST(BrickCodec, DamagedBricksNeverCrash) {
   for (const FileMode mode : {FileMode::voxels, FileMode::grid}) {
     CodingParameters p;

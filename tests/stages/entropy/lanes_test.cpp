@@ -1,5 +1,4 @@
-// Vector code against plain loops. Built three times: as this machine has it, without SSE2, and without
-// vectors.
+// Vector code against plain loops. Built three times: for this machine, without SSE2, and without vectors.
 #include "stages/entropy/lanes.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-// Sums of probabilities, as symbol models hold them.
+// Sums of probabilities, as in symbol models.
 Lanes any_lanes(std::mt19937& random) {
   Lanes lanes;
   const std::uint32_t most = random() % 4 == 0 ? 20 : 32768;

@@ -36,7 +36,7 @@ std::uint32_t pass(Coder& coder, const Decision& d) {
 }
 
 std::vector<std::uint8_t> encoded(const std::vector<Decision>& decisions) {
-  std::vector<std::uint8_t> bytes = {255, 255};  // what was there before stays
+  std::vector<std::uint8_t> bytes = {255, 255};  // earlier content stays
   RansEncoder encoder(bytes);
   for (const Decision& d : decisions) pass(encoder, d);
   encoder.finish();

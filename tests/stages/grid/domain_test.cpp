@@ -26,7 +26,7 @@ RC_GTEST_PROP(Domain, IsTheSmallestOfWholeRootCubesThatHoldsEverySample, ()) {
     RC_ASSERT(domain.padded().high[axis] % s == 0);
     RC_ASSERT(domain.padded().high[axis] == domain.cubes(axis) * s);
     RC_ASSERT(domain.cubes(axis) >= 1);
-    // One cube less would not do.
+    // One cube less would not be enough.
     RC_ASSERT(domain.cubes(axis) == 1 || (domain.cubes(axis) - 1) * s < domain.dims[axis] - 1);
   }
 }

@@ -35,7 +35,7 @@ RC_GTEST_PROP(LatticeBits, CopyTakesTheSharedPointsAndLeavesTheOthers, ()) {
   for_each_point(to.box(), [&](Index3 p) {
     if (from.box().contains(p) ? from.test(p) : before.test(p)) expected.set(p);
   });
-  RC_ASSERT(to == expected);  // compares the words, so that bits past the end of rows have to be zero
+  RC_ASSERT(to == expected);  // compares the words, so bits past the end of rows must be zero
 }
 
 TEST(LatticeBits, EveryPointHasABitOfItsOwn) {

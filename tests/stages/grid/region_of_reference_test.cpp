@@ -1,4 +1,4 @@
-// The bounded region of reference: exact sizes. The paper's 8 1/3 S^3 leaves out edge and corner neighbours.
+// The exact size of the bounded region of reference. The paper's 8 1/3 S^3 omits edge and corner neighbours.
 #include "stages/grid/region_of_reference.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What bounds a row of base edges, compared with the edges themselves.
+// The bounds of a row of base edges, compared with the edges themselves.
 #include "stages/marks/base_edges.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(BaseEdges, NoEdgeExceedsTheBoundsOfItsRow) {
                        }
                      });
     }
-  EXPECT_GT(near, edges_seen / 1000);  // they are no larger than they must be
+  EXPECT_GT(near, edges_seen / 1000);  // bounds are not larger than necessary
 }
 
 TEST(BaseEdges, AConstantFieldHasBoundsOfZero) {

@@ -1,5 +1,5 @@
-// The criterion of the paper's section 3 on single edges: against a literal oracle, and where it must be
-// silent whatever the precision.
+// The criterion of the paper's section 3 on single edges: compared with a literal oracle, and on edges that
+// must never violate it, whatever the precision.
 #include "stages/marks/criterion.h"
 
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ Verdict judge(const oracle::Edge& e, int m) {
 
 bool violates(const oracle::Edge& e, int m) { return judge(e, m).violated; }
 
-// Edges as they occur, and far beyond: every magnitude from a ten thousandth to thousands.
+// Edges as they occur, and far beyond: magnitudes from a ten-thousandth to thousands.
 class RandomEdges {
  public:
   explicit RandomEdges(std::uint64_t seed) : random_(seed) {}
@@ -76,8 +76,8 @@ TEST(Criterion, ThresholdIsThatOfTheRegularPolygon) {
   }
 }
 
-// Where R/C is further than 1e-4 of itself from the threshold, or 1 % of what the threshold is above one, the
-// verdict is the oracle's.
+// If R/C differs from the threshold by more than a relative 1e-4, or by more than 1 % of (threshold - 1), the
+// result is the oracle's.
 TEST(Criterion, AgreesWithTheOracle) {
   for (const int m : {3, 4, 7, 20, 60, 1000}) {
     RandomEdges edges(static_cast<std::uint64_t>(m));
@@ -101,7 +101,7 @@ TEST(Criterion, AgreesWithTheOracle) {
           << e.slope_left << ' ' << e.slope_right << " bends " << e.bend_left << ' ' << e.bend_right;
       ASSERT_FALSE((verdict.clear || verdict.straight) && ratio > threshold);
     }
-    // The test would be empty if one verdict were rare.
+    // The test would be empty if one result were rare.
     EXPECT_GT(violating, trials / 20) << m;
     EXPECT_LT(violating, trials - trials / 20) << m;
     EXPECT_LT(near, trials / 20) << m;
@@ -122,8 +122,8 @@ TEST(Criterion, TheQuickTestSettlesMostGentleEdges) {
   EXPECT_GT(clear, harmless / 2);
 }
 
-// Slopes that differ from that of the chord by a third of the angle at one end are straight enough, by two
-// angles not.
+// Slopes that differ from that of the chord by a third of the angle at one end are straight enough; slopes
+// that differ by two angles are not.
 TEST(Criterion, TheFirstTestSettlesEdgesThatAreAlmostStraight) {
   for (const int m : {3, 20, 1000}) {
     const double angle = CriterionParameters(m).angle;
@@ -159,7 +159,8 @@ RC_GTEST_PROP(Criterion, StraightEdgesNeverViolate, ()) {
   }
 }
 
-// An arc of a circle violates when its angle is more than about 2 pi / m: what m means.
+// An arc of a circle violates the criterion if its angle is more than about 2 pi / m: this is the meaning of
+// m.
 TEST(Criterion, ArcsOfACircleAreLimitedToTheSideOfThePolygon) {
   for (const int m : {8, 12, 20, 50, 200, 1000})
     for (const double radius : {3.0, 20.0, 500.0})
@@ -207,7 +208,7 @@ TEST(Criterion, NonFiniteInputViolatesNothing) {
       }
 }
 
-// Heights that a silly value range makes: products of four lengths overflow, the verdicts must not suffer.
+// Heights from an absurd value range: products of four lengths overflow, but the results must be right.
 TEST(Criterion, HugeHeightsAreJudgedLikeOthers) {
   for (const double size : {1e6, 1e9, 1e12, 1e15}) {
     const oracle::Edge bump{2, size, -size, 0, size, 0};

@@ -35,7 +35,7 @@ void for_each_even_point(const Box& box, Visit visit) {
       for (std::int64_t x = box.low.x; x <= box.high.x; x += 2) visit(Index3{x, y, z});
 }
 
-// What the ten components of the spline with these coefficients must be, in double precision.
+// The ten components of the spline with these coefficients, in double precision.
 std::array<double, 10> expected(const oracle::Jet& j, double scale) {
   const auto& h = j.hessian;
   return {216 * j.value,   scale * j.gradient[0], scale * j.gradient[1], scale * j.gradient[2],
@@ -86,7 +86,7 @@ TYPED_TEST(Curvature, EqualsTheLiteralStencilOnRandomSamples) {
   oracle::Volume<TypeParam> volume{{9, 13, 70}, {}};  // rows shorter and longer than a vector
   volume.samples.resize(static_cast<std::size_t>(9 * 13 * 70));
   for (auto& s : volume.samples) s = static_cast<TypeParam>(random());
-  // The extremes, side by side: nothing may overflow, and the value is exact.
+  // The extremes side by side: nothing may overflow, and the value must be exact.
   using Limits = std::numeric_limits<TypeParam>;
   for (std::size_t i = 0; i < 27 * 9; ++i) volume.samples[i] = i % 2 ? Limits::max() : Limits::min();
   const double scale = 8.0 / 3;
@@ -105,7 +105,7 @@ TYPED_TEST(Curvature, EqualsTheLiteralStencilOnRandomSamples) {
   }
 }
 
-// Turning the volume so that x becomes y, y becomes z turns the components with it, to the last bit.
+// Turning the volume so that x becomes y and y becomes z turns the components with it, to the last bit.
 RC_GTEST_PROP(CurvatureField, AxesAreTreatedAlike, ()) {
   const auto seed = *rc::gen::arbitrary<std::uint64_t>();
   std::mt19937_64 random(seed);

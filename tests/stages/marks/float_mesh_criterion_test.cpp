@@ -46,8 +46,8 @@ struct FloatVolume {
   }
 };
 
-// Whether a tetrahedron keeps the law: every sample in it but its vertices is finite, within the bound of the
-// interpolation of finite vertices.
+// True if a tetrahedron keeps the law: every sample in it except its vertices is finite and within the bound
+// of the interpolation between finite vertices.
 template <class T>
 bool keeps_the_bound(const FloatVolume<T>& volume, const std::array<Index3, 4>& v, double bound) {
   const std::int64_t whole = six_volumes(v), sign = whole < 0 ? -1 : 1;

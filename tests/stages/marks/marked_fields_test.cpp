@@ -1,7 +1,7 @@
-// What the criterion says of fields whose curvature is known: planes, quadrics, spheres, tori, waves.
+// The criterion on fields with known curvature: planes, quadrics, spheres, tori, waves.
 //
-// Marks are looked at in the middle one of 3x3x3 root cubes: all that the edges of its points see are samples
-// of the field, and none that the border of a volume repeats.
+// Marks are checked in the middle one of 3x3x3 root cubes: the edges of its points depend only on samples of
+// the field, and on none that the border of a volume repeats.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -19,8 +19,8 @@ constexpr int s = 32;
 constexpr double centre = 1.5 * s;
 constexpr Box middle{{s, s, s}, {2 * s, 2 * s, 2 * s}};
 
-// Marks of the middle cube, of a field in voxels given relative to its centre. 200 units a voxel keep what
-// rounding adds to the curvature small.
+// Marks of the middle cube, for a field in voxels given relative to its centre. With 200 units per voxel,
+// rounding adds little to the curvature.
 template <class F>
 LatticeBits marks_of_field(F f, int m = 20) {
   constexpr double units = 200;
@@ -57,7 +57,7 @@ void for_each_edge(Visit visit) {
   });
 }
 
-// The share of marked points among those of one unit for which `choose` holds.
+// The share of marked points among the points of one unit that `choose` selects.
 template <class Choose>
 double share_of_marked(const LatticeBits& marks, std::int64_t unit, Choose choose) {
   double all = 0, marked = 0;
@@ -82,7 +82,7 @@ RC_GTEST_PROP(MarkedFields, APlaneOfAnySlopeIsNeverMarked, ()) {
     RC_ASSERT(count_of(marks_of(volume, s, {m, scale, 24}, middle, middle)) == 0);
 }
 
-// r^2 / 2R is the sphere of radius R at its pole: an edge near the centre is marked when it is longer than a
+// r^2 / 2R is the sphere of radius R at its pole: an edge near the centre is marked if it is longer than a
 // side of the m-gon in a circle of radius R.
 TEST(MarkedFields, NearThePoleOfASphereEdgesAreAsLongAsTheSideOfThePolygon) {
   for (const double radius : {12.0, 25.0, 50.0})
@@ -116,7 +116,7 @@ TEST(MarkedFields, ACylinderIsNeverMarkedAlongItsAxis) {
   }
 }
 
-// Of the saddle xy only diagonals bend: axis-parallel edges are straight lines of the surface.
+// In the saddle xy only diagonals bend: axis-parallel edges are straight lines of the surface.
 TEST(MarkedFields, ASaddleIsMarkedOnlyAcrossItsRulings) {
   const auto marks = marks_of_field([](double x, double y, double) { return x * y / 12; });
   std::int64_t diagonal = 0;
@@ -129,8 +129,8 @@ TEST(MarkedFields, ASaddleIsMarkedOnlyAcrossItsRulings) {
   EXPECT_GT(diagonal, 500);
 }
 
-// Turning the field into itself turns the marks into themselves: the lattice has these symmetries, too.
-// Rounding may decide differently on the two sides of a tie.
+// A symmetry of the field is a symmetry of the marks, as the lattice has these symmetries, too. Rounding may
+// decide differently on the two sides of a tie.
 TEST(MarkedFields, MarksHaveTheSymmetryOfTheField) {
   const auto check = [](const LatticeBits& marks, auto image, const char* what) {
     std::int64_t different = 0;

@@ -1,4 +1,4 @@
-// Input that is not what it should be: exit code 65, one line, and nothing left behind.
+// Broken input: exit code 65, one line, and nothing left behind.
 
 #include "tests/support/command_line.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 class BrokenFiles : public CommandLine {
  protected:
-  /// That nothing came of it: only the files that were there before.
+  /// Expects that only the earlier files exist.
   void expect_only(std::vector<std::string> expected) const { EXPECT_EQ(names(), expected); }
 };
 
@@ -129,7 +129,7 @@ TEST_F(BrokenFiles, APipeGetsVerifiedBricksOnly) {
 }
 
 TEST_F(BrokenFiles, APipeForWhichThereIsTooLittleMemoryIsRefusedAtOnce) {
-  // A pipe says nothing of its size: what it is said to be is only believed as far as memory goes.
+  // The size of a pipe is unknown: a claimed size takes only as much memory as bytes arrive.
   const Arguments huge = {"encode", "-", "--dims", "1000000000,1000000000,1", "--type", "int8"};
   expect_error(tagrid(huge, "x"), usage, "--spool DIR");
 }

@@ -1,6 +1,6 @@
 // The manual page and the completions of shells name every option that exists, and no other.
 
-// gcc 12 with sanitizers warns of the library's own code.
+// gcc 12 with sanitizers warns about the standard library's own code.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
@@ -35,7 +35,7 @@ class Documentation : public CommandLine {
     const std::string help = tagrid({"--help"}).out;
     return all_matches(help.substr(help.find("Subcommands:")), "\n  ([a-z]+) ");
   }
-  /// The options that the program has, short and long; of itself for "".
+  /// The options of a command, short and long; those of the program itself for "".
   Words options(const std::string& command) const {
     const std::string help = tagrid(command.empty() ? Arguments{"--help"} : Arguments{command, "--help"}).out;
     Words words = all_matches(help, "\n  (--[a-z-]+)");
@@ -106,7 +106,7 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
 
 TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
   std::string text = text_of("tools/completion/_tagrid");
-  // What is said of an option, and what completes its value, may look like one.
+  // The description of an option, and the completion of its value, may look like an option.
   text = std::regex_replace(text, std::regex("\\[[a-zA-Z0-9 ,.-]*\\]"), "");
   text = std::regex_replace(text, std::regex("_arguments -[sC]|_files -g"), "");
   const auto part = [&](const std::string& start, const std::string& end) {

@@ -29,7 +29,7 @@ class EveryCall : public FailingDisk, public testing::WithParamInterface<Case> {
     choose();
   }
 
-  /// Every call, but of long rows of one and the same, such as a read for each slice, only some.
+  /// Chooses the calls: all, but only some of long rows of the same call, such as a read for each slice.
   void choose() {
     std::map<std::string, std::size_t> seen;
     for (std::size_t i = 0; i < calls_.size(); ++i) {
@@ -61,8 +61,8 @@ class EveryCall : public FailingDisk, public testing::WithParamInterface<Case> {
       if (!now.contains(name)) ADD_FAILURE() << name << " is gone";
   }
 
-  /// A file that cannot be removed is the one failure that leaves something: itself. The result is whole
-  /// then.
+  /// If a file cannot be removed, that is the only failure that leaves something: that file. The result is
+  /// complete.
   void expect_all_but_the_removal(const Ending& ending, const std::string& name) const {
     expect_error(ending, world, name);
     Files now = files();
@@ -115,7 +115,7 @@ TEST_P(EveryCall, ThatIsShortOrInterruptedMakesNoDifference) {
   }
 }
 
-// Then it is not known which call it is, but the result is one of two all the same.
+// With several threads it is not known which call fails, but the result is one of the two anyway.
 TEST_P(EveryCall, OnSeveralThreadsIsAllOrNothing) {
   Case c = GetParam();
   for (std::string& argument : c.arguments)

@@ -1,4 +1,4 @@
-// Files whose checksums are right and whose sizes are absurd: an error, soon, and with little memory.
+// Files with right checksums and absurd sizes: an error, quickly, and with little memory.
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
@@ -72,12 +72,12 @@ class ForgedFiles : public CommandLine {
     EXPECT_EQ(ending.code, broken_input) << ending.err << " signal " << ending.signal;
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 1) << ending.err;
     EXPECT_LT(ending.seconds, sanitized ? 30 : 3);
-    // Sanitizers have memory of their own.
+    // Sanitizers need memory of their own.
     if (!sanitized) {
       EXPECT_LT(ending.peak_bytes, most_memory);
     }
   }
-  /// By every command, from a file and from a pipe.
+  /// Refused by every command, from a file and from a pipe.
   void expect_refused_everywhere(const std::string& bytes, std::size_t most_memory) const {
     file("forged.tag", bytes);
     for (const Arguments& command : {Arguments{"decode", "-o", "x.raw"},
@@ -108,7 +108,7 @@ TEST_F(ForgedFiles, HugeDimsOfAFileThatEndsWithItsHeader) {
     }
 }
 
-// The header asks for a layer of 115 GB. Memory follows the bricks that there are.
+// The header claims a layer of 115 GB. Memory depends on the bricks that exist.
 TEST_F(ForgedFiles, AWideLayerOfWhichFewBricksAreThere) {
   for (const FileMode mode : {FileMode::voxels, FileMode::grid}) {
     const CodingParameters p = parameters({30000, 30000, 64}, 32, 2, mode);
@@ -155,7 +155,7 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
                           number(static_cast<std::uint32_t>(packed.size())) + packed;
       bytes.replace(12, 4, number(static_cast<std::uint32_t>(bytes.size() + 8)));
       bytes += number(checksum_of({std::as_bytes(std::span(bytes))}));
-      if (size == 1 && packed == window) continue;  // no more than it says, but for the window
+      if (size == 1 && packed == window) continue;  // its size is right, except for the window
       expect_refused_everywhere(bytes, 60 * megabyte);
     }
 }

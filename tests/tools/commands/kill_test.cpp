@@ -1,6 +1,6 @@
-// Runs that are ended from outside, by SIGKILL, SIGTERM and SIGINT: before every call on a file in turn, and
-// at random moments. A name is never that of half a file. TAGRID_KILLS sets how many random moments are tried
-// for each signal and command, TAGRID_SEED which.
+// Runs ended from outside by SIGKILL, SIGTERM and SIGINT: before every call on a file in turn, and at random
+// moments. A name never belongs to an incomplete file. TAGRID_KILLS sets how many random moments are tried
+// for each signal and command, and TAGRID_SEED selects them.
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
@@ -35,8 +35,8 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
     return name.starts_with(".new.") && name.find(".old") != name.npos;
   }
 
-  /// Expects that every file is as it was or as a run makes it, that no input is gone before every output is
-  /// whole, and returns the temporaries.
+  /// Expects that every file is as before or as a run makes it, and that no input is gone before every output
+  /// is complete. Returns the temporary files.
   std::vector<std::string> expect_whole_files() const {
     const Files now = files();
     std::vector<std::string> temporaries;
@@ -62,14 +62,14 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
 
   void expect_what_a_signal_leaves(int signal) const {
     const std::vector<std::string> temporaries = expect_whole_files();
-    // The file in the making and the older one of its name, of every output.
+    // The new file and the older one of its name, for every output.
     const std::size_t outputs = static_cast<std::size_t>(std::count_if(
         after_.begin(), after_.end(), [](const auto& f) { return f.first.starts_with("new."); }));
     EXPECT_LE(temporaries.size(), signal == SIGKILL ? 2 * outputs : 0)
         << (temporaries.empty() ? "" : temporaries[0]);
   }
 
-  /// Runs the command once more, among what was left, and then tidies up.
+  /// Runs the command once more, with the leftovers in place, and then tidies up.
   void expect_that_the_next_run_succeeds() const {
     Arguments command = with({TAGRID_PROGRAM}, GetParam().arguments);
     command.push_back("-f");
@@ -79,10 +79,10 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
       EXPECT_EQ(ending.code, 0) << ending.err;
     }
     Files now = files();
-    // Older files that were set aside are for somebody to look at.
+    // Older files that were set aside stay for the user.
     const bool tidies_up = input_is_there && is_on_local_file_system();
     std::erase_if(now, [&](const auto& f) { return tidies_up ? is_older(f.first) : is_temporary(f.first); });
-    // Of an input of two files, the second may be left where --rm was ended between them.
+    // If an input has two files, the second may be left if --rm was ended between them.
     if (!input_is_there)
       std::erase_if(now,
                     [&](const auto& f) { return !after_.contains(f.first) && before_.contains(f.first); });
@@ -103,7 +103,7 @@ TEST_P(Kill, BeforeAnyCallOnAFileLeavesWholeFiles) {
   std::map<std::string, std::size_t> seen;
   std::size_t kills = 0, left = 0;
   for (std::size_t i = 0; i < calls.size() && !HasFailure(); ++i) {
-    // Of long rows of one and the same only some.
+    // Only some of long rows of the same call.
     const std::size_t number = ++seen[calls[i].name + " " + calls[i].path];
     if ((number > 4 && number % 16 != 0) || i % stride != 0) continue;
     for (const auto& [signal, name] : signals) {

@@ -1,4 +1,4 @@
-// Volumes whose voxels and bytes are more than 32 bits can count.
+// Volumes with more voxels and bytes than 32 bits can count.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,7 +20,7 @@ class LargeVolume : public CommandLine {
     if (sanitized) GTEST_SKIP() << "under a sanitizer this would take a quarter of an hour";
   }
 
-  /// Air, with some voxels of their own where numbers of 31, 32 and 33 bits end. Takes no space.
+  /// Air, with some different voxels around numbers of 31, 32 and 33 bits. Takes no disk space.
   void make_volume(const std::string& name) const {
     std::ofstream(path(name), std::ios::binary).put(0);
     std::filesystem::resize_file(path(name), 2 * voxels);
@@ -41,7 +41,7 @@ TEST_F(LargeVolume, ComesBack) {
   expect_ok(tagrid({"encode", "a.raw", "--dims", "1300,1300,1271", "--type", "int16", "-M", "200M", "-T", "2",
                     "-o", "a.tag"}));
   expect_ok(script("$TAGRID decode a.tag -M 300M -T 2 -o - | cmp - a.raw"));
-  // Every point of the grid is looked at, too.
+  // Every point of the grid is checked, too.
   expect_ok(tagrid({"verify", "a.tag", "-q", "-M", "200M", "-T", "2"}));
 }
 

@@ -11,7 +11,8 @@ namespace tagrid {
 namespace {
 
 constexpr std::size_t mebibyte = std::size_t{1} << 20;
-/// That of int16 by default. Nothing is said of noise that goes far beyond its range where it is asked for.
+/// The default scale of int16. If it is given explicitly, there is no warning about noise far beyond the
+/// range.
 constexpr const char* usual_scale = "0.001953125";
 
 class MemoryLimit : public CommandLine {
@@ -19,24 +20,24 @@ class MemoryLimit : public CommandLine {
   void SetUp() override {
     if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
   }
-  /// The smallest limit, in MiB, that a run says it can keep.
+  /// The limit, in MiB, that a refusal names as the smallest.
   std::size_t smallest(const Arguments& arguments) const {
     const Ending ending = tagrid(with(arguments, {"-M", "1"}));
     expect_error(ending, usage, "give -M ");
     const std::size_t at = ending.err.find("give -M ");
     return at == std::string::npos ? 0 : std::stoul(ending.err.substr(at + 8));
   }
-  /// Runs with the smallest limit, and expects that it is kept and that nothing less was allowed.
+  /// Runs with the smallest limit; expects that it is kept, and that a smaller one is refused.
   std::size_t run_with_smallest(const Arguments& arguments) const {
     const std::size_t limit = smallest(arguments);
     expect_error(tagrid(with(arguments, {"-M", std::to_string(limit - 1) + "M"})), usage, "give -M ");
-    // What the system says of a process counts the one that started it, too: the program knows better.
+    // The system's figure also counts the process that started this one; the program's own figure is exact.
     expect_ok(tagrid(with(arguments, {"-M", std::to_string(limit) + "M", "--json", "report.json"})));
     EXPECT_LE(json_of("report.json")["peak_memory"].get<std::size_t>(), limit * mebibyte * 11 / 10);
     std::filesystem::remove(path("report.json"));
     return limit;
   }
-  /// A file of zeros, but for its ends, that takes no space.
+  /// A file of zeros, except for its ends, that takes no disk space.
   void make_sparse(const std::string& name, std::size_t bytes) const {
     write("x", name);
     std::filesystem::resize_file(path(name), bytes - 1);
@@ -129,7 +130,7 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});
 }
 
-// What can only be read from its beginning goes through a file, to be encoded and to be compared.
+// Input that can only be read from its beginning goes through a file, for encoding and for comparing.
 TEST_F(MemoryLimit, IsKeptWithGzip) {
   phantom("a.raw", {"--dims", "700,700,20"});
   const std::string header =

@@ -1,5 +1,4 @@
-// --mesh-error, in the words of the command line: what is refused, and what the mesh that was written is
-// worth.
+// --mesh-error on the command line: refusals, and the error of the written mesh.
 
 #include <cstring>
 
@@ -18,7 +17,7 @@ class MeshErrorCommand : public CommandLine {
     return tagrid(with(with({"encode", "volume.raw", "-f", "--cube", "8", "--brick", "2"}, raw_), options));
   }
 
-  // The largest error of the mesh that is written, found by a search for every sample in its tetrahedra.
+  // The largest error of the written mesh, found by searching for every sample in its tetrahedra.
   double error_of_mesh() const {
     expect_ok(tagrid({"mesh", "volume.tag", "-f"}));
     Vtu vtu(path("volume.vtu"));
@@ -84,7 +83,7 @@ TEST_F(MeshErrorCommand, WithoutABoundNothingIsRecorded) {
   }
 }
 
-// What is encoded for itself needs values of the bricks around it.
+// A part that is encoded separately needs values of the bricks around it.
 TEST_F(MeshErrorCommand, TheRecordIsTheSameInPartsInStripsAndForAnyThreads) {
   const Arguments options = {"--max-error", "6", "--mesh-error", "30", "--brick", "1"};
   const auto file_of = [&](const Arguments& more) {

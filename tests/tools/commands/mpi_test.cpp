@@ -1,4 +1,4 @@
-// tagrid-mpi: the same files by any number of processes, and an end of the whole job where one of them fails.
+// tagrid-mpi: the same files with any number of processes, and an end of the whole job if one of them fails.
 #include "tests/support/mpi_runs.h"
 
 namespace tagrid {
@@ -59,7 +59,7 @@ TEST_F(Mpi, AFailureEndsTheJobWithItsCodeAndOneMessageAndLeavesNothing) {
   expect_one_error(by(3, {"encode", "nothing.nhdr", "-o", "new.tag"}), world, "nothing.nhdr");
   expect_one_error(by(3, {"encode", "volume.nhdr", "-o", "no/new.tag"}), world, "no/");
   expect_names({"volume.nhdr", "volume.raw"});
-  // A damaged file, found by whoever decodes that part.
+  // A damaged file; the rank that decodes that part finds the damage.
   expect_ok(tagrid(with({"encode", "volume.nhdr", "-o", "new.tag"}, settings_)));
   std::string bytes = content("new.tag");
   bytes[bytes.size() / 2] ^= 1;
@@ -79,7 +79,7 @@ TEST_F(MpiFaults, ARankWhoseDiskFailsEndsTheJob) {
   for (const int at : {6, 20, 33, 60}) {
     SCOPED_TRACE(at);
     const Ending ending = with_fault(3, std::to_string(at), std::to_string(EIO), without_resume());
-    if (ending.code == 0) {  // the others were faster
+    if (ending.code == 0) {  // the other ranks were faster
       expect_result(ending);
       begin_anew();
       continue;
@@ -131,7 +131,7 @@ TEST_F(Mpi, GoesOnAfterSignalsAtAnyMoment) {
       process.send(signal);
       const Ending ending = process.finish();
       EXPECT_NE(ending.code == 0, ending.signal != 0 || ending.code > 0);
-      // Where mpirun itself is killed, its processes live on for a moment.
+      // If mpirun itself is killed, its processes live on for a moment.
       for (int tries = 0; tries < 100 && signal == SIGKILL; ++tries) usleep(10000);
       expect_no_half_file();
       if (!std::filesystem::exists(path("new.tag")) || std::filesystem::exists(path(".new.tag.parts/run")))

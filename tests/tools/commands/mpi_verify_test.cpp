@@ -1,5 +1,5 @@
-// verify by many processes says what one process says: of good files, of each kind of damage, and where only
-// two parts together show that something is wrong.
+// verify with many processes reports the same as one process: for good files, for each kind of damage, and if
+// only two parts together show that something is wrong.
 #include <cmath>
 
 #include "io/bytes/checksum.h"
@@ -12,7 +12,7 @@
 namespace tagrid {
 namespace {
 
-// All of a .tag file, to be changed.
+// All of a .tag file, to be modified.
 struct Contents {
   TagHeader header;
   std::vector<BrickBytes> bricks;
@@ -52,7 +52,7 @@ class MpiVerify : public MpiRuns {
   }
   static Arguments verify(const Arguments& more = {}) { return with({"verify", "new.tag"}, more); }
 
-  /// One process, and any number of them, accept the file and say the same.
+  /// One process, and any number of them, accept the file with the same report.
   void expect_accepted(const Arguments& more, const Arguments& of_mpirun = {}) const {
     const Ending alone = tagrid(verify(more));
     expect_ok(alone);
@@ -62,8 +62,8 @@ class MpiVerify : public MpiRuns {
       EXPECT_EQ(ending.out, alone.out) << processes;
     }
   }
-  /// One process, and any number of them (two numbers a call, in turn), refuse it with one message, which
-  /// is the same, but that another rank than the first says who it is.
+  /// One process, and any number of them (two numbers per call, in turn), refuse the file with one message.
+  /// It is the same, except that a rank other than the first names itself.
   void expect_refused(const std::string& what, const Arguments& more = {}) const {
     const Ending alone = tagrid(verify(more));
     expect_error(alone, broken_input, what);
@@ -79,7 +79,7 @@ class MpiVerify : public MpiRuns {
       EXPECT_EQ(ending.out, "");
     }
   }
-  /// The first bricks of parts, but of the first part.
+  /// The first bricks of all parts except the first part.
   static std::vector<std::int64_t> cuts(const Contents& contents) {
     const BrickGrid bricks = contents.header.parameters.bricks();
     std::vector<std::int64_t> cuts;
@@ -148,7 +148,7 @@ TEST_F(MpiVerify, PartsThatDisagreeOnAFaceAreFound) {
       }
       const std::vector<std::int64_t> places = cuts(one);
       ASSERT_GE(places.size(), 8U);
-      // A part of the other file among those of the first, and the rest of it.
+      // A part of the other file among those of the first, followed by the rest of it.
       for (const auto& [part, all] :
            {std::pair(places.size() / 2, false), {places.size() / 3, true}, {places.size() - 1, true}}) {
         Contents mixed = one;
@@ -196,7 +196,7 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
   encode("volume.nhdr", "new.tag", {"--max-error=2"});
   const std::string good = content("new.tag");
   const Contents contents = contents_of("new.tag");
-  // The last brick of a part, the first one of the next, and any.
+  // The last brick of a part, the first one of the next, and any other.
   const std::size_t cut = static_cast<std::size_t>(cuts(contents)[7]);
   std::uint64_t start = 0;
   for (std::size_t i = 0; i < cut; ++i)
@@ -210,7 +210,7 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
     expect_refused(": the checksum does not fit");
     if (HasFailure()) return;
   }
-  // The checksum between two parts: either of its bricks may be named.
+  // The checksum between two parts: the message may name either of its bricks.
   std::string bytes = good;
   bytes[start - 1] = static_cast<char>(bytes[start - 1] ^ 8);
   file("new.tag", bytes);
@@ -251,7 +251,7 @@ TEST_F(MpiVerify, ARankWhoseDiskFailsEndsTheJob) {
   int failures = 0;
   for (const int at : {3, 8, 12, 20}) {
     const Ending ending = with_fault(3, std::to_string(at), std::to_string(EIO), verify());
-    if (ending.code == 0) continue;  // the others were faster
+    if (ending.code == 0) continue;  // the other ranks were faster
     expect_one_error(ending, world, "rank 1: ");
     ++failures;
     EXPECT_NE(with_fault(3, std::to_string(at), "SIGKILL", verify()).code, 0);

@@ -1,4 +1,4 @@
-// What becomes of files: names, overwriting, permissions, times, removal, and what is left after failures.
+// Files: names, overwriting, permissions, times, removal, and leftovers after failures.
 
 #include <fcntl.h>
 
@@ -14,7 +14,7 @@ using Names = std::vector<std::string>;
 
 class OutputFiles : public CommandLine {
  protected:
-  /// Gives a file permissions and a time that no new file has.
+  /// Gives a file permissions and a time that a new file does not have.
   void age(const std::string& name) const {
     const timespec times[2] = {{978307200, 0}, {1000000000, 123456000}};
     ASSERT_EQ(utimensat(AT_FDCWD, path(name).c_str(), times, 0), 0);
@@ -132,7 +132,7 @@ TEST_F(OutputFiles, NothingIsRemovedForAGridThatNothingBounds) {
                "give --max-error E instead of --max-level, or leave out --rm");
   EXPECT_EQ(names(), Names{"volume.nrrd"});
   EXPECT_TRUE(content("volume.nrrd") == before);
-  // Both advices work.
+  // Both pieces of advice work.
   expect_ok(tagrid({"encode", "volume.nrrd", "--grid-only"}));
   expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only", "--max-error", "0", "-f"}));
   EXPECT_EQ(names(), Names{"volume.tag"});
@@ -140,7 +140,7 @@ TEST_F(OutputFiles, NothingIsRemovedForAGridThatNothingBounds) {
   EXPECT_TRUE(content("volume.nrrd") == before);
 }
 
-// Of headerless samples only the command says what they are, and perhaps wrongly.
+// Only the command describes headerless samples, and perhaps wrongly.
 TEST_F(OutputFiles, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescriptionIsTrusted) {
   phantom("volume.raw");
   for (const Arguments& more : {Arguments{"--max-error", "5"}, {"--grid-only", "--max-error", "5"}})
@@ -153,7 +153,7 @@ TEST_F(OutputFiles, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescription
 
 TEST_F(OutputFiles, WithoutLossOrWithAHeaderNobodyHasToTrustADescription) {
   phantom("volume.raw");
-  // Less than a unit of integers is no loss.
+  // An error below one unit of integers is no loss.
   for (const char* bound : {"0", "0.5"}) {
     expect_ok(tagrid(with({"encode", "volume.raw", "-f", "--rm", "--max-error", bound}, raw_)));
     EXPECT_EQ(names(), Names{"volume.tag"});
@@ -186,7 +186,7 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
   EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
 }
 
-// A header that came from elsewhere must not choose what is removed.
+// A header from elsewhere must not choose which files are removed.
 TEST_F(OutputFiles, SamplesInAnotherFolderThanTheirHeaderAreNotRemoved) {
   phantom("volume.nhdr");
   expect_ok(script("mkdir other; mv volume.raw other; sed -i s,volume.raw,other/volume.raw, volume.nhdr"));
@@ -239,7 +239,7 @@ TEST_F(OutputFiles, AWriteErrorIsReportedWhileTheInputIsIdle) {
     arguments.insert(arguments.begin(), TAGRID_PROGRAM);
     Process process(arguments, folder_.string());
     process.feed(start);
-    // The rest never comes.
+    // The rest never arrives.
     return process.wait();
   };
   expect_error(stuck({"encode", "-", "--cube=8", "--brick=1", "-o", "/dev/full"},
@@ -279,14 +279,14 @@ TEST_F(OutputFiles, AFullDiskLeavesNothing) {
   make_tag();
   expect_error(tagrid({"decode", "volume.tag", "-o", "/dev/full"}), world, "No space left");
   expect_error(script("\"$TAGRID\" encode volume.nrrd -o - > /dev/full"), world, "No space left");
-  // A limit on the size of files ends a write as a full disk does.
+  // A limit on the size of files ends a write like a full disk.
   expect_error(script("ulimit -f 16; \"$TAGRID\" decode volume.tag -o x.nrrd"), world,
                "x.nrrd: cannot write");
   EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
 }
 
 TEST_F(OutputFiles, PermissionDeniedIsAFailureOfTheWorld) {
-  // Root may do anything: then it is done as nobody, who may not be able to reach the program.
+  // Root may do anything, so it runs as nobody, who may not be able to reach the program.
   const bool root = geteuid() == 0;
   const std::string run =
       root ? "setpriv --reuid=65534 --regid=65534 --clear-groups ./program " : "./program ";

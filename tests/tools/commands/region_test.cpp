@@ -1,4 +1,4 @@
-// decode --region and --step, through the command line.
+// decode --region and --step on the command line.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -13,7 +13,7 @@ namespace {
 
 class RegionOptions : public CommandLine {
  protected:
-  // The int16 samples of a volume of 52 x 40 x 36 that a region has.
+  // The int16 samples of a region of a volume of 52 x 40 x 36.
   static std::string part_of(const std::string& samples, Index3 low, Index3 high, std::int64_t step = 1) {
     std::string part;
     for (std::int64_t z = low.z; z < high.z; ++z)
@@ -92,7 +92,7 @@ TEST_F(RegionOptions, WrongOnesAreRefused) {
   refused({"--region", "1:2,:,:", "--step", "2"}, "multiple of 2");
   refused({"--region", "1:2,:,:", "--rm"}, "leave out --rm");
   EXPECT_TRUE(std::filesystem::exists(path("volume.tag")));
-  // The advice of a limit that is too small works.
+  // The advice for a limit that is too small works.
   const Ending refusal =
       tagrid({"decode", "volume.tag", "-o", "part.raw", "--region", "1:30,:,:", "-M", "1M"});
   expect_error(refusal, usage, "give -M ");
@@ -108,7 +108,7 @@ TEST_F(RegionOptions, TheReportSaysTheSizeOfTheRegion) {
   EXPECT_EQ(json_of("run.json")["dims"], (nlohmann::json{29, 2, 36}));
 }
 
-// What is not kept of a brick must not be in memory for all of them at once.
+// Samples of a brick that are not needed must not be in memory for all bricks at once.
 TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
   if (sanitized) GTEST_SKIP() << "sanitizers have memory of their own";
   std::mt19937_64 random(1);
@@ -119,7 +119,7 @@ TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
     std::memcpy(noise.data() + i, &bits, 8);
   }
   file("noise.raw", noise);
-  noise = {};  // what this process has counts for those that it starts
+  noise = {};  // the memory of this process would count for the processes that it starts
   expect_ok(
       tagrid({"encode", "noise.raw", "--dims", "256,256,64", "--type", "float64", "--range", "0:4", "-q"}));
   for (const Arguments& part : {Arguments{"--region", ":,:,0:1"}, Arguments{"--step", "32"}}) {
@@ -136,7 +136,7 @@ TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
   }
 }
 
-// One that lies elsewhere does not matter, as nothing of it is read.
+// Damage elsewhere does not matter, as those bricks are not read.
 TEST_F(RegionOptions, DamageInOtherBricksDoesNotMatter) {
   make_tag({"--cube", "8", "--brick", "1"});
   const std::string samples = whole();

@@ -1,5 +1,5 @@
-// encode --resume: what an interruption leaves is enough to go on, and nothing else is gone on with.
-// TAGRID_KILLS sets how many random moments are tried for each signal, TAGRID_SEED which.
+// encode --resume: the leftovers of an interruption are enough to continue, and nothing else is continued.
+// TAGRID_KILLS sets how many random moments are tried for each signal, and TAGRID_SEED selects them.
 #include <fcntl.h>
 #include <sys/file.h>
 
@@ -29,7 +29,7 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
   std::map<std::string, std::size_t> seen;
   std::size_t kills = 0;
   for (std::size_t i = 0; i < calls.size() && !HasFailure(); ++i) {
-    // Of long rows of one and the same only some: parts are alike.
+    // Only some of long rows of the same call: parts are alike.
     const std::string name = std::filesystem::path(calls[i].path).filename().string();
     const bool part =
         name.find_first_of("0123456789") != name.npos && calls[i].path.find(".parts/") != name.npos;
@@ -42,7 +42,7 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
                    calls[i].path);
       const Ending ending = run(full, std::to_string(i + 1), kind);
       const bool early = ending.signal == signal && calls[i].path.find("new.tag") == std::string::npos;
-      // There is nothing to go on with yet, or any more.
+      // There is nothing to continue from yet, or no longer.
       const bool complete = std::filesystem::exists(path("new.tag")) && parts().empty();
       const bool gone =
           ending.signal == signal && (complete || !std::filesystem::exists(path(".new.tag.parts")));
@@ -52,7 +52,7 @@ TEST_F(Resume, GoesOnAfterASignalBeforeAnyCallOnAFile) {
         EXPECT_TRUE(ending.code == resumable || early || gone) << ending.code << " " << ending.err;
       }
       expect_no_half_file();
-      // What is not finished any more has no record, but perhaps its folder yet.
+      // A completed run has no record, but perhaps still has its folder.
       const bool was_done =
           std::filesystem::exists(path("new.tag")) && !std::filesystem::exists(path(".new.tag.parts/run"));
       if (!was_done) expect_result(tagrid(command(kills % 2 ? Arguments{"-T1"} : Arguments{})));
@@ -93,7 +93,7 @@ TEST_F(Resume, GoesOnAfterSignalsAtAnyMoment) {
     }
 }
 
-// Ended between the naming and the end of the record: other settings are still other settings.
+// Ended between the naming of the file and the end of the record: other settings are still refused.
 TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
   make_volume("23,19,21");
   Ending ending;
@@ -114,7 +114,7 @@ TEST_F(Resume, ARecordOfAFileThatHasItsNameIsStillThatOfItsSettings) {
   }
 }
 
-// Whatever has the name of the folder of parts and is none stays as it is.
+// A folder with the name of the folder of parts that is not one stays as it is.
 TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   make_volume("23,19,21");
   const auto expect_untouched = [&](const std::string& kept, std::string_view why) {
@@ -140,7 +140,7 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   EXPECT_FALSE(std::filesystem::exists(path(".new.tag.parts/run")));
 }
 
-// The report of a run that was killed before its output had a name is in nobody's way.
+// The report of a run that was killed before its output had a name does not block the next run.
 TEST_F(Resume, AReportThatIsThereAlreadyIsReplaced) {
   make_volume("23,19,21");
   const Arguments with_report = command({"--json", "report.json"});
@@ -218,7 +218,7 @@ TEST_F(Resume, AnotherInputIsRefused) {
   timespec times[2] = {{0, UTIME_OMIT}, status_of("volume.raw").st_mtim};
   file("volume.raw", other);
   expect_error(tagrid(command()), usage, "volume.raw has changed since: modified 20");
-  // Even where somebody hides it.
+  // Even if the change is hidden by setting the time back.
   ASSERT_EQ(utimensat(AT_FDCWD, path("volume.raw").c_str(), times, 0), 0);
   expect_error(tagrid(command()), usage, "volume.raw has changed since: other bytes");
   file("volume.raw", raw);

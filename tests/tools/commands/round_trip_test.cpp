@@ -1,4 +1,4 @@
-// A volume, and what is known of it, comes back as it came in.
+// A volume and its metadata come back as they went in.
 
 #include <cmath>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Pipes, and the same bytes whichever way they come.
+// Pipes, and the same bytes on every path.
 
 #include "tests/support/command_line.h"
 
@@ -10,7 +10,7 @@ class Streams : public CommandLine {};
 TEST_F(Streams, SameBytesForAnyThreadCountFromFileAndPipe) {
   phantom("volume.nrrd");
   for (const Arguments& options : {Arguments{"--max-error", "4"}, Arguments{"--grid-only"}, Arguments{}}) {
-    // Several bricks, so that threads have something to do in another order.
+    // Several bricks, so that threads can finish in a different order.
     const Arguments encode = with({"encode", "--cube", "8", "--brick", "2"}, options);
     expect_ok(tagrid(with(encode, {"-T1", "-fo", "one.tag", "volume.nrrd"})));
     const std::string bytes = content("one.tag");
@@ -100,7 +100,7 @@ TEST_F(Streams, AStandardOutputThatWasClosedIsNoFileOfOurs) {
   expect_error(script("\"$TAGRID\" decode volume.tag -o - >&-"), world, "standard output");
   expect_error(script("\"$TAGRID\" info volume.tag >&-"), world, "standard output");
   expect_error(script("\"$TAGRID\" encode - -o x.tag <&-"), world, "standard input");
-  // What is said of progress must not end up in the file that is written.
+  // Progress messages must not end up in the written file.
   expect_ok(script("\"$TAGRID\" encode volume.nrrd -o x.tag --progress=bar <&- 2>&-; cmp x.tag volume.tag"));
 }
 

@@ -1,4 +1,4 @@
-// OpenVDB files, from and to the command line.
+// OpenVDB files as input and output on the command line.
 
 #include <cmath>
 #include <cstdint>
@@ -47,7 +47,7 @@ TEST_F(Vdb, AToleranceAddsToTheBoundAndIsTold) {
   const std::string text = print("a.vdb");
   for (const char* line : {"Name: scan\n", "Background value: -1000\n", "tagrid_max_error: 55\n", "int32"})
     EXPECT_NE(text.find(line), text.npos) << text;
-  // Every voxel is within the two together, and no active one is near the background.
+  // Every voxel is within both bounds together, and no active one is near the background.
   expect_ok(tagrid({"encode", "a.vdb", "-o", "b.tag", "--vdb-grid", "scan"}));
   const std::string original = samples_of(content("volume.nrrd"));
   const std::string samples = tagrid({"decode", "b.tag", "-o", "-"}).out;
@@ -75,7 +75,7 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));
   expect_error(tagrid({"encode", "a.vdb", "--vdb-grid", "other"}), usage, "\"density\"");
   expect_error(tagrid(with({"encode", "a.vdb"}, raw_)), usage, "--dims");
-  // Which voxels are active would be lost.
+  // The set of active voxels would be lost.
   expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "holds bytes besides its samples");
   file("broken.vdb", content("a.vdb").substr(0, 5000));
   expect_error(tagrid({"encode", "broken.vdb"}), broken_input, "OpenVDB file");

@@ -1,5 +1,5 @@
-// convert whose calls on files fail, or that is killed, before each of its calls in turn: what is there is
-// whole, no original is gone without its output, and the next run completes the work.
+// convert with failing calls on files, or killed, before each of its calls in turn: all existing files are
+// complete, no original is gone without its output, and the next run completes the work.
 #include <cerrno>
 #include <set>
 
@@ -32,8 +32,8 @@ class ConvertFault : public Conversions<FailingDisk>, public testing::WithParamI
       if (!exists(name)) file(name, bytes);
   }
 
-  /// Runs `convert` with `more` once for each call that it makes on a file, and spoils that call; then once
-  /// more undisturbed. `prepare` makes the files that the run finds.
+  /// Runs `convert` with `more` once for each call that it makes on a file, and makes that call fail; then
+  /// runs it once more without failures. `prepare` makes the files that the run finds.
   template <class Prepare, class Expect>
   void spoil_each_call(const Arguments& more, Prepare prepare, Expect expect_after_the_next_run) {
     const Case spoiled{"", with(command_, more)};
@@ -94,7 +94,7 @@ class ConvertFault : public Conversions<FailingDisk>, public testing::WithParamI
     }
   }
 
-  /// Folders are not counted: one in which an output was to be may be empty.
+  /// Folders are not counted: a folder for an output that was not written may be empty.
   std::vector<std::string> files_in_out() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path("out")))

@@ -1,5 +1,4 @@
-// convert --remove-verified: originals go in a pass of their own, when their outputs were found good once
-// more.
+// convert --remove-verified: a separate pass removes originals whose outputs have been verified once more.
 #include "tests/support/conversions.h"
 
 namespace tagrid {
@@ -10,7 +9,7 @@ class ConvertRemoval : public Conversions<CommandLine> {
   Ending remove(const Arguments& more = {}) const {
     return convert(this->with(Arguments{"--remove-verified"}, more));
   }
-  /// Expects that the pass keeps the original of the only volume that is left, and says why.
+  /// Expects that the pass keeps the only remaining original, and says why.
   void expect_kept(const std::string& original, const std::string& status, std::string_view why,
                    const Arguments& more = {}) const {
     const Ending ending = remove(more);
@@ -53,7 +52,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   volumes(3);
   expect_ok(convert());
   damage("out/a.tag");
-  // A good file, of the right volume, is not what was written either.
+  // A good file of the right volume is still not the file that was written.
   expect_ok(script("$TAGRID encode b.nrrd -fo out/b.tag --max-error 3"));
   std::filesystem::remove(path("out/c.tag"));
   const Ending ending = remove();
@@ -62,7 +61,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   EXPECT_NE(last()["error"].get<std::string>().find("c.tag: is no longer what was written"),
             std::string::npos);
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
-  // The size of a.tag is right; a record says that the rest is not.
+  // The size of a.tag is right, but its record says that its content is not.
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(3), "a ok, b ok, c ok");
   expect_ok(remove());
@@ -72,7 +71,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
 TEST_F(ConvertRemoval, AnOutputThatDecodesToSomethingElseKeepsItsOriginal) {
   volumes(1);
   expect_ok(convert());
-  // The record of a file that was never right: its checksum fits, its voxels do not.
+  // The record of a file that was never right: its checksum fits, but its voxels do not.
   volume("other.nrrd", 2);
   expect_ok(script("$TAGRID encode other.nrrd -fo out/a.tag"));
   const Json old = last();
@@ -100,7 +99,7 @@ TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
   file("list.tsv", "a.raw\tdims=21,18,13\ttype=uint8\tmax-error=200\n");
   expect_ok(convert());
   std::string bytes = content("a.raw");
-  // Two voxels that were coded the same change places: every sum is as it was.
+  // Two voxels with equal codes change places: every sum stays the same.
   std::swap(bytes[0], *std::find_if(bytes.begin(), bytes.end(), [&](char b) { return b != bytes[0]; }));
   file("a.raw", bytes);
   EXPECT_EQ(remove().code, broken_input);
@@ -124,13 +123,13 @@ TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 0");
   expect_ok(script("mkdir other && cp a.nrrd other && echo other/a.nrrd > list.tsv"));
   expect_kept("other/a.nrrd", "kept", "is recorded as made of");
-  // Options that were given are those of the record; others need not be repeated.
+  // Options that are given must be those of the record; others need not be repeated.
   file("list.tsv", "a.nrrd\tmax-error=5\n");
   expect_ok(remove());
   EXPECT_FALSE(exists("a.nrrd"));
 }
 
-// Whoever asks for other options and is refused does not want the original to go.
+// If a run with other options fails for a volume, its original must stay.
 TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
   volumes(1);
   expect_ok(convert({"--max-error", "5"}));
@@ -164,7 +163,7 @@ TEST_F(ConvertRemoval, AFileThatAnotherVolumeIsInIsKept) {
   volume("a.nhdr", 1);
   volumes(2);
   expect_ok(script("mkdir sub; sed 's|a.raw|../a.raw|' a.nhdr > sub/z.nhdr"));
-  // z was not encoded, and needs what a is in.
+  // z was not encoded, and needs the file that a is in.
   file("list.tsv", "a.nhdr\nb.nrrd\n");
   expect_ok(convert());
   file("list.tsv", "a.nhdr\nb.nrrd\nsub/z.nhdr\n");
@@ -179,7 +178,7 @@ TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
   expect_ok(convert());
   expect_error(remove({"--grid-only"}), usage, "give --max-error E, or leave out --remove-verified");
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
-  // Whatever is asked for now, the file says how it was made.
+  // Whatever options are given now, the file says how it was made.
   for (const std::string list : {"a.nrrd\tgrid-only=true\nb.nrrd\n", "a.nrrd\nb.nrrd\n"}) {
     file("list.tsv", list);
     EXPECT_EQ(remove().code, broken_input);

@@ -1,4 +1,4 @@
-// convert: lists of volumes, records, shards, and what is done again.
+// convert: lists of volumes, records, shards, and repeated runs.
 
 #include <sys/stat.h>
 
@@ -128,7 +128,7 @@ TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
       "$TAGRID convert --manifest x/y/list --output-dir out"));
   EXPECT_EQ(outputs(), (Names{"a.tag", "b.tag"}));
   EXPECT_EQ(records()[0]["input"], std::filesystem::canonical(folder_).string() + "/x/a.nrrd");
-  // From a pipe: at the current folder.
+  // A list from a pipe: paths start at the current folder.
   expect_ok(script("cd x && echo a.nrrd | $TAGRID convert --manifest - --output-dir ../piped"));
   EXPECT_TRUE(exists("piped/a.tag"));
   expect_ok(script("cd x && $TAGRID convert --manifest <(echo a.nrrd) --output-dir ../substituted"));
@@ -138,7 +138,7 @@ TEST_F(Convert, PathsStartAtTheFolderOfTheList) {
   EXPECT_TRUE(exists("in/a.tag"));
 }
 
-// A slice is more than is read at a time of other volumes, 1 MiB.
+// A slice is larger than the amount that is read at a time from other volumes, 1 MiB.
 TEST_F(Convert, WideOpenVdbVolumes) {
   expect_ok(tagrid({"phantom", "--dims", "1400,1300,2", "-qo", "a.vdb"}));
   file("list.tsv", "a.vdb\n");
@@ -179,7 +179,7 @@ TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
 TEST_F(Convert, TwoVolumesWithOneOutputAreRefusedBeforeAnythingIsDone) {
   volumes(3);
   file("list.tsv", "a.nrrd\nb.nrrd\nc.nrrd\nelsewhere/b.nhdr\n");
-  // Neither is of this shard.
+  // Neither volume belongs to this shard.
   expect_error(convert({"--shard", "0/2"}), usage,
                "list.tsv: line 4: b.tag would be the output of line 2, too");
   EXPECT_FALSE(exists("out"));
@@ -234,7 +234,7 @@ TEST_F(Convert, ShardsTogetherAreTheWholeRun) {
   // More shards than volumes.
   expect_ok(convert({"--shard", "8/9"}));
   EXPECT_EQ(content("out/results-8-of-9.jsonl"), "");
-  // What is done is done, whatever shard did it.
+  // Finished volumes stay finished, whichever shard encoded them.
   expect_ok(convert({"--skip-done", "--shard", "1/2"}));
   EXPECT_EQ(statuses(9, "out/results-1-of-2.jsonl"), "b skipped, d skipped, f skipped");
 }
@@ -265,7 +265,7 @@ TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
   EXPECT_TRUE(content("out/a.tag") != before);
 }
 
-// An output that is as good as it was asked for is not replaced by a worse one without a word.
+// A good output is not silently replaced by a worse one.
 TEST_F(Convert, OtherOptionsReplaceAnOutputOnlyByForce) {
   volumes(2);
   expect_ok(convert({"--max-error=4"}));
@@ -294,7 +294,7 @@ TEST_F(Convert, OptionsAreComparedByWhatTheyMean) {
   expect_ok(convert({"--max-error=4"}));
   expect_ok(convert({"--max-error=4.0", "--accuracy=20", "--cube=32", "--effort=default", "--skip-done"}));
   EXPECT_EQ(statuses(2), "a skipped, b skipped");
-  // Also where the volume has another time.
+  // Also if the volume has another time.
   const std::string before = content("out/a.tag");
   later("a.nrrd");
   EXPECT_EQ(convert({"--max-error=9", "--skip-done"}).code, broken_input);
@@ -366,10 +366,10 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
   const std::string now = content("out/results.jsonl");
   EXPECT_EQ(now.rfind("no record\n{}\n[1]\n" + whole.substr(0, first), 0), 0U);
   file("out/results.jsonl", now.substr(now.find("[1]\n") + 4));
-  // The record of b was lost, its output was not.
+  // The record of b was lost, but its output was not.
   EXPECT_EQ(statuses(), "a ok, a skipped, b ok");
   EXPECT_EQ(content("out/results-9-of-9.jsonl"), whole.substr(first, 300)) << "of another run";
-  // All of it is half a line.
+  // The whole file is half a line.
   file("out/results.jsonl", std::string(9999, 'x'));
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(), "a ok, b ok");
@@ -397,7 +397,7 @@ TEST_F(Convert, FileNamesNeedNotBeText) {
   EXPECT_FALSE(exists(name + ".nrrd"));
 }
 
-// The advice of -f must not cost the records of an archive.
+// Following the advice to use -f must not cost the records of an archive.
 TEST_F(Convert, TheReportOfARunReplacesNeitherRecordsNorOutputs) {
   volumes(1);
   for (const char* report : {"out/results.jsonl", "out/results-0-of-2.jsonl", "out/a.tag"})

@@ -1,4 +1,4 @@
-// convert by many processes: the same files and records as by one, and nothing is lost where one of them
+// convert with many processes: the same files and records as with one, and nothing is lost if one of them
 // fails.
 #include <set>
 
@@ -15,7 +15,7 @@ class MpiConvert : public Conversions<MpiRuns> {
   Ending convert_by(int processes, const Arguments& more = {}, const Arguments& of_mpirun = {}) const {
     return by(processes, with(command_, more), of_mpirun);
   }
-  /// Without what depends on the time.
+  /// Without the parts that depend on the time.
   Records timeless(const std::string& name = "out/results.jsonl") const {
     Records texts;
     for (Json record : records(name)) {
@@ -54,7 +54,7 @@ TEST_F(MpiConvert, AnyNumberOfProcessesMakesTheSameFilesAndRecords) {
     EXPECT_EQ(ending.code, broken_input) << ending.err;
     EXPECT_TRUE(tags() == files);
     EXPECT_EQ(timeless(), expected);
-    // A line a failure, in any order, and one for all.
+    // One line per failure, in any order, and one for all.
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 3) << ending.err;
     EXPECT_NE(ending.err.find("tagrid: 2 of 7 volumes failed; see out/results.jsonl\n"), ending.err.npos);
     for (const char* key : {"files", "ok", "failed", "bytes_in", "bytes_out"})
@@ -91,7 +91,7 @@ TEST_F(MpiConvert, WhatCannotBeIsRefusedOnceBeforeAnythingIsDone) {
   file("list.tsv", "a.nrrd\nb.nrrd\tmax-eror=5\n");
   expect_error(convert_by(3), usage, "list.tsv: line 2: unknown option --max-eror");
   EXPECT_FALSE(exists("out"));
-  // More processes than volumes, and none at all.
+  // More processes than volumes, and no volume at all.
   file("list.tsv", "a.nrrd\n");
   expect_ok(convert_by(3));
   EXPECT_EQ(statuses(), "a ok");
@@ -171,7 +171,7 @@ TEST_F(MpiConvert, ARankThatIsKilledEndsTheJobAndLosesNothing) {
 
 TEST_F(MpiConvert, ARankWhoseDiskFailsFailsItsVolumeAndTheOthersAreDone) {
   volumes(5);
-  // From where the first volume's temporary is made; records are written by the first rank.
+  // From the call that creates the temporary file of the first volume; the first rank writes records.
   Ending good;
   const std::vector<Call> calls = calls_of({"", with(command_, {})}, good);
   std::size_t at = 0;
@@ -192,7 +192,7 @@ TEST_F(MpiConvert, ResultsThatCannotBeWrittenEndTheJob) {
   std::filesystem::create_directory(path("out"));
   const std::string before = std::string((std::size_t{1} << 24) - 1, '-') + "\n";
   file("out/results.jsonl", before);
-  // The first rank writes them, and may write no file of more than 16 MiB.
+  // The first rank writes them, and may not write files of more than 16 MiB.
   Arguments command = mpirun(3);
   command.insert(command.end() - 1,
                  {"bash", "-c", "[ $OMPI_COMM_WORLD_RANK != 0 ] || ulimit -f 16384; exec \"$0\" \"$@\""});

@@ -1,4 +1,4 @@
-// convert: where outputs lie. output=NAME, --keep-folders, lists without volumes, and the keys of records.
+// convert: paths of outputs. output=NAME, --keep-folders, lists without volumes, and the keys of records.
 #include <sys/stat.h>
 
 #include <regex>
@@ -13,7 +13,7 @@ using Names = std::vector<std::string>;
 
 class ConvertOutputs : public Conversions<CommandLine> {
  protected:
-  /// Volumes of one name in folders of their own, and a list of them.
+  /// Volumes with the same name in different folders, and a list of them.
   void patients() const {
     for (const std::string year : {"2019", "2020/may"}) std::filesystem::create_directories(path(year));
     volume("2019/knee.nrrd", 1);
@@ -108,7 +108,7 @@ TEST_F(ConvertOutputs, AnOutputThatWouldLeaveTheFolderIsRefusedBeforeAnythingIsD
 TEST_F(ConvertOutputs, NoOutputGoesThroughALinkToAnotherPlace) {
   volumes(2);
   file("list.tsv", "a.nrrd\toutput=x/a\nb.nrrd\toutput=y/b\n");
-  // What a killed run left there is not this run's either.
+  // Leftovers of a killed run do not belong to this run either.
   expect_ok(
       script("mkdir -p out elsewhere && ln -s ../elsewhere out/x && touch elsewhere/.a.tag.partabcdef"));
   for (const Arguments& more : {Arguments{}, {"-f"}, {"--skip-done"}}) {
@@ -119,7 +119,7 @@ TEST_F(ConvertOutputs, NoOutputGoesThroughALinkToAnotherPlace) {
   }
   EXPECT_EQ(files_below("elsewhere"), Names{".a.tag.partabcdef"});
   EXPECT_TRUE(exists("out/y/b.tag"));
-  // Nor is an original removed for what lies at the other end.
+  // An original is not removed because of a file at the other end of the link.
   expect_ok(script("rm out/x && mkdir out/x"));
   expect_ok(convert({"--skip-done"}));
   expect_ok(script("mv out/x away && ln -s ../away out/x"));
@@ -151,17 +151,17 @@ TEST_F(ConvertOutputs, AFolderThatCannotBeMadeFailsThatVolumeAlone) {
 TEST_F(ConvertOutputs, WhatIsDoneIsKnownByItsPathAndNotByItsName) {
   patients();
   expect_ok(convert({"--keep-folders"}));
-  // One of three outputs of one name is gone, another one's volume has changed.
+  // One of three outputs with the same name is gone, and the volume of another one has changed.
   std::filesystem::remove(path("out/2020/knee.tag"));
   volume("2020/may/knee.nrrd", 4);
   expect_ok(convert({"--keep-folders", "--skip-done"}));
   EXPECT_EQ(statuses(3), "2019/knee skipped, 2020/knee ok, 2020/may/knee ok");
   expect_ok(tagrid({"verify", "out/2020/may/knee.tag", "--against", "2020/may/knee.nrrd", "-q"}));
-  // Other options are refused for all, and replace with -f.
+  // Other options are refused for all volumes; with -f they replace the outputs.
   EXPECT_EQ(convert({"--keep-folders", "--skip-done", "--max-error=3"}).code, broken_input);
   expect_ok(convert({"--keep-folders", "--skip-done", "--max-error=3", "-f"}));
   EXPECT_EQ(statuses(3), "2019/knee ok, 2020/knee ok, 2020/may/knee ok");
-  // Without the records the outputs are compared with their volumes.
+  // Without the records, the outputs are compared with their volumes.
   std::filesystem::remove(path("out/results.jsonl"));
   const auto inode = status_of("out/2020/may/knee.tag").st_ino;
   expect_ok(convert({"--keep-folders", "--skip-done", "--max-error=3"}));
@@ -178,7 +178,7 @@ TEST_F(ConvertOutputs, OriginalsAreRemovedForTheirOwnOutputsAlone) {
   EXPECT_EQ(statuses(3), "2019/knee removed, 2020/knee damaged, 2020/may/knee removed");
   EXPECT_TRUE(exists("2020/knee.nhdr") && exists("2020/knee.raw"));
   EXPECT_FALSE(exists("2019/knee.nrrd") || exists("2020/may/knee.nrrd"));
-  // The same volumes under other names are not known.
+  // The same volumes under other names are unknown.
   file("list.tsv", "2020/knee.nhdr\n");
   expect_ok(convert({"--remove-verified"}));
   EXPECT_EQ(last()["status"], "skipped");
@@ -208,8 +208,8 @@ TEST_F(ConvertOutputs, WhatKilledRunsLeftInFoldersGoes) {
   EXPECT_EQ(files_below("out"), expected) << "that of another output stays";
 }
 
-// A list is an input, too; but what is wrong in its lines is 64 already, and a script that finds no files has
-// to mend its command, not a file.
+// A list is an input, too; but errors in its lines already give 64, and a script that finds no files must
+// correct its command, not a file.
 TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandDoes) {
   volumes(1);
   for (const std::string list : {"", "\n", "# a.nrrd\n \t\r\n"}) {
@@ -220,7 +220,7 @@ TEST_F(ConvertOutputs, AnEmptyListIsAWrongCommandBecauseAListSaysWhatTheCommandD
   expect_error(script(": | $TAGRID convert --manifest - --output-dir out"), usage,
                "standard input: names no volume");
   EXPECT_FALSE(exists("out"));
-  // A shard without a line is one of more shards than volumes.
+  // A shard without lines is one of more shards than volumes.
   file("list.tsv", "a.nrrd\n");
   expect_ok(convert({"--shard=3/4"}));
   EXPECT_EQ(content("out/results-3-of-4.jsonl"), "");
@@ -269,7 +269,7 @@ TEST_F(ConvertOutputs, ARemovalSaysNothingOfAnEarlierOneThatFailed) {
   damage("out/a.tag");
   EXPECT_EQ(convert({"--remove-verified"}).code, broken_input);
   EXPECT_EQ(last()["status"], "damaged");
-  damage("out/a.tag");  // the same bit again: it is as it was
+  damage("out/a.tag");  // the same bit again: restored
   expect_ok(convert({"--remove-verified"}));
   EXPECT_EQ(last()["status"], "removed");
   EXPECT_TRUE(last()["error"].is_null()) << last()["error"];

@@ -1,5 +1,5 @@
-// tools/slurm: the bodies of the batch scripts, with programs of the names of Slurm's on PATH that say what
-// they were asked for.
+// tools/slurm: runs the batch scripts with stand-ins for Slurm's programs on PATH, which report how they were
+// called.
 #include <filesystem>
 
 #include "tests/support/conversions.h"
@@ -38,7 +38,7 @@ class Slurm : public Conversions<CommandLine> {
            body("convert_array.sbatch") + "list.tsv out ";
   }
   Ending batch(const std::string& text) const { return script(with_bin_ + text); }
-  /// Runs it, and sends it SIGTERM, as Slurm does, when there is a file `started`.
+  /// Runs it, and sends it SIGTERM, as Slurm does, when a file `started` appears.
   Ending interrupted(const std::string& text) const {
     return batch(text + " & job=$!; while [ ! -e started ]; do sleep 0.02; done; kill -TERM $job; wait $job");
   }
@@ -63,7 +63,7 @@ TEST_F(Slurm, TasksOfAnArrayTogetherDoTheWholeList) {
   EXPECT_EQ(statuses(9, "out/results-2-of-3.jsonl"), "c ok");
   EXPECT_FALSE(exists("requeued"));
   for (const std::string name : {"a.nrrd", "e.nrrd"}) EXPECT_TRUE(exists(name));
-  // Again: nothing is left to do.
+  // Once more: nothing is left to do.
   expect_done(batch(task(0) + "--max-error 3"));
   EXPECT_EQ(statuses(2, "out/results-0-of-3.jsonl"), "a skipped, d skipped");
 }
@@ -85,7 +85,7 @@ TEST_F(Slurm, SomeTasksOfAnArrayNeedTheNumberOfShards) {
 
 TEST_F(Slurm, ATaskThatIsInterruptedIsQueuedAgainAndGoesOn) {
   volumes(3);
-  // The first one does nothing until it is ended.
+  // The first one runs until it is ended.
   program("slow",
           "echo $TMPDIR > tmpdir; [ -e started ] && exec \"$TAGRID\" \"$@\"; touch started; exec sleep 60");
   const Ending ending = interrupted("export PROGRAM=slow TAGRID SLURM_TMPDIR=/scratch; " + task(1));
@@ -124,7 +124,7 @@ TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
   EXPECT_EQ(content("requeued"), "requeue 17\n");
   EXPECT_EQ(content("launched"), "-n\n3\n--map-by\nslot:PE=8\n");
   EXPECT_EQ(batch("export CODE=0 TAGRID_LAUNCHER=sh; " + run).code, usage);
-  // Without scratch space of the node there is no --spool.
+  // Without scratch space on the node, there is no --spool.
   expect_ok(batch("export CODE=0;" + body("encode_large.sbatch") + "a b"));
   EXPECT_EQ(content("arguments"), "encode a -o b --resume --progress plain\n");
 }
@@ -134,7 +134,7 @@ TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {
   program("tagrid-mpi", "trap 'exit 75' TERM; touch started; while :; do sleep 0.02; done");
   EXPECT_EQ(interrupted(run).code, 75);
   EXPECT_EQ(content("requeued"), "requeue 17\n");
-  // A launcher that ends by the signal.
+  // A launcher that is ended by the signal.
   std::filesystem::remove(path("started"));
   program("srun", "touch started; exec sleep 60");
   EXPECT_EQ(interrupted(run).code, 128 + SIGTERM);

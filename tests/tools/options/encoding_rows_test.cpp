@@ -1,4 +1,4 @@
-// One table of options: a line of a manifest means what the same options mean on the command line.
+// One table of options: a line of a manifest means the same as these options on the command line.
 #include "tools/options/encoding_rows.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 namespace tagrid {
 namespace {
 
-// Something that each option may be, and that is not its default.
+// A possible value of each option that is not its default.
 std::string example_of(const OptionRow<EncodingOptions>& row) {
   if (!row.words.empty()) return row.words.back();
   if (row.value.empty()) return "true";

@@ -1,4 +1,4 @@
-// What is written on the command line, and what comes of mistakes there.
+// Options on the command line, and the results of mistakes there.
 
 #include "tests/support/command_line.h"
 
@@ -264,7 +264,7 @@ TEST_F(Options, ProgressIsABarOrPlainOrNothing) {
   EXPECT_NE(bar.err.find("MB/s"), std::string::npos);
   EXPECT_NE(bar.err.find("left"), std::string::npos);
   EXPECT_EQ(bar.err.substr(bar.err.size() - 4), "\r\033[K") << "the bar is cleared at the end";
-  // A line a minute: none in a short run. Automatic: none where nobody looks.
+  // A line per minute: none in a short run. Automatic: none without a terminal.
   for (const char* style : {"plain", "none", "auto"})
     expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--progress", style}));
 }
@@ -318,7 +318,7 @@ TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
   expect_ok(tagrid(with({"encode", "volume.raw", "-f"}, raw_)));
 }
 
-// Files that people have: the message says what they are, and what to do with them.
+// Files that people have: the message says what they are and what to do with them.
 TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
   make_tag();
   expect_ok(script(

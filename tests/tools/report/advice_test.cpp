@@ -1,4 +1,4 @@
-// What a library user reads, and what somebody at the command line reads of the same error.
+// The same error, as a user of the library and a user of the command line read it.
 #include "tools/report/advice.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 constexpr Problem last_problem = Problem::mesh_fills_no_space;
 
-// The words of what validate() throws.
+// The message of the exception of validate(), in words of the command line.
 std::string refusal_of(const EncodeOptions& options) {
   try {
     options.validate();

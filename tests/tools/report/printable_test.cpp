@@ -1,4 +1,4 @@
-// What comes from files, names and lists is shown without being obeyed by the terminal.
+// Text from files, names and lists is shown without the terminal acting on it.
 #include "tools/report/printable.h"
 
 #include "tests/support/command_line.h"

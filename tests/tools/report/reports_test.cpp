@@ -1,4 +1,4 @@
-// What info, verify and --json FILE say.
+// The output of info, verify and --json FILE.
 
 #include <cmath>
 #include <cstring>
@@ -18,8 +18,8 @@ class Reports : public CommandLine {
     return Json::parse(ending.out);
   }
 
-  /// Points of levels 0 .. level of a x b x c root cubes of edge 2^K, from what a bisection adds: corners of
-  /// the cubes of a size; their centres; the centres of their faces; and again with half the size.
+  /// Points of levels 0 .. level of a x b x c root cubes of edge 2^K, counted by bisection: the corners of
+  /// the cubes of a size, their centres, the centres of their faces, and again with half the size.
   static std::uint64_t points_up_to(int level, std::uint64_t a, std::uint64_t b, std::uint64_t c) {
     const std::uint64_t n = std::uint64_t{1} << (level / 3);
     a *= n, b *= n, c *= n;
@@ -250,7 +250,7 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
   for (const auto& [key, value] : info("a.tag")["geometry"].items()) EXPECT_TRUE(value.is_null()) << key;
 }
 
-// Every second sample is no number.
+// Every second sample is a NaN.
 TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
   std::string bytes;
   for (int i = 0; i < 10 * 10 * 10; ++i) {
@@ -284,7 +284,7 @@ TEST_F(Reports, SamplesThatAreNotFiniteDoNotCountInErrors) {
   }
   expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
   expect_ok(tagrid({"verify", "v.tag", "-q"}));
-  // Nor where they do not come back.
+  // Nor if they are not restored.
   expect_ok(tagrid(with({"encode", "v.raw", "-qf", "--grid-only"}, raw)));
   EXPECT_LT(info("v.tag")["achieved"]["rmse"].get<double>(), 100);
   expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
