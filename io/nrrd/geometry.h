@@ -1,4 +1,4 @@
-// What NRRD header lines say of where the samples lie.
+// The position of samples in the world, as NRRD header lines give it.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@
 
 namespace tagrid {
 
-/// The geometry that NRRD header lines (see VolumeInfo::nrrd_fields) state. Throws BrokenInput if a line is
-/// none of an NRRD header, does not belong there, or says something that is not supported.
+/// The geometry that NRRD header lines (see VolumeInfo::nrrd_fields) give. Throws BrokenInput if a line is
+/// not one of an NRRD header, does not belong there, or has content that is not supported.
 Geometry geometry_of(std::string_view nrrd_fields);
 
-/// The NRRD header line for spacings, with its '\n'. Numbers read back as they are.
+/// The NRRD header line for spacings, with its '\n'. Reading it back gives the same numbers.
 std::string spacings_line(const std::array<double, 3>& spacing);
 
 }  // namespace tagrid

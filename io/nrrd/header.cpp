@@ -50,7 +50,7 @@ constexpr std::array type_names = {TypeName{"signed char", SampleType::int8},
                                    TypeName{"float", SampleType::float32},
                                    TypeName{"double", SampleType::float64}};
 
-/// The name of a type in NRRD. It has no "float32".
+/// The name of a type in NRRD, which has no "float32".
 std::string_view nrrd_name_of(SampleType type) {
   if (type == SampleType::float32) return "float";
   if (type == SampleType::float64) return "double";
@@ -114,7 +114,7 @@ bool big_endian_of(const Fields& fields, SampleType type) {
   return name == "big";
 }
 
-/// A list of files follows its line, or a pattern of names comes with its first, last and step.
+/// True for a list of files after the line, or a pattern of names with its first, last and step.
 bool names_several_files(std::string_view value) {
   const auto words = words_of(value);
   if (words.empty()) return false;
@@ -139,7 +139,7 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
     refuse("byte skip", optional(fields, "byte skip"), "must not be negative, or -1 with encoding raw");
 }
 
-/// Sorts the lines after the magic: storage fields to the result, all others to `others`, verbatim.
+/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`.
 Fields storage_fields_of(std::string_view text, std::string& others) {
   Fields fields;
   while (!text.empty()) {
@@ -188,8 +188,7 @@ std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file)
   bool needs_version_5 = false;
   for (std::string_view rest = info.nrrd_fields; !rest.empty();)
     needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
-  // Fields that give a value per axis must come after the dimension; that is why the source's lines come
-  // last.
+  // Fields with a value for each axis must come after the dimension; so the source's lines come last.
   std::string text =
       fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
                   needs_version_5 ? 5 : 4, nrrd_name_of(info.type), info.dims.x, info.dims.y, info.dims.z);

@@ -16,18 +16,18 @@ struct NrrdHeader {
   VolumeInfo info;
   Encoding encoding = Encoding::raw;
   bool big_endian = false;
-  /// As the header names it; empty where the samples follow the header.
+  /// As the header names it; empty if the samples follow the header.
   std::string data_file;
-  /// Lines to skip in the file, before anything is decompressed.
+  /// Number of lines to skip in the file, before anything is decompressed.
   std::int64_t line_skip = 0;
-  /// Bytes to skip after that, of the decompressed bytes; -1: the samples are the last bytes of the file.
+  /// Number of decompressed bytes to skip after that; -1: the samples are the last bytes of the file.
   std::int64_t byte_skip = 0;
 };
 
 /// Headers longer than this are refused.
 inline constexpr std::size_t max_nrrd_header_bytes = std::size_t{1} << 20;
 
-/// Whether `bytes`, the first 9 or more of a file, begin an NRRD header of any version.
+/// True if `bytes`, the first 9 or more of a file, begin an NRRD header of any version.
 bool begins_nrrd(std::string_view bytes);
 
 /// Reads a header: the lines from "NRRD000n" up to the blank line or the end of the file. Throws BrokenInput
@@ -35,8 +35,8 @@ bool begins_nrrd(std::string_view bytes);
 /// any bytes.
 NrrdHeader parse_nrrd_header(std::string_view text);
 
-/// The header of little-endian raw samples of `info`: with the blank line at its end if they follow it
-/// (`data_file` is empty), else naming the file that they are in.
+/// The header of little-endian raw samples of `info`. If they follow the header (`data_file` is empty), it
+/// ends with the blank line; otherwise it names their file.
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file);
 
 }  // namespace tagrid

@@ -76,7 +76,7 @@ NrrdLine parse_nrrd_line(std::string_view line) {
     const std::string_view field = field_named(line.substr(0, colon));
     if (!field.empty()) return {NrrdLine::Kind::field, field, trimmed(line.substr(colon + 1))};
   }
-  // A key may have a colon itself, but not ":=".
+  // A key may contain a colon, but not ":=".
   if (line.find(":=") != line.npos) return {NrrdLine::Kind::key_value, {}, {}};
   throw BrokenInput("NRRD header: the line " + quoted(line) +
                     " is neither a field, a key:=value nor a comment");

@@ -14,12 +14,12 @@ tagrid_call settings_of(const tagrid_call* call) {
 
 Resources resources_of(const tagrid_call& call) {
   require(call.threads >= 0, "the number of threads is negative");
-  // oneTBB gives no more, and writes to the standard error where more are asked for.
+  // oneTBB gives no more threads, and prints a warning on standard error if more are requested.
   const auto most =
       oneapi::tbb::global_control::active_value(oneapi::tbb::global_control::max_allowed_parallelism);
   const int wanted = call.threads == 0 ? available_threads() : call.threads;
   Resources resources(static_cast<int>(std::min(static_cast<std::size_t>(wanted), most)));
-  // The plan counts the whole process; a caller's limit is for the work of the call.
+  // The plan counts the whole process, but a caller's limit is for the work of the call.
   if (call.memory_limit > 0)
     resources.memory = std::min(call.memory_limit, UINT64_MAX - memory_of_program) + memory_of_program;
   return resources;

@@ -1,4 +1,4 @@
-// Descriptions of volumes and files, in the terms of the library.
+// Descriptions of volumes and files in the types of the library.
 #pragma once
 
 #include "io/tag/blocks.h"
@@ -10,7 +10,7 @@
 namespace tagrid::library {
 
 tagrid_geometry geometry_of_volume(const Geometry& geometry);
-/// The lines of an NRRD header that say the same; "" where nothing is known.
+/// The lines of an NRRD header with the same content; "" if nothing is known.
 std::string nrrd_fields_of(const tagrid_geometry& geometry);
 
 tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);

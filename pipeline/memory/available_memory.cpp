@@ -11,14 +11,14 @@
 namespace tagrid {
 namespace {
 
-// "max" and whatever else is no number mean no limit.
+// "max", like any text that is not a number, means no limit.
 std::uint64_t limit_in(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::uint64_t limit;
   return in >> limit ? limit : std::numeric_limits<std::uint64_t>::max();
 }
 
-// The least limit of a group and those that it is in.
+// The smallest limit of a group and of the groups that contain it.
 std::uint64_t least_limit(const std::filesystem::path& top, std::filesystem::path group,
                           const std::string& file) {
   std::uint64_t least = limit_in(top / file);
@@ -38,7 +38,7 @@ std::uint64_t available_memory(const std::string& root) {
   std::uint64_t least = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
   const std::filesystem::path groups = root + "/sys/fs/cgroup";
   std::ifstream own(root + "/proc/self/cgroup");
-  // number:controllers:path, of version 2 without controllers.
+  // Lines are number:controllers:path; version 2 has no controllers.
   for (std::string line; std::getline(own, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;

@@ -1,4 +1,4 @@
-// How much memory there is for this process.
+// The amount of memory that this process may use.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,8 @@
 
 namespace tagrid {
 
-/// Bytes of memory of the machine, or of the control group (version 2 or 1, or one that it is in) where that
-/// allows less. `root` is where /proc and /sys are found, for tests.
+/// Bytes of memory of the machine, or of the control group (version 2 or 1, or a group that contains it) if
+/// that allows less. `root` is where /proc and /sys are, for tests.
 std::uint64_t available_memory(const std::string& root = "");
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// An output that fails ends a run at once, even while the input is a pipe from which nothing comes.
+// If an output fails, the run ends at once, even while the input is a pipe without data.
 #pragma once
 
 #include <atomic>
@@ -6,11 +6,11 @@
 
 namespace tagrid {
 
-/// Runs the work of one node of a flow graph. If that throws, failed() becomes true, for the nodes that wait
-/// for something else; and since they may then throw as well, it is the exception that counts.
+/// Runs the work of one node of a flow graph. If it throws, failed() becomes true, for nodes that wait for
+/// something else. As they may then throw, too, the first exception is kept.
 class UntilItFails {
  public:
-  /// REQUIRES: never called at the same time.
+  /// REQUIRES: never called by two threads at once.
   template <class Work>
   void run(Work work) {
     try {

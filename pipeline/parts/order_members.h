@@ -1,5 +1,5 @@
-// How many members the structs have that ranks send each other: see messages.h. A count that is not right
-// does not compile.
+// The numbers of members of the structs that ranks send each other; see messages.h. A wrong number does not
+// compile.
 #pragma once
 
 #include "pipeline/parts/decode_parts.h"

@@ -5,14 +5,15 @@
 namespace tagrid {
 namespace {
 
-// Lattice points that a row of bricks adds: close enough to its samples, and never more than 64 bits hold.
+// Number of lattice points that a row of bricks adds: close to the number of its samples, and always within
+// 64 bits.
 std::int64_t row_samples(const BrickGrid& bricks) {
   const std::int64_t edge = std::int64_t{bricks.edge} * bricks.domain.cube_size;
   const Index3& dims = bricks.domain.dims;
   return dims.x * std::min(edge, dims.y) * std::min(edge, dims.z);
 }
 
-// `count` cut into as few stretches of at most `most` as there can be, as equal as they can be.
+// Cuts `count` into the smallest number of stretches of at most `most`, as equal as possible.
 template <class Add>
 void cut(std::int64_t count, std::int64_t most, Add add) {
   const std::int64_t stretches = (count + most - 1) / most;

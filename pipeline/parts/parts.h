@@ -1,5 +1,5 @@
-// A volume cut into parts that are encoded by themselves: by several processes, or one after the other so
-// that a run that was interrupted goes on where it was.
+// Cuts a volume into parts that are encoded separately: by several processes, or one after the other, so that
+// an interrupted run can continue.
 #pragma once
 
 #include <vector>
@@ -8,13 +8,13 @@
 
 namespace tagrid {
 
-/// No part has more samples, unless one row of bricks has.
+/// No part has more samples, unless a single row of bricks has.
 inline constexpr std::int64_t largest_part = std::int64_t{1} << 29;
 
-/// The bricks in the order of their numbers, cut into stretches: whole layers where a sixteenth of the volume
-/// (and largest_part) holds one, else equal stretches of the rows of a layer, at least one row. A function of
-/// the geometry alone, so that a run can be continued by any number of processes; what is encoded does not
-/// depend on it. See docs/decisions/0016-parts.md.
+/// The bricks in the order of their numbers, cut into stretches: whole layers if a sixteenth of the volume
+/// (and largest_part) is at least a layer; otherwise equal stretches of the rows of a layer, at least one row
+/// each. The result depends on the geometry alone, so that any number of processes can continue a run. The
+/// encoded bytes do not depend on parts. See docs/decisions/0016-parts.md.
 std::vector<BrickRows> parts_of(const BrickGrid& bricks);
 
 }  // namespace tagrid

@@ -12,14 +12,14 @@ namespace {
 
 enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
 
-// An order ends with its task.
+// Sends an order, which ends with its task.
 void send(Ranks& ranks, Task task, Bytes order) {
   if (ranks.count() == 1) return;
   order.push_back(static_cast<std::byte>(task));
   ranks.broadcast(order);
 }
 
-// What fails is told by rank 0, which then gives the last order.
+// Rank 0 reports failures and then gives the last order.
 template <class Do>
 void obey(Do work) {
   try {
@@ -60,8 +60,8 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         return FieldReader(bytes).get<int>();
       case Task::make_parts: {
         const auto order = unpacked_order<PartOrder>(bytes);
-        // A run that can be continued leaves its parts; of any other each rank sees to it that nothing is
-        // left.
+        // A run that can be continued leaves its parts; in any other run, each rank makes sure that nothing
+        // is left.
         const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
         if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");
         if (order.resources.memory) limit_memory(*order.resources.memory);

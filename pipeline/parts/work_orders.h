@@ -1,4 +1,4 @@
-// What rank 0 tells the others to do. They wait for orders, and do each together with it.
+// Orders of rank 0 to the other ranks, which wait for orders and obey each together with rank 0.
 #pragma once
 
 #include "pipeline/parts/decode_parts.h"
@@ -8,19 +8,19 @@
 
 namespace tagrid {
 
-/// By rank 0: all ranks now do what the order says; rank 0 calls the function itself. Nothing happens where
-/// there is one rank.
+/// Called by rank 0: all other ranks now do what the order says; rank 0 calls the function itself. With one
+/// rank, nothing happens.
 void send_order(Ranks& ranks, const PartOrder& order);    ///< make_parts()
 void send_order(Ranks& ranks, const PlaceOrder& order);   ///< place_parts()
 void send_order(Ranks& ranks, const DecodeOrder& order);  ///< decode_parts()
 void send_order(Ranks& ranks, const VerifyOrder& order);  ///< verify_parts()
-void send_order(Ranks& ranks, const Bytes& order);        ///< what the program knows: see serve()
-/// By rank 0: there is no more to do; the others end with this exit code.
+void send_order(Ranks& ranks, const Bytes& order);        ///< known to the program; see serve()
+/// Called by rank 0: there is no more work; the other ranks end with this exit code.
 void dismiss(Ranks& ranks, int code);
 
-/// By the other ranks: does what rank 0 says until it has no more orders; returns the exit code that it gave.
-/// `limit_memory` is called where a limit on memory was given, `obey` does orders that are only bytes here. A
-/// failure is for rank 0 to tell: `obey` throws none that rank 0 hears of.
+/// Called by the other ranks: obeys the orders of rank 0 until there are no more, and returns the exit code
+/// that rank 0 gave. `limit_memory` is called if a limit on memory was given; `obey` handles orders that are
+/// only bytes here. Rank 0 reports failures, so exceptions of `obey` are ignored.
 int serve(Ranks& ranks, const std::function<void(std::uint64_t limit)>& limit_memory,
           const std::function<void(const Bytes&)>& obey);
 

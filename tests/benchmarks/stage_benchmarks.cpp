@@ -1,8 +1,8 @@
-// Each stage by itself, one thread: voxels a second. See docs/benchmarks.md.
+// Measures each stage alone, with one thread, in voxels per second. See docs/benchmarks.md.
 //
-// A piece of 129 x 129 x 129 samples, eight bricks, is treated as a volume: of a phantom, and of the ankle
-// where that lies beside the sources. What a stage needs from the stages before it is made once, and not
-// measured.
+// A piece of 129 x 129 x 129 samples, eight bricks, is treated as a volume. One piece is from a phantom;
+// another is from the ankle, if that lies beside the sources. The input of a stage from the stages before it
+// is computed once, and not measured.
 
 #include <benchmark/benchmark.h>
 
@@ -30,7 +30,7 @@ constexpr int cube_size = 32;
 constexpr std::int64_t edge = 129;
 constexpr MarkingParameters criterion = {20, 8.0 / 4096, max_level(cube_size)};
 
-/// A brick, and what the stages before make of it.
+/// A brick, and the results of the stages before.
 struct Brick {
   Index3 position;
   Box closed, owned;
@@ -38,7 +38,7 @@ struct Brick {
   std::vector<Sample> samples;   ///< of the owned box
   std::vector<Sample> vertices;  ///< of the closed box
   CurvatureField field;
-  LatticeBits region;  ///< marks that decide the activity
+  LatticeBits region;  ///< marks that affect the activity
   LatticeBits active;
   Forecast forecast;
 };
@@ -95,7 +95,7 @@ Piece phantom() {
   return Piece(std::move(volume));
 }
 
-/// Nothing where the volume is missing.
+/// Nothing if the volume is missing.
 std::unique_ptr<Piece> ankle() {
   const auto whole = read_volume<Sample>("vhf_ankle.raw", {512, 512, 150});
   if (whole.samples.empty()) return nullptr;
@@ -114,7 +114,7 @@ void measure(const std::string& name, Piece& piece, std::function<void(Brick&)> 
   })->Unit(benchmark::kMillisecond);
 }
 
-/// Bytes of every brick, made by an encoder once.
+/// Bytes of every brick, encoded once.
 using Coded = std::map<const Brick*, Bytes>;
 
 void check(const Status& status) {

@@ -1,5 +1,5 @@
-// A failing disk, to be preloaded into a program: calls that touch files of one folder are counted, and one
-// of them, or all, fail. The environment says how:
+// A failing disk, to be preloaded into a program: it counts calls that touch files of one folder, and makes
+// one of them, or all, fail. Environment variables control it:
 //
 //   TAGRID_FAULT_FOLDER   the folder; the paths below it are the ones that count
 //   TAGRID_FAULT_STREAMS  if set: the standard input and output count as well, whatever they are
@@ -10,7 +10,7 @@
 //                         "SIGKILL", "SIGTERM", "SIGINT": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
-// A close() that fails has closed the file all the same, as on Linux.
+// A close() that fails has closed the file anyway, as on Linux.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -54,7 +54,7 @@ struct Plan {
     interrupts = kind == "EINTR";
     error = interrupts ? EINTR : std::atoi(kind.c_str());
     signal = kind == "SIGKILL" ? SIGKILL : kind == "SIGTERM" ? SIGTERM : kind == "SIGINT" ? SIGINT : 0;
-    // Calls of our own go past the functions below.
+    // This function's own calls bypass the functions below.
     if (const char* value = setting("TAGRID_FAULT_LOG"))
       log = static_cast<int>(
           syscall(SYS_openat, AT_FDCWD, value, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
@@ -70,7 +70,7 @@ std::atomic<long> calls{0};
 std::atomic<bool> interrupted_before{false};
 std::atomic<const char*> failed_name{nullptr};
 
-// The path of an open file, as the kernel has it.
+// The path of an open file, as the kernel knows it.
 std::string path_of(int descriptor) {
   const std::string link = "/proc/self/fd/" + std::to_string(descriptor);
   char target[PATH_MAX];
@@ -86,7 +86,7 @@ std::string absolute(const char* path) {
 
 enum class Fault { none, error, fewer_bytes };
 
-// Counts a call of `name`; what is to become of it?
+// Counts a call of `name`; returns the fault for it.
 Fault next_fault(const char* name, const std::string& path, bool counts, bool transfers,
                  bool can_be_interrupted) {
   const Plan& p = plan();
@@ -103,7 +103,7 @@ Fault next_fault(const char* name, const std::string& path, bool counts, bool tr
   if (p.is_short) return transfers ? Fault::fewer_bytes : Fault::none;
   if (p.interrupts) {
     if (!can_be_interrupted) return Fault::none;
-    // Every second time, if it is about all calls: a call that is repeated has to succeed some time.
+    // If all calls are interrupted, then only every second time: a repeated call must succeed eventually.
     if (interrupted_before.exchange(true)) {
       interrupted_before = false;
       return Fault::none;
@@ -144,7 +144,7 @@ Function next(const char* name) {
 
 }  // namespace
 
-// The function that `name` is without us.
+// The original function `name`.
 #define NEXT(name) static const auto original = next<decltype(&name)>(#name)
 
 extern "C" {

@@ -1,4 +1,4 @@
-// What is done with any bytes at all. A target returns where all is as it should be; a crash, a sanitizer's
+// What is tested with arbitrary bytes. A target returns if everything is right; a crash, a sanitizer's
 // finding or a broken claim ends the program. The same functions run under libFuzzer and, on the inputs in
 // tests/regressions, as tests.
 #pragma once
@@ -16,9 +16,9 @@ using Bytes = std::span<const std::uint8_t>;
 
 /// The header of a .tag file, and the source's fields in it.
 void header(Bytes bytes);
-/// One brick, behind a few bytes that say its parameters; see brick_target.cpp.
+/// One brick, after a few bytes with its parameters; see brick_target.cpp.
 void brick(Bytes bytes);
-/// The fields of the index, packed and not.
+/// The fields of the index, compressed and not.
 void index(Bytes bytes);
 /// A volume in NRRD: attached, detached, raw, gzip.
 void nrrd(Bytes bytes);
@@ -42,7 +42,7 @@ inline constexpr Target targets[] = {{"header", header}, {"brick", brick},     {
                                      {"nrrd", nrrd},     {"vdb", vdb},         {"record", record},
                                      {"part", part},     {"numbers", numbers}, {"file", file}};
 
-/// What the part is of that part() reads.
+/// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};
 inline CodingParameters seed_part_parameters() {
   CodingParameters parameters;
@@ -53,7 +53,7 @@ inline CodingParameters seed_part_parameters() {
   return parameters;
 }
 
-/// Ends the program with `what` where a claim does not hold.
+/// Ends the program with `what` if a claim does not hold.
 void claim(bool holds, const char* what);
 
 }  // namespace tagrid::fuzz

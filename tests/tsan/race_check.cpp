@@ -1,6 +1,6 @@
-// A race on purpose: does ThreadSanitizer, with what it is told in tbb_edges.cpp, see into the pipeline? The
-// node that reads slices and the workers that encode bricks count in one variable without a lock. With
-// "locked" as its argument the same is done properly, and nothing may be reported.
+// A deliberate race: does ThreadSanitizer, with the help of tbb_edges.cpp, see into the pipeline? The node
+// that reads slices and the workers that encode bricks count in one variable without a lock. With the
+// argument "locked" they use a lock, and nothing may be reported.
 #include <atomic>
 #include <cstdio>
 #include <cstring>

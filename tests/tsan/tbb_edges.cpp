@@ -1,14 +1,14 @@
-// What ThreadSanitizer has to know of oneTBB. The library comes from Debian and is not instrumented: that a
-// task is handed from one thread to another inside it, and that waiting for a task ends after it, is
-// invisible, and every value that goes along with a task would be reported. The functions below stand before
-// those of the library, do the same, and say what happens before what:
+// What ThreadSanitizer must know of oneTBB. The library comes from Debian and is not instrumented: it is
+// invisible that a task is handed from one thread to another inside it, and that waiting for a task ends
+// after the task. So every value that goes along with a task would be reported. The functions below replace
+// those of the library, do the same, and declare the order of events:
 //
 //   spawn, submit, enqueue     before   the task is executed, by whatever thread
 //   the last task that ends    before   wait() returns
 //   memory is allocated        before   it is freed (the library itself does both, in different threads)
 //
-// All else (how nodes hand on messages, counters, locks) is in oneTBB's headers, thus instrumented. Memory
-// for tasks comes from malloc(), which ThreadSanitizer knows, and not from pools that it cannot see into.
+// Everything else (how nodes pass messages, counters, locks) is in oneTBB's headers, and thus instrumented.
+// Memory for tasks comes from malloc(), which ThreadSanitizer knows, and not from pools, which it does not.
 // Nothing is suppressed: race_check.cpp shows that a race in the pipeline is still found.
 #include <dlfcn.h>
 #include <oneapi/tbb/detail/_small_object_pool.h>

@@ -1,4 +1,4 @@
-// The list of what `convert` encodes. A line a volume: its path, and tab-separated columns option=value.
+// The list of volumes that `convert` encodes. Each line has a path and tab-separated columns option=value.
 #pragma once
 
 #include <cstddef>
@@ -12,20 +12,20 @@ namespace tagrid {
 struct ManifestLine {
   std::size_t number = 0;  ///< in the file, from 1
   std::string input;       ///< absolute
-  std::string output;      ///< its path below the folder of the outputs: STEM.tag, or as was asked for
-  OptionTexts options;     ///< those of all lines, and over them those of this line
+  std::string output;      ///< its path below the folder of the outputs: STEM.tag, or as requested
+  OptionTexts options;     ///< those for all lines, overridden by those of this line
 };
 
-/// How the outputs of volumes are called for which no column says it.
+/// How outputs are named without a column for it.
 enum class OutputNaming {
-  by_stem,      ///< 2019/knee.nhdr is knee.tag
-  with_folders  ///< it is 2019/knee.tag
+  by_stem,      ///< 2019/knee.nhdr becomes knee.tag
+  with_folders  ///< it becomes 2019/knee.tag
 };
 
-/// Reads the manifest at `path`, or the standard input for "-". Empty lines and those that begin with '#' are
-/// passed over. Relative paths start at the folder of the manifest, or the current one if it comes from the
-/// standard input. `given` are the options of all lines. Throws UsageError if a line has an option or an
-/// output that cannot be, if two lines have one output, and if there is no volume; WorldError.
+/// Reads the manifest at `path`, or from standard input for "-". Empty lines and lines that begin with '#'
+/// are skipped. Relative paths start at the folder of the manifest, or at the current folder if it comes from
+/// standard input. `given` holds the options for all lines. Throws UsageError if a line has an invalid option
+/// or output, if two lines have the same output, and if there is no volume; also throws WorldError.
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
                                         OutputNaming naming);
 

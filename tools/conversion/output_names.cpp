@@ -24,7 +24,7 @@ bool goes_up(const fs::path& path) {
   return std::ranges::any_of(path, [](const fs::path& step) { return step == ".."; });
 }
 
-/// Such a folder would be taken for records, or stand in their way.
+/// Such a folder would be taken for records, or be in their way.
 void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   if (first.starts_with("results") && first.ends_with(".jsonl"))
@@ -39,7 +39,7 @@ void for_each_folder(const std::string& root, const std::string& output, Use use
   for (const fs::path& step : fs::path(output).parent_path()) use((folder /= step).string());
 }
 
-/// Whether it is there.
+/// Returns true if the folder exists.
 bool is_own_folder(const std::string& folder) {
   const auto status = status_of_name(folder);
   if (status && S_ISLNK(status->st_mode))
@@ -67,7 +67,7 @@ std::string output_called(const std::string& name) {
 
 std::string output_mirroring(const std::string& listed) {
   const fs::path path = listed;
-  // A .. may lead through a link, so that the name does not tell in which folder the volume is.
+  // ".." may lead through a link, so the name would not tell the folder of the volume.
   if (path.is_absolute() || goes_up(path))
     throw UsageError(
         fmt::format("{}: --keep-folders needs a relative path without ..; say its output in a column "
@@ -80,7 +80,7 @@ std::string output_mirroring(const std::string& listed) {
 }
 
 void TakenOutputs::take(const std::string& output, std::size_t line) {
-  // As records have it: names that differ in bytes that are no text would be one in there.
+  // As in records: names that differ in bytes that are not text would be equal there.
   const fs::path name = json_text(output);
   if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
     throw UsageError(
@@ -102,7 +102,7 @@ void require_own_folders(const std::string& root, const std::string& output) {
 
 void make_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, [](const std::string& folder) {
-    // Another process may make it at the same time; it is on the disk when either of them says so.
+    // Another process may create it at the same time; it is durable when either of them returns.
     if (!is_own_folder(folder) && mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
       throw world_error("cannot create the folder", folder, errno);
     is_own_folder(folder);

@@ -1,5 +1,5 @@
-// What `convert` writes down of every volume, and what a later run learns from that. A record is a line of
-// JSON; docs/archives.md says what is in it.
+// The records that `convert` writes for every volume, and that later runs read. A record is a line of JSON;
+// docs/archives.md describes its content.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace tagrid {
 
-/// A file that a volume is in, as it was when it was encoded.
+/// A file of a volume, as it was when it was encoded.
 struct InputFile {
   std::string path;
   std::uint64_t bytes = 0;
@@ -23,48 +23,47 @@ struct InputFile {
   bool operator==(const InputFile&) const = default;
 };
 
-/// The files as they are now. Throws WorldError for one that is not there, UsageError for what is no file.
+/// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
 
-/// An output that was encoded and verified, and what became of it: the newest record of it that says so.
+/// An output that was encoded and verified, and its state: the newest record that describes it.
 struct KnownOutput {
   enum class State {
     ok,
-    damaged,  ///< found to be so when its original was to be removed
-    removed,  ///< its original was
+    damaged,  ///< found damaged when its original was to be removed
+    removed,  ///< its original was removed
   };
   State state = State::ok;
   std::string input;
   OptionTexts options;
   std::vector<InputFile> input_files;
-  bool headerless = false;  ///< the options said how its samples lie
+  bool headerless = false;  ///< the options described the layout of its samples
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   double finished = 0;  ///< seconds since 1970
-  /// A later run failed with it, and none since found it as it should be.
+  /// A later run failed with it, and none has since found it to be good.
   bool failed_since = false;
-  std::string record;  ///< all of it, as its line
+  std::string record;  ///< the whole record, as its line
 };
 
-/// The keys of a record that say what the output is; null where that is not known.
+/// The keys of a record that describe the output; null if unknown.
 inline constexpr std::array output_keys = {"dims",       "type",       "settings",    "achieved",
                                            "bytes_in",   "bytes_out",  "input_files", "headerless",
                                            "input_xxh3", "output_xxh3"};
 
-/// Says in `record` what the output is, as an earlier record has it.
+/// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 
-/// The outputs that the records in a folder tell of: of this run's file and of all others there, whatever the
-/// number of shards was.
+/// The outputs in the records of a folder: in this run's file and all others, whatever their number of
+/// shards.
 class KnownOutputs {
  public:
-  /// Reads every results*.jsonl in `folder`. Lines that are no records, such as half ones, count as not
-  /// there.
+  /// Reads every results*.jsonl in `folder`. Lines that are not records, such as half ones, are ignored.
   explicit KnownOutputs(const std::string& folder);
 
-  /// `output` is a name in the folder; nullptr where nothing is known.
+  /// `output` is a name in the folder; returns nullptr if nothing is known of it.
   const KnownOutput* find(const std::string& output) const;
 
  private:
@@ -76,13 +75,13 @@ class KnownOutputs {
   void note_failure(const nlohmann::ordered_json& record);
 
   std::map<std::string, KnownOutput> outputs_;
-  std::map<std::string, LastRun> last_runs_;  ///< that encoded, or tried or had no need to
+  std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to
 };
 
-/// A checksum as records have it: 16 hexadecimal digits.
+/// A checksum as in records: 16 hexadecimal digits.
 std::string checksum_text(std::uint64_t checksum);
 
-/// Now, in seconds since 1970.
+/// The current time, in seconds since 1970.
 double seconds_since_1970();
 
 }  // namespace tagrid
