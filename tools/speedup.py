@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Time of an encoding against the number of processes, for runs that are limited to some levels of the grid.
+"""Plots the time of an encoding against the number of processes, for runs limited to some levels of the grid.
 
-As Figs. 19 and 20 of "Tetrahedral Adaptive Grid for Parallel Hierarchical Tetrahedrization" show it for a PC
-cluster. Every run is `mpirun -n N tagrid-mpi encode VOLUME --grid-only --max-level L -T 1`; what is drawn is the median of several.
+Figs. 19 and 20 of "Tetrahedral Adaptive Grid for Parallel Hierarchical Tetrahedrization" show the same for a PC
+cluster. Every run is `mpirun -n N tagrid-mpi encode VOLUME --grid-only --max-level L -T 1`; medians are drawn.
 """
 
 import argparse
@@ -71,7 +71,7 @@ def draw(options, times):
                      for n in options.processes)
     curves = [f"$d using 1:{i + 2} with linespoints lw 2 pt 7 title 'level {level}'"
               for i, level in enumerate(options.levels)]
-    # What it would be if the work were shared without loss.
+    # The time if the work were shared without loss.
     curves += [f"$d using 1:({times[options.processes[0], level] * options.processes[0]}/$1) with lines dt 2 lc rgb "
                f"'gray' {'title' if i == 0 else 'notitle'} 'shared without loss'"
                for i, level in enumerate(options.levels)]

@@ -7,7 +7,7 @@
 namespace tagrid {
 
 /// Runs the work of one node of a flow graph. If it throws, failed() becomes true, for nodes that wait for
-/// something else. As they may then throw, too, the first exception is kept.
+/// something else. As they may then throw, too, rethrow_after() throws the exception of this node.
 class UntilItFails {
  public:
   /// REQUIRES: never called by two threads at once.

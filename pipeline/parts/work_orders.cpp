@@ -19,7 +19,7 @@ void send(Ranks& ranks, Task task, Bytes order) {
   ranks.broadcast(order);
 }
 
-// Rank 0 reports failures and then gives the last order.
+// Ignores failures: rank 0 reports them, and then gives the last order.
 template <class Do>
 void obey(Do work) {
   try {

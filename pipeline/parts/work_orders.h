@@ -20,7 +20,7 @@ void dismiss(Ranks& ranks, int code);
 
 /// Called by the other ranks: obeys the orders of rank 0 until there are no more, and returns the exit code
 /// that rank 0 gave. `limit_memory` is called if a limit on memory was given; `obey` handles orders that are
-/// only bytes here. Rank 0 reports failures, so exceptions of `obey` are ignored.
+/// only bytes here. Rank 0 reports failures: `obey` must not throw one of which rank 0 hears.
 int serve(Ranks& ranks, const std::function<void(std::uint64_t limit)>& limit_memory,
           const std::function<void(const Bytes&)>& obey);
 

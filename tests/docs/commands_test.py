@@ -2,8 +2,8 @@
 
     commands_test.py PROGRAM
 
-The sessions of README.md and docs/archives.md (lines that begin with "$ ") are run, and what they print is compared with
-what the document says. Every other command line of a document is run by itself, on phantoms under the names that it uses.
+The sessions of README.md and docs/archives.md (lines that begin with "$ ") are run, and their output is compared with
+that in the document. Every other command line of a document is run alone, on phantoms with the names that it uses.
 """
 
 import os
@@ -18,18 +18,18 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = pathlib.Path(sys.argv.pop(1)).resolve()
 
-# A volume of this size is in every document; here it may be smaller.
+# Documents use a volume of this size; here a smaller one is enough.
 SMALLER = {"512,512,300": "96,96,48"}
 
 
 def blocks(text):
-    """What stands between ``` and ```, or between .Bd and .Ed in the manual page."""
+    """The text between ``` and ```, or between .Bd and .Ed in the manual page."""
     found = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     return found + re.findall(r"^\.Bd[^\n]*\n(.*?)^\.Ed", text, re.MULTILINE | re.DOTALL)
 
 
 def sessions(text):
-    """The blocks that are sessions, each as a list of [command, what it prints]."""
+    """The blocks that are sessions, each as a list of [command, its output]."""
     for block in blocks(text):
         if not block.startswith("$ "):
             continue
@@ -52,7 +52,7 @@ def is_complete(command):
 
 
 def commands(text):
-    """The lines that begin with the program's name, outside of sessions, and what follows their | or \\."""
+    """The lines outside of sessions that begin with the program's name, and the lines that continue them after a | or \\."""
     for block in blocks(text):
         for line in re.sub(r"([|\\])\n\s+", r"\1 ", block).splitlines():
             if line.startswith("tagrid "):
@@ -60,7 +60,7 @@ def commands(text):
 
 
 def without_memory(text):
-    """How much memory a run had is another number each time."""
+    """Removes the memory that a run took, which is different each time."""
     return re.sub(r"[\d.]+ MiB", "# MiB", text)
 
 
@@ -91,7 +91,7 @@ class Commands(unittest.TestCase):
                 for command, printed in session:
                     run = self.run_in(folder, command)
                     if "--remove-verified" in command:
-                        # What has no header stays after a lossy encoding.
+                        # Headerless samples stay after a lossy encoding.
                         self.assertEqual(run.returncode, 65, run.stdout)
                         self.assertIn("--trust-description", run.stdout)
                         self.assertEqual([path.name for path in folder.rglob("*.raw")], ["chest.raw"])
@@ -112,7 +112,7 @@ class Commands(unittest.TestCase):
         for document in documents:
             for command in commands(document.read_text()):
                 if command.startswith("tagrid convert"):
-                    continue  # They need records of earlier ones: the session above has them.
+                    continue  # They need records of earlier runs, which the session above has.
                 for large, small in SMALLER.items():
                     command = command.replace(large, small)
                 folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))

@@ -1,4 +1,4 @@
-"""Layers below tools/ name no option of the command line: their string literals are read by users of the library, too."""
+"""Layers below tools/ name no option of the command line, because users of the library read their string literals, too."""
 
 import pathlib
 import re

@@ -1,4 +1,4 @@
-"""Documents and comments name files that exist: every path between backticks, every path and file name in a comment."""
+"""Files named in documents and comments exist: every path between backticks, every path and file name in a comment."""
 
 import pathlib
 import re
@@ -25,22 +25,22 @@ NAMES = {path.name for path in all_files()}
 
 
 def exists(path):
-    """Also without its ending (a unit), with * for several, and with <what> for whatever there is."""
+    """Also for a path without its ending (a unit), with * for several files, and with <name> for any name."""
     pattern = re.sub(r"<[^>]*>", "*", path.rstrip("/"))
     return any(True for ending in ENDINGS for _ in ROOT.glob(pattern + ending))
 
 
 def wrong_names(text):
-    """What `text` names and is not there."""
+    """The names in `text` of files that do not exist."""
     wrong = [path for path in PATH.findall(text) if not exists(path)]
     return wrong + [name for name in FILE_NAME.findall(text) if name not in NAMES]
 
 
 def names_in(path):
-    """The lines of a file with the text in which names are looked for."""
+    """The lines of a file, with the text in which names are searched."""
     for number, line in enumerate(path.read_text().splitlines(), 1):
         if path.suffix == ".md":
-            # A command has its own words.
+            # Commands are not paths.
             yield from ((number, name) for name in BACKTICKS.findall(line) if " " not in name)
         elif found := COMMENT.search(line):
             yield number, found[1]

@@ -2,8 +2,8 @@
 """python3 tests/format/decoder.py FILE.tag OUT.raw
 
 Decodes a .tag file of version 3 into samples, x fastest, little endian. It was written from docs/format.md and
-follows its sections; nothing is shared with the program. Slow: a few thousand samples a second.
-Exit code 65 where the file is broken.
+follows its sections; it shares nothing with the program. It is slow: a few thousand samples per second.
+The exit code is 65 if the file is broken.
 """
 
 import math
@@ -90,7 +90,7 @@ class Header:
 
 
 def unpack(packed, size):
-    """One zstd frame, where the zstd program is there."""
+    """The content of one zstd frame, if the zstd program is installed."""
     if shutil.which("zstd") is None:
         return None
     run = subprocess.run(["zstd", "-dc"], input=packed, capture_output=True, check=False)
@@ -99,14 +99,14 @@ def unpack(packed, size):
 
 
 def as_number(sample, sample_type):
-    """A sample as Python has it; floats are kept as bits elsewhere."""
+    """A sample as a Python number; elsewhere floats are kept as bits."""
     if not sample_type.is_float:
         return sample
     return struct.unpack("<f" if sample_type.size == 4 else "<d", sample.to_bytes(sample_type.size, "little"))[0]
 
 
 def decode_brick(header, number, activity, values, with_grid):
-    """Samples of the owned box by lattice point, and the active points; None where they are not needed."""
+    """Samples of the owned box by lattice point, and the active points; None if they are not needed."""
     closed, owned = header.boxes(number)
     active = None
     if header.mode == 1 or header.surface_error >= 0:
@@ -147,7 +147,7 @@ def decode_samples(header, closed, owned, active, values):
 
 
 def level_counts(header, number, active):
-    """Active points that a brick counts as its own, by level: those in (low, high] of its closed box."""
+    """Active points that a brick owns, by level: those in (low, high] of its closed box."""
     counts = [0] * (3 * header.K + 1)
     closed, owned = header.boxes(number)
     for p in active:
@@ -183,7 +183,7 @@ def check_index(data, at, header, last, sizes, counts):
 
 
 def decode(data, with_grid=True):
-    """All samples. with_grid: the activity is decoded also where samples do not depend on it."""
+    """All samples. with_grid: the activity is decoded even if samples do not depend on it."""
     header = Header(data)
     counts = [0] * (3 * header.K + 1)
     volume = {}

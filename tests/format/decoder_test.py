@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder_test.py TAGRID made|golden|broken
 
-Compares decoder.py, which knows docs/format.md and nothing else, with `tagrid decode`:
+Compares decoder.py, which was written from docs/format.md alone, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
   golden  the files that every version must read
   broken  streams damaged behind right checksums: both must refuse them, or give the same samples (hardly one can still
@@ -103,7 +103,7 @@ class Comparison:
         return tag.read_bytes()
 
     def compare(self, data, what, with_grid=True):
-        """Both decoders give the same samples, or both refuse. Returns whether they gave samples."""
+        """Checks that both decoders give the same samples, or both refuse. Returns whether they gave samples."""
         tag, out = self.folder / "compared.tag", self.folder / "decoded.raw"
         tag.write_bytes(data)
         status = self.run("decode", tag, "-q", "-f", "-o", out)
@@ -160,7 +160,7 @@ def volume(sample_type, kind, dims):
 
 
 def with_right_checksums(data):
-    """A file whose bricks were changed, made to look intact."""
+    """A file with changed bricks and right checksums."""
     header = decoder.Header(data)
     out, at, last = bytearray(data[:header.size]), header.size, header.checksum
     for _ in range(math.prod(header.bricks)):
@@ -198,11 +198,11 @@ def test_broken(comparison):
         whole = comparison.encode(*case)
         first = decoder.Header(whole).size
         length, _, activity_size = struct.unpack_from("<IQI", whole, first)
-        # The program does not look at the activity where samples do not depend on it.
+        # The program ignores the activity if samples do not depend on it.
         start = first + 16 + (activity_size if len(case[3]) == 1 else 0)
         for i in range(16):
             data = bytearray(whole)
-            # What comes late in a stream is found late.
+            # Damage late in a stream is found late.
             end = first + 4 + length
             data[chance.randrange(max(start, end - 6) if i % 2 else start, end)] ^= 1 << chance.randrange(8)
             comparison.compare(with_right_checksums(bytes(data)), case, with_grid=False)

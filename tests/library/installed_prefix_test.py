@@ -1,4 +1,4 @@
-"""The library as it is installed: the examples are built with it, also after it was moved, and packages have its files."""
+"""The installed library: the examples are built with it, also after it was moved, and packages contain its files."""
 
 import os
 import pathlib
@@ -12,7 +12,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(sys.argv.pop(1))
-# Its own calls: not those of the program, which writes to streams, has handlers of signals, and ends.
+# Calls that only the program may make: it writes to streams, handles signals, and ends the process.
 FORBIDDEN = {"getenv", "secure_getenv", "setenv", "putenv", "signal", "sigaction", "sigprocmask", "raise", "kill", "exit",
              "_exit", "quick_exit", "stderr", "stdout", "printf", "fprintf", "puts", "perror", "setlocale", "abort",
              "__assert_fail", "atexit", "environ", "setrlimit", "mallopt"}
@@ -80,7 +80,7 @@ class InstalledLibrary(unittest.TestCase):
         self.build_with_pkg_config(library, f"{name}-pkg-config-static", True)
 
     def test_examples_are_built_and_run_with_it_also_where_it_was_moved(self):
-        # A copy, so that the other tests find it where it was.
+        # A copy, so that the other tests find the original.
         first = self.folder / "another place"
         shutil.copytree(self.prefix, first, symlinks=True)
         library = self.library.relative_to(self.prefix)

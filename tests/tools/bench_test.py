@@ -24,7 +24,7 @@ import rates  # noqa: E402
 TAGRID = None
 VOXELS = 40 * 30 * 20
 BOUNDS = {0, 3, 9}
-# Those that can be had from Debian, and what says that they are here.
+# Codecs that Debian has, and the files that show that they are installed.
 PROGRAMS = {"zfp": ["zfp"], "zstd -1": ["zstd"], "JPEG XL": ["cjxl", "djxl"], "copy": ["cp"], "SZ3": ["sz3"],
             "SPERR": ["sperr3d"], "SPERR --psnr": ["sperr3d"]}
 
@@ -107,7 +107,7 @@ class Run(unittest.TestCase):
                 self.assertLess(sum(row["bits_of_parts"].values()), row["bits"])
 
     def test_the_measured_error_is_that_of_the_file(self):
-        """tagrid records the error; the benchmark measures it after decoding: two ways to the same figure."""
+        """tagrid records the error, and the benchmark measures it after decoding: both give the same figure."""
         row = rates.row_of(self.results, "signed", "tagrid", 9)
         tag = self.folder / "again.tag"
         subprocess.run([TAGRID, "encode", self.folder / "signed.nhdr", "--max-error", "9", "-q", "-o", tag], check=True)
@@ -194,7 +194,7 @@ class Errors(unittest.TestCase):
         self.expect(65, "48000 bytes of samples are expected, 47999 are present", "short.nrrd")
 
     def test_one_thread_and_a_codec_without_a_rival_are_enough(self):
-        """A constant volume, one thread, no tagrid, no lossless row: tables and plots have to do with what is there."""
+        """A constant volume, one thread, no tagrid, no lossless row: tables and plots work with the rows that exist."""
         header = "NRRD0004\ntype: short\ndimension: 3\nsizes: 8 8 3\nencoding: raw\nendian: little\n\n"
         (self.folder / "constant.nrrd").write_bytes(header.encode() + bytes(8 * 8 * 3 * 2))
         for threads, codecs, rows in ((1, "tagrid,copy", ["tagrid", "copy"]), (2, "copy", ["copy"])):
@@ -215,7 +215,7 @@ class Errors(unittest.TestCase):
         self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: nothing could be measured"))
 
     def test_a_volume_at_which_all_codecs_give_up_leaves_the_others(self):
-        """JPEG-LS cannot bound by 90 what has a range of 100."""
+        """JPEG-LS cannot keep a bound of 90 for a range of 100."""
         if not (Path(TAGRID).parent / "bench/bench_jpegls").exists():
             self.skipTest("JPEG-LS was not built")
         header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 3\nencoding: raw\n\n"

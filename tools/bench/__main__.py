@@ -66,7 +66,7 @@ def command_line(arguments):
 
 
 def temporary_folder(wanted, volumes):
-    """Memory rather than a disk: it is codecs that are compared."""
+    """A folder in memory rather than on a disk, because codecs are compared."""
     if wanted:
         if not wanted.is_dir():
             raise Failure(WORLD, f"{wanted}: no such folder")
@@ -102,7 +102,7 @@ def run(arguments):
         raise Failure(WORLD, "none of these codecs is here")
     options.output.mkdir(parents=True, exist_ok=True)
     for written in filter(None, (options.output, options.document)):
-        if not os.access(written, os.W_OK):  # known now rather than after all has been measured
+        if not os.access(written, os.W_OK):  # found now rather than after all measurements
             raise Failure(WORLD, f"{written}: cannot be written to")
     parent = temporary_folder(options.temporary, volumes)
 

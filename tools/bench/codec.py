@@ -1,6 +1,6 @@
-"""What a codec has to say for being compared: how it is asked to keep a bound, and run.
+"""The interface of a codec for the comparison: how to ask it for a bound, and how to run it.
 
-A codec gets samples in the form that it takes: making that form from the volume, and rounding what comes back to
+A codec gets samples in the form that it takes. Making that form from the volume, and rounding the decoded samples to
 the type of the volume, is not measured. Commands run in a folder of the codec's own.
 """
 
@@ -14,7 +14,7 @@ from volume import Volume
 
 @dataclass(frozen=True)
 class Work:
-    """A volume as the codecs find it."""
+    """A volume in the forms that codecs take."""
 
     volume: Volume
     programs: Programs
@@ -27,7 +27,7 @@ class Work:
         return self.folder / "samples.raw"
 
     def floats(self):
-        """The samples as float32; made when first asked for."""
+        """The samples as float32; made when first used."""
         path = self.folder / "samples.f32"
         if not path.exists():
             self.programs.samples("to-float", self.volume.type, self.samples, path)
@@ -35,13 +35,13 @@ class Work:
 
 
 class Codec:
-    """What most have in common: one file `coded`, from which a file `decoded.raw` comes."""
+    """The common case: one file `coded`, which is decoded to a file `decoded.raw`."""
 
     name = ""
     program = ""
     package = ""
     slow = False  # measured once
-    keeps_bounds = True  # at least it says so
+    keeps_bounds = True  # according to its documentation
     encodes_in_parallel = decodes_in_parallel = False
 
     def missing(self, programs):
@@ -56,15 +56,15 @@ class Codec:
         return None
 
     def settings(self, bound):
-        """What it may be asked for so that no voxel is off by more than `bound`, the loosest first."""
+        """Settings with which no voxel should be off by more than `bound`, the loosest first."""
         return [bound]
 
     def first_setting(self, bound, psnr):
-        """`psnr`: what tagrid reaches at this bound, or None."""
+        """`psnr`: that of tagrid at this bound, or None."""
         return self.settings(bound)[0]
 
     def next_setting(self, row, psnr):
-        """What to ask for after what came of the last setting; None: it will do."""
+        """The next setting to try, given the result of the last one; None if that is good enough."""
         settings = self.settings(row["bound"])
         following = settings.index(row["setting"]) + 1
         return None if row["kept"] or following == len(settings) else settings[following]
@@ -73,7 +73,7 @@ class Codec:
         pass
 
     def finish(self, work, folder):
-        """Makes decoded.raw of what came back, in the type of the volume."""
+        """Makes decoded.raw from the decoded samples, in the type of the volume."""
 
     def size(self, folder):
         return (folder / "coded").stat().st_size

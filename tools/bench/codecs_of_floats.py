@@ -1,4 +1,4 @@
-"""SZ3, SPERR and zfp: codecs for floats, given float32 samples, and what comes back is rounded."""
+"""SZ3, SPERR and zfp: codecs for floats. They get float32 samples, and their output is rounded."""
 
 import math
 import re
@@ -9,7 +9,7 @@ from measuring import output_of
 
 
 class OfFloats(Codec):
-    """Codecs for floats: rounding to integers afterwards allows them nearly half a unit more."""
+    """Codecs for floats: as their output is rounded to integers, their bound is nearly half a unit larger."""
 
     def settings(self, bound):
         return [bound + 0.49, bound + 0.45, bound + 0.4, bound + 0.25, max(bound, 0.1), max(bound / 2, 0.01)]
@@ -88,7 +88,7 @@ class Zfp(OfFloats):
 
 
 class SperrOfPsnr(Sperr):
-    """SPERR asked for a PSNR, that of tagrid at a bound, instead of a bound: where it is at its best."""
+    """SPERR with a PSNR, that of tagrid at a bound, instead of a bound: this is where it is at its best."""
 
     name = "SPERR --psnr"
     target = "--psnr"
@@ -101,6 +101,6 @@ class SperrOfPsnr(Sperr):
         return psnr
 
     def next_setting(self, row, psnr):
-        """It often reaches more than it was asked for; asked for less, it meets the PSNR."""
+        """It often exceeds the requested PSNR; with a lower request it meets the wanted one."""
         excess = row["psnr"] - psnr if row["psnr"] else 3
         return row["setting"] - excess if abs(excess) > 0.1 else None

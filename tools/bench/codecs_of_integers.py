@@ -1,4 +1,4 @@
-"""tagrid itself, JPEG-LS, and what is lossless only."""
+"""tagrid itself, JPEG-LS, and the codecs that are lossless only."""
 
 import json
 import re

@@ -8,7 +8,7 @@ ALL = [Tagrid, JpegLs, Sz3, Sperr, SperrOfPsnr, Zfp, JpegXl, Zstd, Copy]
 
 
 def present(names, programs):
-    """The codecs to compare, and why others are missing: a list of codecs, a dictionary of name and reason."""
+    """The codecs to compare, and the missing ones: a list of codecs, and a dictionary from name to reason."""
     taking_part, missing = [], {}
     for codec in (kind() for kind in ALL):
         if names and codec.name not in names:

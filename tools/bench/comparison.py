@@ -11,7 +11,7 @@ from pathlib import Path
 from codec import Work
 from failure import Failure
 
-MOST_SETTINGS = 8  # tried by a codec until one suits
+MOST_SETTINGS = 8  # number of settings that a codec may try
 USUAL_BOUNDS = {1: (0, 1, 2, 4, 8), 2: (0, 2, 5, 10, 20, 50)}  # by bytes a sample
 
 
@@ -20,7 +20,7 @@ def median_of(usages):
 
 
 class Comparison:
-    """Runs codecs and collects rows. `say` is told of progress; `notes` collects what a reader has to know."""
+    """Runs codecs and collects rows. `say` reports progress; `notes` collects remarks for the reader."""
 
     def __init__(self, programs, codecs, threads, repetitions, say):
         self.programs, self.codecs, self.say = programs, codecs, say
@@ -34,7 +34,7 @@ class Comparison:
             self.say(text)
 
     def volume(self, volume, bounds, parent):
-        """Compares on one volume, in a folder of its own in `parent`, which is gone afterwards."""
+        """Compares on one volume, in a temporary folder in `parent`."""
         with tempfile.TemporaryDirectory(prefix=f"{volume.name}-", dir=parent) as name:
             folder = Path(name)
             volume.copy_samples(folder / "samples.raw")
@@ -48,8 +48,8 @@ class Comparison:
                 self.threads_and_processes(work, bound)
 
     def bound(self, work, bound):
-        """All codecs at one bound: repetitions outside, codecs inside, so that a machine that slows down does so for
-        all of them."""
+        """Runs all codecs at one bound. Each repetition runs all codecs in turn, so that a machine that slows down
+        affects all of them."""
         taking_part, psnr = [], None
         for codec in self.codecs:
             row = self.first(work, codec, bound, psnr)
@@ -83,8 +83,8 @@ class Comparison:
             known.setdefault("decode", []).append(decoding)
 
     def first(self, work, codec, bound, psnr):
-        """The first run of a codec at a bound, with the setting that suits it; None where it cannot take part.
-        The error is that between the volume and what came back from the file."""
+        """The first run of a codec at a bound, with a suitable setting; None if it cannot take part.
+        The error is measured between the volume and the decoded file."""
         refusal = codec.refusal(work, bound)
         if not codec.keeps_bounds and psnr is None:
             refusal = refusal or "needs the PSNR of tagrid"

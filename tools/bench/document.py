@@ -9,7 +9,7 @@ BEGIN, END = "<!-- begin: written by tools/bench -->\n", "<!-- end: written by t
 
 
 def check(path):
-    """Raises Failure where the document has no place for a summary."""
+    """Raises Failure if the document has no place for a summary."""
     text = path.read_text()
     if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
         raise Failure(BROKEN_INPUT, f"{path}: needs the lines '{BEGIN.strip()}' and '{END.strip()}'")

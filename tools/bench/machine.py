@@ -1,4 +1,4 @@
-"""Where and with what a run was made."""
+"""The machine and the program of a run."""
 
 import datetime
 import os

@@ -10,7 +10,7 @@ from failure import WORLD, Failure
 
 @dataclass(frozen=True)
 class Usage:
-    """Of a command and all processes that it waited for."""
+    """Usage of a command and of all processes that it waited for."""
 
     wall: float  # seconds by the clock
     cpu: float  # seconds of processor time, user and system
@@ -48,7 +48,7 @@ class Programs:
 
 
 def output_of(*command):
-    """What a command prints on its standard output. Raises Failure where it fails."""
+    """The standard output of a command. Raises Failure if the command fails."""
     run = subprocess.run([str(part) for part in command], capture_output=True, text=True, errors="replace")
     if run.returncode != 0:
         last = (run.stderr.strip().splitlines() or ["no message"])[-1]

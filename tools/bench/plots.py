@@ -33,7 +33,7 @@ def block(name, points):
 
 
 def lines_of(results, volume, x_of):
-    """Data blocks and the plot command of one line a codec."""
+    """Data blocks and the plot command, with one line per codec."""
     blocks, curves = "", []
     for i, codec in enumerate(codec for codec in rates.codecs_of(results, volume) if codec in COLOURS):
         points = [(x_of(row), row["bits"]) for row in rates.rows_of(results, volume, codec)]
@@ -47,7 +47,7 @@ def lines_of(results, volume, x_of):
 
 
 def rate_plot(results, volume):
-    """Two panels: bits a voxel against the bound, and against PSNR. Empty where there is nothing to draw."""
+    """Two panels: bits per voxel against the bound, and against PSNR. Empty if there is nothing to draw."""
     bounds = rates.bounds_of(results, volume)
 
     def position(row):
@@ -72,7 +72,7 @@ def rate_plot(results, volume):
 
 
 def speed_plot(results, volume):
-    """Bars: encoding and decoding, on one and on all threads, of every codec at one bound. Empty where there is none."""
+    """Bars: encoding and decoding, on one and on all threads, of every codec at one bound. Empty if there is none."""
     if not rates.rows_of(results, volume):
         return ""
     bound, threads = rates.speed_bound(results, volume), results["machine"]["threads"]
@@ -81,7 +81,7 @@ def speed_plot(results, volume):
     if threads > 1:
         bars = [("encode", 1, "#0072B2"), ("encode", threads, "#9ecae1"), ("decode", 1, "#D55E00"),
                 ("decode", threads, "#fdbe85")]
-    # gnuplot refuses columns without any value: those of threads that none of the codecs uses.
+    # gnuplot refuses columns without any value, as for numbers of threads that no codec uses.
     bars = [bar for bar in bars if any(rates.speed(results, row, *bar[:2]) for row in rows)]
     points = [[f'"{row["codec"]}"', *(rates.speed(results, row, step, n) or "NaN" for step, n, _ in bars)]
               for row in rows]

@@ -1,8 +1,8 @@
-"""Questions that tables and plots ask of the rows of a run."""
+"""Figures that tables and plots compute from the rows of a run."""
 
 import math
 
-NO_RIVAL = ("tagrid", "copy", "SPERR --psnr")  # not asked for a bound, or no codec
+NO_RIVAL = ("tagrid", "copy", "SPERR --psnr")  # without a bound, or not a codec
 
 
 def rows_of(results, volume, codec=None, bound=None):
@@ -39,7 +39,7 @@ def geometric_mean(ratios):
 
 
 def ratios_to_best(results, lossless):
-    """Bits of tagrid over those of the best other, of every volume and bound that has both."""
+    """Bits of tagrid over those of the best other codec, for every volume and bound that has both."""
     ratios = []
     for volume in results["volumes"]:
         for bound in bounds_of(results, volume):
@@ -61,6 +61,6 @@ def bits_at_psnr(results, volume, codec, psnr):
 
 
 def speed(results, row, step, threads=1, clock="wall"):
-    """Million voxels a second, or None where the codec does not use so many threads."""
+    """Million voxels per second, or None if the codec does not use that many threads."""
     run = row["runs"].get(str(threads), {}).get(step)
     return results["volumes"][row["volume"]]["voxels"] / run[clock] / 1e6 if run and run[clock] else None

@@ -1,4 +1,4 @@
-"""Volumes: NRRD files with raw samples, attached or detached. They are only ever read."""
+"""Volumes: NRRD files with raw samples, attached or detached. They are only read."""
 
 import re
 import shutil
@@ -44,7 +44,7 @@ class Volume:
 
 
 def fields_of(path):
-    """The fields of a NRRD header, and where it ends."""
+    """The fields of an NRRD header, and where it ends."""
     fields = {}
     try:
         with open(path, "rb") as file:
@@ -63,7 +63,7 @@ def fields_of(path):
 
 
 def read_header(path):
-    """The volume that a NRRD file describes. Raises Failure where it is none that can be compared."""
+    """The volume that an NRRD file describes. Raises Failure if it cannot be compared."""
     path = Path(path)
     fields, end = fields_of(path)
 

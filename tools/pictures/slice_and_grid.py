@@ -15,7 +15,7 @@ import numpy
 from PIL import Image, ImageDraw
 
 SCALE = 4  # pixels a sample
-FINER = 3  # drawn so many times as large, then made smaller: lines get smooth
+FINER = 3  # drawn larger by this factor, then scaled down, so that lines are smooth
 WINDOW = (-1000, 1000)  # HU that become black and white
 SPLIT = 0.46  # where the grid begins
 LINE = (255, 150, 40)
@@ -53,7 +53,7 @@ def edges_in_plane(mesh, z):
 
 
 def save(gray, opacity, out):
-    """A palette of what can come up: GRAYS grays, each under lines of OPACITIES opacities."""
+    """A palette of all possible colours: GRAYS grays, each under lines of OPACITIES opacities."""
     grays, opacities = numpy.linspace(0, 255, GRAYS), numpy.linspace(0, 1, OPACITIES)
     palette = grays[None, :, None] + opacities[:, None, None] * (numpy.array(LINE) - grays[None, :, None])
     index = numpy.rint(opacity / 255 * (OPACITIES - 1)) * GRAYS + numpy.rint(gray / 255 * (GRAYS - 1))

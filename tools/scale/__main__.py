@@ -1,4 +1,4 @@
-"""What a volume of any size takes on a cluster of any size: a simulation of how tagrid works, from measured rates."""
+"""Simulates tagrid, from measured rates: what a volume of any size takes on a cluster of any size."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""Nodes that take parts from a shared counter and share a file system: what happens when, event by event."""
+"""Simulates, event by event, nodes that take parts from a shared counter and share a file system."""
 
 import heapq
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Rates:
-    """What was measured: nanoseconds of one core, and bits."""
+    """Measured rates: nanoseconds of one core, and bits."""
     marks: float  # ns a sample whose marks are computed
     encode: float  # ns a sample that is encoded, marks not counted
     decode: float  # ns a sample that is decoded
@@ -31,7 +31,7 @@ class Cluster:
 class SharedFileSystem:
     """Transfers that go on at the same time get equal shares, none more than a node's own bandwidth.
 
-    Then all go on at the same rate, and the bytes that each moved since the beginning are one number for all:
+    So all proceed at the same rate, and one number counts the bytes that each has moved since the beginning:
     a transfer of n bytes ends when that number has grown by n.
     """
 
@@ -125,8 +125,8 @@ def rows_within(volume, memory):
 
 
 def simulate(volume, rates, cluster):
-    """Encoding and decoding, or None where the memory does not suffice. One node encodes the whole as it comes;
-    several encode parts, and then put them together."""
+    """Encoding and decoding, or None if the memory is not enough. A single node encodes the volume in order;
+    several nodes encode parts, and then put them together."""
     index = volume.index_bytes
     fixed = PROGRAM + 2 * index + cluster.cores * volume.brick_edge ** 3 * volume.sample_bytes * BRICK_STATE
     rows = rows_within(volume, cluster.memory - fixed)

@@ -41,8 +41,8 @@ def smallest_memory(command):
 
 
 def measure(program, path, max_error):
-    """Encodes whole layers, then strips of one row of bricks, where marks are computed again: the difference is what
-    marks take, the reading of their samples included."""
+    """Encodes whole layers, then strips of one row of bricks, where marks are computed again: the difference is the
+    time of marks, including the reading of their samples."""
     with tempfile.TemporaryDirectory() as folder:
         file, facts, samples = (Path(folder) / name for name in ("a.tag", "facts.json", "a.raw"))
         encode = [program, "encode", path, "-o", file, "-f", "-T", 1, "--max-error", max_error]

@@ -1,4 +1,4 @@
-"""The outcome as Markdown."""
+"""The results as Markdown."""
 
 BEGIN, END = "<!-- tools/scale begins -->", "<!-- tools/scale ends -->"
 

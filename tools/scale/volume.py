@@ -1,4 +1,4 @@
-"""The geometry of a volume that is encoded in parts: what a part reads, computes and owns."""
+"""The geometry of a volume that is encoded in parts: the samples that a part reads, computes and owns."""
 
 import math
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Volume:
         return Part(0, self.bricks(1), 0, self.bricks(2))
 
     def parts(self):
-        """The parts, in the order of their bricks: as many whole layers as it takes, or rows of one layer."""
+        """The parts, in the order of their bricks: whole layers, or rows of one layer."""
         wanted = max(1, min(self.samples // FEWEST_PARTS, MOST_SAMPLES))
         row = self.dims[0] * min(self.brick_edge, self.dims[1]) * min(self.brick_edge, self.dims[2])
         rows = max(1, wanted // row)
@@ -86,7 +86,7 @@ class Volume:
                 * self.extent(2, part.z_low, part.z_end, halo))
 
     def owned(self, part):
-        """Samples of the bricks themselves; a face that two share is the lower one's."""
+        """Samples of the bricks themselves; a shared face belongs to the lower brick."""
         along = 1
         for axis, low, end in ((1, part.y_low, part.y_end), (2, part.z_low, part.z_end)):
             along *= self.extent(axis, low, end, 0) - (low > 0)

@@ -1,1 +1,1 @@
-"""A decoder of .tag files written from docs/format.md alone. Slow; for small files and for the document's sake."""
+"""A decoder of .tag files, written from docs/format.md alone to test that document. It is slow, for small files only."""

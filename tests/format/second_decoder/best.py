@@ -57,7 +57,7 @@ class GradientDescent:
 
 
 class MixedModel:
-    """Events predicted in eight contexts. Made when first asked for, as it would be at the start."""
+    """Events predicted in eight contexts. State is created when it is first used, with its initial value."""
 
     def __init__(self, coder):
         self.coder, self.bits, self.mixers, self.refined, self.far = coder, {}, {}, {}, IntegerModel()

@@ -46,7 +46,7 @@ class AdaptiveBit:
 
 
 class Bits(dict):
-    """Adaptive bits by any key, made when first asked for."""
+    """Adaptive bits by any key, created when first used."""
 
     def __missing__(self, key):
         self[key] = AdaptiveBit()
@@ -116,7 +116,7 @@ class Decoder:
         return value
 
     def symbol(self, a, b=None, c=None):
-        """By the mean of three models, or by one."""
+        """Decodes a symbol by the mean of three models, or by one."""
         b, c = b or a, c or a
         m = [0] + [((a.below[i] + b.below[i]) >> 1) + c.below[i] for i in range(1, 16)] + [65536]
         s = max(i for i in range(16) if m[i] <= self.slot())

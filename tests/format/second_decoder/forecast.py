@@ -56,7 +56,7 @@ class Field:
 
 
 def exceeded(field, left, right, odd, u, limit):
-    """How many thresholds the base edge from left to right exceeds."""
+    """The number of thresholds that the base edge from left to right exceeds."""
     sign = {a: 1 if right[a] > left[a] else -1 for a in odd}
     chord = f32(f32(f32(field.at(right, ()) - field.at(left, ())) * field.rise_scale) * (INVERSE_SQRT[len(odd)] / (2 * u)))
     stretch = f32(1 + f32(chord * chord))
@@ -78,7 +78,7 @@ def height_of(sample, range_low, scale):
 
 
 def forecast(samples, owned, closed, header):
-    """samples: numbers of the owned box by point. The forecast by point; of others it is 0."""
+    """The forecast by point; that of missing points is 0. samples: numbers of the owned box by point."""
     if header.type.is_wide:
         heights = {p: height_of(v, header.range_low, header.scale) for p, v in samples.items()}
         scale = 1.0

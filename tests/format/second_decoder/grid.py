@@ -82,7 +82,7 @@ def offsets(u, odd):
 
 
 def decode_activity(data, box, S, level_limit, forecast=None):
-    """The set of active points. forecast: numbers 0 .. 3 by point, or None where there is none."""
+    """The set of active points. forecast: numbers 0 .. 3 by point, or None if there is none."""
     coder = Decoder(data)
     active = set(box.raster((S, S, S)))
     models, mixers = Bits(), Mixers()
@@ -135,7 +135,7 @@ def steps(v, s):
 
 
 def guess_of(p, u, odd, box, values):
-    """The prediction of a point from the vertices of its diamond, and how different they are."""
+    """The prediction of a point from the vertices of its diamond, and the spread of their values."""
     corners = []
     for signs in product((-u, u), repeat=len(odd)):
         q = p

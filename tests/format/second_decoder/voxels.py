@@ -25,7 +25,7 @@ def low_bits(energy):
 
 @functools.cache
 def start_of(m, least):
-    """Mean and divisor of a model for energies whose logarithm is at least so much."""
+    """Mean and divisor of a model for energies whose logarithm is at least this value."""
     energy = next(v for v in itertools.count() if log_scale(m, v) >= least)
     return energy + 1, 16 << low_bits(energy)
 
@@ -45,7 +45,7 @@ class Prediction:
 
 
 class Surroundings:
-    """What a decoder of voxels, with its `values` and sizes mx, my, mz, takes for those outside the brick."""
+    """The values outside the brick for a decoder of voxels with its `values` and sizes mx, my, mz."""
 
     def V(self, x, y, z):
         if z == 0 and y < 0:

@@ -89,7 +89,7 @@ class Bias:
 
 
 class WideVoxelDecoder(Surroundings):
-    """`active(x, y, z)` selects the second bound; None where the header has one only."""
+    """`active(x, y, z)` selects the second bound; None if the header has only one."""
 
     def __init__(self, data, size, sample_type, active):
         self.coder, self.type, self.active = Decoder(data), sample_type, active
