@@ -13,7 +13,7 @@
 namespace tagrid {
 namespace {
 
-// The least that can be in memory at once.
+// The smallest load that can be in memory.
 constexpr EncodeLoad smallest_strip = {1, 1, 0, 1};
 EncodeLoad smallest_whole(const CodingParameters& p) { return {1, p.bricks().bricks(1), 0, 1}; }
 
@@ -23,7 +23,7 @@ std::uint64_t share_of_memory(const Resources& resources) {
 
 std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
 
-// The most rows that fit, or 0. More rows never need less.
+// The largest number of rows that fit, or 0. More rows never need less memory.
 std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>& fit) {
   if (!fit(1)) return 0;
   std::int64_t low = 1, high = all;
@@ -37,14 +37,14 @@ std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>
   return low;
 }
 
-// Strips come before fewer threads: a strip reads some rows twice and marks their tiles twice, fewer threads
-// do everything in more time.
+// Strips come before fewer threads: a strip reads some rows twice and marks their tiles twice, but with fewer
+// threads everything takes longer.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
                                         std::uint64_t limit) {
   const std::int64_t all = p.bricks().bricks(1), edge = std::int64_t{p.brick_edge} * p.cube_size;
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
-    // What one thread has ready for itself ahead of time only takes memory.
+    // With a single thread, work prepared ahead of time only takes memory.
     const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4} : EncodeLoad{t, all, edge, 16 * t};
     const EncodeLoad whole[] = {most,
                                 {t, all, edge, 4 * t},
@@ -86,8 +86,8 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
   return std::nullopt;
 }
 
-// Finds a load within the limit, or where none is given, within what there is; `smallest` where nothing fits
-// and nothing is said against it.
+// Finds a load within the limit or, without one, within the available memory. If nothing fits and nothing
+// forbids it, the result is `smallest`.
 template <class Load, class Best>
 Load within(const Resources& resources, Best best, const Load& smallest) {
   if (resources.memory) {
@@ -163,7 +163,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
       resources, [&](std::uint64_t limit) { return best_decoding(p, wanted, strips, less(limit, besides)); },
       smallest);
   const std::uint64_t memory = memory_of_decoding(p, load) + besides;
-  // Without a limit of its own a file is decoded as far as it goes: its header may be a lie.
+  // Without an explicit limit, a file is decoded as far as possible: its header may be wrong.
   if (resources.memory && memory > *resources.memory) {
     std::optional<std::uint64_t> with_spool;
     if (in_order && !may_spool && all > 1) {

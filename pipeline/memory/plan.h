@@ -1,7 +1,7 @@
-// How a volume is worked on within the memory that there is: what is in flight, and in which strips.
+// Plans how a volume is processed within the available memory: what is in flight, and in which strips.
 //
-// The sums are those of the chapter on memory in docs/design.md. They are bounds for the worst samples there
-// are, noise: what a brick takes was measured.
+// The sums are those of the section on memory in docs/design.md. They are bounds for the worst samples, which
+// are noise: the memory per brick was measured.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ namespace tagrid {
 
 struct EncodePlan {
   EncodeBudget budget;
-  /// Rows of bricks that are encoded together; all rows of a layer: then layers follow one another, and no
-  /// sample is read twice.
+  /// Rows of bricks that are encoded together. With all rows of a layer, whole layers follow one another, and
+  /// no sample is read twice.
   std::int64_t rows = 1;
-  /// What the process takes at most.
+  /// The largest amount of memory that the process takes.
   std::uint64_t memory = 0;
-  /// The samples have to be spooled first.
+  /// The samples must be spooled first.
   bool spooled = false;
 
   bool in_strips(const BrickGrid& bricks) const { return rows < bricks.bricks(1); }
@@ -28,9 +28,10 @@ struct EncodePlan {
   std::vector<BrickRows> strips(const BrickGrid& bricks, const BrickRows& part) const;
 };
 
-/// The plan that needs the least reading, on as many threads as then fit. Whole layers, unless rows of a
-/// slice can be read in any order: with `random_access`, or where they may be spooled. Throws UsageError,
-/// which says what is enough, where the limit cannot be kept. `besides`: what the reader takes for itself.
+/// The plan that needs the least reading, with the largest number of threads that then fit. It has whole
+/// layers, unless rows of a slice can be read in any order: with `random_access`, or if they may be spooled.
+/// Throws UsageError, which names a sufficient limit, if the limit cannot be kept. `besides`: memory of the
+/// reader itself.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
                          bool random_access = true, std::uint64_t besides = 0);
 
@@ -39,7 +40,7 @@ EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& re
 std::uint64_t smallest_memory_of_encoding(const CodingParameters& parameters, bool strips,
                                           std::uint64_t besides = 0);
 
-/// What is done with bricks that are decoded.
+/// How decoded bricks are used.
 enum class DecodeUse {
   write,          ///< Samples are written in any order.
   stream,         ///< Samples are written in raster order.
@@ -51,12 +52,12 @@ enum class DecodeUse {
 struct DecodePlan {
   DecodeBudget budget;
   std::uint64_t memory = 0;
-  /// What has an order, what is written or the original, goes through a file.
+  /// The ordered stream (the output or the original) goes through a file.
   bool spooled = false;
 };
 
-/// The plan that writes the largest pieces, on as many threads as then fit. Throws as plan_encoding() does.
-/// `besides`: what the writer, or the reader of an original, takes for itself.
+/// The plan that writes the largest pieces, with the largest number of threads that then fit. Throws as
+/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
                          DecodeUse use = DecodeUse::write, std::uint64_t besides = 0);
 

@@ -1,4 +1,4 @@
-// What a run may take of the machine.
+// The threads and memory that a run may use.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,23 @@ namespace tagrid {
 
 struct Resources {
   int threads = 1;
-  /// Resident memory of the whole process at its peak. Where it is not given, a quarter of what there is
-  /// for each process is the aim, and nothing is refused that the machine can hold.
+  /// Peak resident memory of the whole process. If not given, the aim is a quarter of the memory available to
+  /// each process, and nothing is refused that the machine can hold.
   std::optional<std::uint64_t> memory = std::nullopt;
-  /// How many such processes share the machine.
+  /// Number of such processes that share the machine.
   int processes = 1;
-  /// The folder for a temporary file of samples, where a stream has to be read or written in another order
-  /// than it comes; "": there is none.
+  /// The folder for a temporary file of samples, if a stream must be read or written in a different order;
+  /// "": there is none.
   std::string spool = {};
 
   // NOLINTNEXTLINE: a number of threads alone says enough
   Resources(int thread_count) : threads(thread_count) {}
 };
 
-/// Threads that this process may run on (its affinity).
+/// Number of threads that this process may run on (its affinity).
 int available_threads();
 
-/// How much may be in memory at once while bricks are encoded.
+/// Limits on what is in memory at once while bricks are encoded.
 struct EncodeBudget {
   int threads = 1;
   /// Slices that are read ahead of those that a layer of bricks needs.
@@ -34,12 +34,12 @@ struct EncodeBudget {
   std::int64_t bricks_in_flight = 1;
 };
 
-/// How much may be in memory at once while bricks are decoded.
+/// Limits on what is in memory at once while bricks are decoded.
 struct DecodeBudget {
   int threads = 1;
-  /// Bricks between the reader and the rows that they are gathered to.
+  /// Bricks between the reader and the rows in which they are collected.
   std::int64_t bricks_in_flight = 1;
-  /// Rows of bricks that are gathered and then written; all of a layer make whole slices.
+  /// Rows of bricks that are collected and then written; all rows of a layer make whole slices.
   std::int64_t rows = 1;
 };
 

@@ -1,4 +1,4 @@
-// What is kept of the lines that `convert` does: records, sums, and what is said of them.
+// Records, sums and messages for the lines that `convert` processes.
 #pragma once
 
 #include <chrono>
@@ -9,19 +9,18 @@
 
 namespace tagrid {
 
-/// The record of a line, begun when its work begins. It has all keys from then on: those of which nothing is
-/// known are null.
+/// The record of a line, created when its work begins. From then on it has all keys; unknown values are null.
 class LineRecord {
  public:
   explicit LineRecord(const ManifestLine& line);
 
-  /// What came of the line goes here.
+  /// The results for the line are added here.
   nlohmann::ordered_json& json() { return json_; }
-  /// The exception that is being handled ended the work.
+  /// Records that the exception being handled ended the work.
   void fail();
-  /// The line of the record, now.
+  /// The line of the record, as it is now.
   std::string text();
-  /// What went wrong, in the bytes of the message; "" where nothing did.
+  /// The error message in its original bytes; "" if nothing failed.
   const std::string& error() const { return error_; }
 
  private:
@@ -32,15 +31,15 @@ class LineRecord {
   Clock::time_point begin_ = Clock::now();
 };
 
-/// Everything that becomes of the lines comes together here: in one process.
+/// Collects the results of all lines, in one process.
 class ConversionAccount {
  public:
-  /// Both outlive the account.
+  /// Both must outlive the account.
   ConversionAccount(const RunOptions& run, LineFile& results) : run_(run), results_(results) {}
 
   /// Appends a record to the results.
   void record(const std::string& text) { results_.append(text); }
-  /// Counts a line by its last record, and says what came of it.
+  /// Counts a line by its last record, and reports its result.
   void settle(const ManifestLine& line, const std::string& record, const std::string& error);
 
   const ConversionSums& sums() const { return sums_; }
