@@ -1,13 +1,13 @@
-// A part of a .tag file in a file of its own: its blocks as they will be in the whole, and what has to be
-// known of them there. docs/design.md says what for; byte by byte (all little endian):
+// A part of a .tag file in a separate file: its blocks as they will be in the whole file, and the data that
+// is needed to place them there. docs/design.md explains its purpose. Byte by byte (all little endian):
 //
 //   head    "TAGPART\n", the run (8), the part's number (8), its first brick (8), its bricks (8), checksum (8)
 //   blocks  as in the .tag file, but each ends in its own checksum
 //   table   of every brick: bytes of activity (4) and values (4), own checksum (8), statistics
 //   tail    bytes before the table (8), checksum of head, table and that number (8), "TAGDONE\n"
 //
-// These files live as long as a run does, and are read by the program that wrote them only: the format may
-// change with every version.
+// These files live as long as a run, and only the program that wrote them reads them: the format may change
+// with every version.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@
 
 namespace tagrid {
 
-/// What a part file is of.
+/// The identity of a part file.
 struct PartId {
   std::uint64_t run = 0;  ///< see RunRecord::id
   std::int64_t number = 0;
@@ -29,7 +29,7 @@ struct PartId {
 
 class PartWriter {
  public:
-  /// A file at `path`, under that name when it is complete.
+  /// A file at `path`, which gets this name when it is complete.
   PartWriter(const std::string& path, const PartId& id, const CodingParameters& parameters);
   /// REQUIRES: the bricks of the part come in the order of their numbers.
   void write_brick(const BrickBytes& brick, const Statistics& statistics);
@@ -50,10 +50,10 @@ struct PartEntry {
   std::uint64_t block_bytes() const { return block_frame_size + std::uint64_t{activity_bytes} + value_bytes; }
 };
 
-/// Reads a part file. Whatever is wrong with its bytes, or if it is of another part or run, is a BrokenInput.
+/// Reads a part file. Wrong bytes, another part or another run throw BrokenInput.
 class PartReader {
  public:
-  /// Reads all but the blocks.
+  /// Reads everything except the blocks.
   PartReader(const std::string& path, const PartId& id, const CodingParameters& parameters);
 
   const std::vector<PartEntry>& table() const { return table_; }

@@ -6,13 +6,13 @@
 
 namespace tagrid {
 
-/// Where the parts of a run are while it lasts. Every failure is a WorldError that names the folder.
+/// The place of the parts of a run while it lasts. Every failure is a WorldError that names the folder.
 class PartFolder {
  public:
-  /// With `resumable` the folder of that name, new or as an earlier run left it, and locked until the end of
-  /// this process. UsageError where another process has it, and where what has the name is not a folder of a
-  /// run: a link, on another file system, or with other files in it and no record. Else a new one with a name
-  /// of its own, which goes with its parts in the destructor, and when a signal ends the process.
+  /// With `resumable`: the folder with that name, new or from an earlier run, locked until the end of this
+  /// process. Throws UsageError if another process holds it, or if something else has its name: a link, a
+  /// folder on another file system, or a folder with other files and no record. Otherwise: a new folder with
+  /// a unique name, which is removed with its parts by the destructor, and when a signal ends the process.
   PartFolder(const std::string& output, bool resumable);
   ~PartFolder();
   PartFolder(const PartFolder&) = delete;
@@ -22,14 +22,14 @@ class PartFolder {
   std::string record() const { return path_ + "/run"; }
   static std::string part(const std::string& folder, std::int64_t number);
 
-  /// Removes the folder: its parts first, then the record and the lock, so that until the end there is a
-  /// record. Files that are none of a run stay, and the folder with them.
+  /// Removes the folder: its parts first, then the record and the lock, so that there is a record until the
+  /// end. Files that do not belong to a run stay, and then so does the folder.
   void remove();
-  /// Removes all but the record and the lock: what is there is complete.
+  /// Removes everything except the record and the lock: the result is complete.
   void remove_parts();
-  /// Removes what a process that was killed had not completed.
+  /// Removes files that a killed process had not completed.
   void remove_unfinished();
-  /// Removes all but the lock: what is there cannot be continued.
+  /// Removes everything except the lock: the content cannot be continued.
   void clear();
 
  private:

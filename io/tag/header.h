@@ -15,27 +15,28 @@ namespace tagrid {
 
 struct TagHeader {
   CodingParameters parameters;
-  std::string nrrd_fields;  ///< what the source said besides its samples; see VolumeInfo
+  std::string nrrd_fields;  ///< the metadata of the source; see VolumeInfo
 };
 
 inline constexpr std::size_t tag_preamble_size = 16;
-/// Largest header that is read, whatever it says of itself.
+/// The largest header that is read, whatever size it claims.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
 /// The whole header: preamble, fields, checksum.
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
-/// The size of the whole header, from the first tag_preamble_size bytes of a file, or all that it has. Broken where they
-/// are not those of a .tag file.
+/// The size of the whole header, from the first tag_preamble_size bytes of a file, or from all its bytes if
+/// there are fewer. Broken if they are not those of a .tag file.
 Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_size);
 
 /// Reads a whole header; every field is checked. `checksum` is that of the header, to which bricks are bound.
 Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::uint64_t& checksum);
 
-/// Whether the parameters are such as a header may have; says what is wrong.
+/// Checks that a header may have these parameters; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
 
-/// The volume that a file is of. Throws BrokenInput where the source's fields are none.
+/// The description of the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header
+/// lines.
 VolumeInfo volume_info_of(const TagHeader& header);
 
 }  // namespace tagrid

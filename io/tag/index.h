@@ -1,4 +1,5 @@
-// The index of a .tag file: what is known of every brick, and of the whole. docs/format.md specifies it.
+// The index of a .tag file: the statistics of every brick and of the whole volume. docs/format.md specifies
+// it.
 #pragma once
 
 #include <cstddef>
@@ -25,18 +26,18 @@ struct TagIndex {
   void add(std::size_t activity_bytes, std::size_t value_bytes, const Statistics& brick);
 };
 
-/// Which fields an index has.
+/// The form of an index: which fields it has.
 struct IndexForm {
   int levels = 0;
-  bool floats = false;  ///< of a volume of floats, whose squared errors have a real sum
-  bool mesh = false;    ///< of a file whose mesh has a bound, so that its error is recorded
+  bool floats = false;  ///< the volume has floats, whose sum of squared errors is a float
+  bool mesh = false;    ///< the mesh of the file has a bound, so its error is recorded
 };
 IndexForm index_form(const CodingParameters& parameters);
 
 /// The fields of the index, not yet compressed.
 std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form);
 
-/// Reads them back. `bricks` and `form` are those of the header; any other size is broken.
+/// Reads the fields. `bricks` and `form` are those of the header; any other size is broken.
 Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
                    TagIndex& index);
 

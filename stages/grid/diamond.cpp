@@ -57,7 +57,8 @@ Diamond diamond(Index3 p, const PointClass& c, int cube_size) {
   result.ring = c.odd == 3   ? ring_of_cube(result.edge)
                 : c.odd == 2 ? ring_of_face(p, c, result.edge)
                              : ring_of_edge(p, c);
-  // The turn of the ring depends on the octant into which the base edge points; all of it turns one way.
+  // The orientation of the ring depends on the octant into which the base edge points; the whole ring has the
+  // same orientation.
   if (six_volumes(result.tetrahedron(0).vertices) < 0)
     std::reverse(result.ring.points.begin(), result.ring.points.begin() + result.ring.size);
   return result;

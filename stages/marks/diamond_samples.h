@@ -1,5 +1,5 @@
-// The samples of the volume in one diamond, each with its interpolation at the vertices of its tetrahedron:
-// what the mesh criterion judges.
+// The samples of the volume in one diamond, each with its interpolation at the vertices of its tetrahedron.
+// The mesh criterion compares the two.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace tagrid {
 
-/// Samples of integers: errors are exact, and everything counts.
+/// Samples of integers: errors are exact.
 template <class T>
 class IntegerErrors {
  public:
@@ -25,7 +25,8 @@ class IntegerErrors {
       : here_(here), unit_(unit), enough_(enough) {}
 
   Number value(std::int64_t offset) const { return here_[offset]; }
-  /// Compares 2u times the sample at `offset` with the weighted sum. True: it is enough.
+  /// Compares 2u times the sample at `offset` with the weighted sum. Returns true if the error is large
+  /// enough to stop.
   bool see(std::int64_t offset, Number sum) {
     worst_ = std::max(worst_, std::abs(2 * unit_ * value(offset) - sum));
     return worst_ > enough_;
@@ -38,9 +39,8 @@ class IntegerErrors {
   Number enough_, worst_ = 0;
 };
 
-/// Samples of floats. A vertex is right by itself. What is not finite, or too large to be interpolated
-/// without
-/// an overflow, is infinitely wrong.
+/// Samples of floats. A vertex has no error. Samples that are not finite, or too large to be interpolated
+/// without an overflow, have an infinite error.
 template <class T>
 class FloatErrors {
  public:
@@ -54,8 +54,8 @@ class FloatErrors {
       constant_ = constant_ && identical(here[v], here[vertices[0]]);
       largest = std::max(largest, std::fabs(static_cast<double>(here[v])));
     }
-    // Decoded vertices are as much as `value_error` away. Each of at most 24 means is rounded, and the
-    // result; or where the border cuts, the weighted sum of a piece.
+    // Decoded vertices have errors of up to `value_error`. Each of at most 24 means is rounded, and so is the
+    // result; at a cut, it is the weighted sum of a piece that is rounded.
     constexpr double relative = sizeof(T) == 4 ? 0x1p-23 : 0x1p-46;
     constexpr double least = sizeof(T) == 4 ? 0x1p-148 : 0x1p-1060;
     enough_ = 2 * unit_ * (bound - ((largest + std::max(bound, value_error)) * relative + least));
@@ -78,8 +78,8 @@ class FloatErrors {
   bool finite_ = true, constant_ = true, violated_ = false;
 };
 
-/// Shows every sample of the volume in one diamond to `errors`, with its interpolation times 2u. In each
-/// formula the weights of the four vertices of a tetrahedron are integers that sum to 2u.
+/// Passes every sample of the volume in one diamond to `errors`, with its interpolation times 2u. In each
+/// formula, the weights of the four vertices of a tetrahedron are integers that sum to 2u.
 template <class T, class Errors>
 class DiamondSamples {
  public:
@@ -110,12 +110,12 @@ class DiamondSamples {
   // Offset from the point in units of samples.
   Number value(std::int64_t offset) const { return errors_.value(offset); }
   bool see(std::int64_t offset, Number sum) { return errors_.see(offset, sum); }
-  // A weight, as it multiplies values.
+  // A weight, in the type that multiplies values.
   static Number of(std::int64_t weight) { return static_cast<Number>(weight); }
 
-  // Signs of the base edge along the axes: +1 where it runs from low to high.
+  // Signs of the base edge along the axes: +1 if it runs from low to high.
   std::int64_t sign(int axis) const { return edge_.right[axis] > edge_.left[axis] ? 1 : -1; }
-  // Range of offsets from p along an axis, cut to the volume.
+  // Range of offsets from p along an axis, limited to the volume.
   std::int64_t lowest(int axis, std::int64_t reach) const {
     return std::max(-reach, volume_.low[axis] - p_[axis]);
   }
@@ -123,16 +123,16 @@ class DiamondSamples {
     return std::min(reach, volume_.high[axis] - p_[axis]);
   }
 
-  // Six tetrahedra around the diagonal of a cell: the order of the coordinates along it tells which one.
+  // Six tetrahedra around the diagonal of a cell: the order of the coordinates along it selects one.
   void in_cube() {
-    std::int64_t step[3];  // of one sample along the diagonal's direction, an axis
+    std::int64_t step[3];  // step of one sample along an axis, in the direction of the diagonal
     for (int axis = 0; axis < 3; ++axis) step[axis] = sign(axis) * stride_[axis];
     const std::int64_t left = -u_ * (step[0] + step[1] + step[2]);
     const Number v0 = value(left), v3 = value(-left);
     for (std::int64_t z = lowest(2, u_); z <= highest(2, u_); ++z)
       for (std::int64_t y = lowest(1, u_); y <= highest(1, u_); ++y)
         for (std::int64_t x = lowest(0, u_); x <= highest(0, u_); ++x) {
-          // Coordinates from the left end of the diagonal, 0 .. 2u, in falling order.
+          // Coordinates from the left end of the diagonal, 0 .. 2u, in decreasing order.
           std::int64_t a = u_ + sign(0) * x, b = u_ + sign(1) * y, c = u_ + sign(2) * z;
           std::int64_t sa = step[0], sb = step[1], sc = step[2];
           if (a < b) std::swap(a, b), std::swap(sa, sb);

@@ -1,4 +1,4 @@
-// How far marks look.
+// The halo of marks.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace tagrid {
 
-/// Samples that marks depend on, beyond the root cubes around them: the halo of the stages that make marks.
+/// The number of samples, beyond the surrounding root cubes, on which marks depend: the halo of the stages
+/// that make marks.
 inline int mark_halo(const CodingParameters& parameters) {
   return parameters.bounds_interpolation()
              ? std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size))

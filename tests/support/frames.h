@@ -1,4 +1,4 @@
-// Where the bricks are in the bytes of a .tag file.
+// The positions of the bricks in the bytes of a .tag file.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Runs of `encode --resume` that are ended in all ways, and go on.
+// Runs of `encode --resume` that are ended in all ways and then continue.
 #pragma once
 
 #include <random>
@@ -16,7 +16,7 @@ inline unsigned long setting(const char* name, unsigned long usual) {
 
 class ResumedRuns : public FailingDisk {
  protected:
-  /// volume.nhdr, of many parts, and what comes of it.
+  /// volume.nhdr, with many parts, and its result.
   void make_volume(const std::string& dims) {
     phantom("volume.nhdr", {"--dims", dims});
     expect_ok(tagrid(with({"encode", "volume.nhdr", "-o", "plain.tag"}, settings_)));
@@ -27,7 +27,7 @@ class ResumedRuns : public FailingDisk {
     return with(with({"encode", "volume.nhdr", "-o", "new.tag", "--resume"}, settings_), more);
   }
 
-  /// A name is never that of half a file, and beside it there is nothing but the record and temporaries.
+  /// A name never belongs to an incomplete file, and beside it there are only the record and temporary files.
   void expect_no_half_file() const {
     for (const std::string& name : names()) {
       if (name == "new.tag") {
@@ -37,7 +37,7 @@ class ResumedRuns : public FailingDisk {
           << name;
     }
   }
-  /// The record is gone, and what it was for is there.
+  /// The record is gone, and the result exists.
   void expect_result(const Ending& ending) const {
     EXPECT_EQ(ending.code, 0) << ending.err << ending.out;
     EXPECT_TRUE(content("new.tag") == plain_) << "new.tag is not what it is without interruptions";

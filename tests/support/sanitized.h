@@ -1,4 +1,4 @@
-// Whether the tests run under a sanitizer, where everything takes several times as long and more memory.
+// Whether the tests run under a sanitizer, where everything takes several times as much time and memory.
 #pragma once
 
 namespace tagrid {

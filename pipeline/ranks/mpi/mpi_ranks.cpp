@@ -11,17 +11,18 @@
 namespace tagrid {
 namespace {
 
-// Far below 1 GiB, where lengths of messages end in some networks.
+// Far below 1 GiB, which is the limit for messages in some networks.
 constexpr std::size_t largest_message = std::size_t{1} << 26;
 
-// Places in the window of rank 0.
+// Positions in the window of rank 0.
 enum Number : int { taken, done, failed, number_count };
 
-// Messages between two ranks: what is told, its size first, and the answer when it was heard.
+// Messages between two ranks: the bytes that are told, preceded by their size, and the answer after they were
+// heard.
 enum Tag : int { told, heard };
 
-// Waits without taking a core from those that work. What others ask of this rank meanwhile is answered.
-// `meanwhile` is done now and then.
+// Waits without taking a core from working threads. Requests of other ranks are answered meanwhile.
+// `meanwhile` is called now and then.
 template <class Meanwhile>
 void await(MPI_Request request, Meanwhile meanwhile) {
   for (int looks = 0;; ++looks) {
@@ -128,7 +129,7 @@ class MpiRanks : public Ranks {
   }
 
  protected:
-  // The shared numbers are those of rank 0, which others reach only while it passes messages.
+  // Other ranks reach the shared numbers, which are those of rank 0, only while rank 0 passes messages.
   std::chrono::milliseconds patience() const override {
     return rank_ == 0 ? std::chrono::milliseconds(2) : look_interval;
   }
@@ -148,7 +149,7 @@ class MpiRanks : public Ranks {
     MPI_Isend(bytes, static_cast<int>(size), MPI_BYTE, 0, told, MPI_COMM_WORLD, &request);
     await(request);
   }
-  // Its sender is at it, and does nothing else.
+  // The sender waits in tell(), and does nothing else.
   static void hear_one(int source, const Hear& hear) {
     const auto receive = [&](void* bytes, std::size_t size) {
       MPI_Recv(bytes, static_cast<int>(size), MPI_BYTE, source, told, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
@@ -170,7 +171,7 @@ class MpiRanks : public Ranks {
     MPI_Ibarrier(MPI_COMM_WORLD, &request);
     await(request);
   }
-  // Returns what the number was before.
+  // Returns the number before the change.
   std::int64_t change(Number number, std::int64_t by, MPI_Op how) {
     std::int64_t before = 0;
     MPI_Fetch_and_op(&by, &before, MPI_INT64_T, 0, number, how, window_);

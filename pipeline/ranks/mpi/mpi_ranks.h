@@ -1,4 +1,4 @@
-// Ranks that mpirun started.
+// The ranks of processes that mpirun started.
 #pragma once
 
 #include <memory>
@@ -7,10 +7,10 @@
 
 namespace tagrid {
 
-/// Starts MPI. What is returned ends it, and must not outlive main().
+/// Starts MPI. The returned object ends it, and must not outlive main().
 std::unique_ptr<Ranks> start_mpi();
 
-/// Ends the processes of all ranks at once, this one with `code`: where they cannot agree any more.
+/// Ends the processes of all ranks at once, this one with `code`, if they can no longer agree.
 [[noreturn]] void abort_mpi(int code);
 
 }  // namespace tagrid

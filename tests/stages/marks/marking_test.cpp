@@ -1,4 +1,5 @@
-// Marks of whole volumes: the oracle's, whatever the size of the volume, its tiles, and the level limit.
+// Marks of whole volumes agree with the oracle, whatever the size of the volume, its tiles, and the level
+// limit.
 #include "stages/marks/marking.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 namespace tagrid {
 namespace {
 
-// Blobs, edges and noise: something of everything that marks.
+// Blobs, edges and noise: all kinds of content that cause marks.
 template <class T>
 oracle::Volume<T> lively_volume(Index3 dims, std::uint64_t seed) {
   std::mt19937_64 random(seed);

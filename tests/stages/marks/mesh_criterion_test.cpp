@@ -14,7 +14,7 @@
 namespace tagrid {
 namespace {
 
-// A volume, and around it the values of the nearest samples, as far as the criterion looks.
+// A volume, surrounded by the values of the nearest samples as far as the criterion reads.
 struct Padded {
   Domain domain;
   Box box;
@@ -138,7 +138,7 @@ TEST(MarkMeshError, LeavesThatTheBorderCutsKeepABoundOfTheirOwn) {
   EXPECT_GT(cut, 100);
 }
 
-// No more than what is asked for: the same closure as marking exactly the points whose diamond violates the
+// Not more than necessary: the same closure as from marking exactly the points whose diamond violates the
 // bound.
 TEST(MarkMeshError, HasTheClosureOfTheViolatingPoints) {
   for (const Index3 dims : shapes)

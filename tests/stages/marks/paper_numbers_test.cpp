@@ -1,4 +1,4 @@
-// The tables of the paper: limited runs on its two volumes, as we have them.
+// The tables of the paper: limited runs on its two volumes, as far as we have them.
 #include <gtest/gtest.h>
 
 #include "tests/support/encode_volume.h"
@@ -9,8 +9,8 @@ namespace {
 struct Row {
   int level;
   std::uint64_t points;  ///< of the non-adaptive grid, exact
-  double expected;       ///< percent active, of the criterion as it is written down
-  double low, high;      ///< what another reading of the damaged formulas might give
+  double expected;       ///< percent active, with the criterion as defined
+  double low, high;      ///< results of other readings of the damaged formulas
 };
 
 template <class T>

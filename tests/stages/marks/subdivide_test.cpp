@@ -1,4 +1,4 @@
-// The closure against the paper's own recursion, and brick by brick against the whole volume.
+// The closure, compared with the paper's own recursion, and brick by brick with the whole volume.
 #include "stages/marks/subdivide.h"
 
 #include <gtest/gtest.h>
@@ -134,7 +134,7 @@ void expect_the_recursion(const Box& domain, int cube_size, int marks, std::uint
 }
 
 TEST(Closure, IsWhatThePapersRecursionDecides) {
-  expect_the_recursion({{0, 0, 0}, {8, 4, 4}}, 4, 0, 1, false);  // the longest search: nothing is found
+  expect_the_recursion({{0, 0, 0}, {8, 4, 4}}, 4, 0, 1, false);  // the longest search: it finds nothing
   for (const int marks : {1, 2, 4, 20})
     for (std::uint64_t seed = 0; seed < 3; ++seed) {
       expect_the_recursion({{0, 0, 0}, {4, 4, 4}}, 4, marks, seed, false);
@@ -152,7 +152,7 @@ TEST(Closure, IsWhatThePapersRecursionDecidesForLargerCubes) {
     }
 }
 
-// The least closed set: nothing is active but the root corners, the marks, and what these ask for.
+// The smallest closed set: only the root corners, the marks, and the points that these require are active.
 TEST(Closure, IsMinimalForCubesOfEverySize) {
   struct Size {
     int cube_size;

@@ -20,7 +20,7 @@ void for_each_descendant(const BisectionStep& step, int deepest, Visit visit) {
   for_each_descendant(step.half(step.midpoint(), 1), deepest, visit);
 }
 
-// The finest tetrahedra each lie in one cell of the lattice: the border cuts none of them.
+// Each of the finest tetrahedra lies in one cell of the lattice: the border cuts none of them.
 std::int64_t six_volumes_inside(const BisectionStep& step, Index3 last, int deepest) {
   std::int64_t sum = 0;
   for_each_descendant(step, deepest, [&](const BisectionStep& s) {
@@ -29,7 +29,7 @@ std::int64_t six_volumes_inside(const BisectionStep& step, Index3 last, int deep
   return sum;
 }
 
-// Every tetrahedron of a root cube of edge 4, and every place where the planes can be.
+// Every tetrahedron of a root cube of edge 4, and every possible position of the planes.
 TEST(Cut, PiecesFillExactlyWhatLiesInTheVolume) {
   const int s = 4, deepest = max_level(s);
   std::int64_t cut = 0, most = 0;
@@ -94,7 +94,7 @@ void expect_conforming(const LatticeBits& active, int cube_size, Index3 last) {
   RC_ASSERT(found.six_volumes == 6 * last.x * last.y * last.z);
 }
 
-// Three or more root cubes an axis would be cut in the last one alone: two do.
+// Of three or more root cubes along an axis, only the last one would be cut: two are enough.
 RC_GTEST_PROP(Cut, LeavesStayConformingWhereverTheBorderIs, ()) {
   const int s = *rc::gen::element(4, 8, 16);
   Index3 high, last;

@@ -24,8 +24,8 @@ const Direction directions[] = {{{1, 0, 0}, "x", 16},         {{0, 1, 0}, "y", 8
                                 {{0, 1, -1}, "face'", 8},     {{1, 1, 1}, "diagonal", 16},
                                 {{1, -1, 1}, "diagonal'", 8}, {{0.9, 0.38, 0.2}, "oblique", 16}};
 
-// The plane of this direction through the point `at` of a diagonal of 3x3x3 root cubes: the one that does not
-// lie in the plane.
+// The plane with this direction through the point `at` of a diagonal of 3x3x3 root cubes; the diagonal does
+// not lie in the plane.
 class Plane {
  public:
   Plane(const Direction& direction, double at, int cube_size) : normal_(direction.normal) {
@@ -53,7 +53,7 @@ struct Field {
   LatticeBits active;
 };
 
-// Three root cubes an axis; heights in voxels, 8 for the value range of 4096.
+// Three root cubes along each axis; heights in voxels, 8 for the value range of 4096.
 template <class F>
 Field field_of(int cube_size, F height) {
   const std::int64_t n = 3 * std::int64_t{cube_size} + 1;
@@ -75,8 +75,8 @@ void for_each_leaf(const Field& field, int cube_size, Visit visit) {
   for_each_leaf_tetrahedron(field.active, field.active.box(), cube_size, 24, visit);
 }
 
-// Every leaf with samples of both sides among its vertices has been bisected down to half a cell of edge 2,
-// at least: no leaf hides more of the step than that.
+// Every leaf with samples of both sides among its vertices has been bisected at least down to half a cell of
+// edge 2: no leaf hides more of the step than that.
 TEST(Steps, CrossOnlyLeavesOfTheLastCycleWhereverTheyLie) {
   for (const int s : {8, 16})
     for (const Direction& direction : directions)
@@ -99,8 +99,8 @@ TEST(Steps, CrossOnlyLeavesOfTheLastCycleWhereverTheyLie) {
 }
 
 // A crease of 45 degrees, at and between the points of the lattice. Leaves that reach further than half a
-// voxel on both sides of it lie in a cell of edge 2. Where it is a plane of lattice points that fits the
-// leaves it is kept exactly, as faces of leaves: none crosses it.
+// voxel on both sides of it lie in a cell of edge 2. If it is a plane of lattice points that fits the leaves,
+// it is kept exactly, as faces of leaves: no leaf crosses it.
 TEST(Creases, AreFacesOfLeavesOrCrossLeavesOfTheLastCycle) {
   for (const int s : {8, 16})
     for (const Direction& direction : directions)
@@ -129,7 +129,7 @@ TEST(Creases, AreFacesOfLeavesOrCrossLeavesOfTheLastCycle) {
       }
 }
 
-// What is flat on both sides stays coarse: the finest marks hug the step.
+// Regions that are flat on both sides stay coarse: the finest marks are close to the step.
 TEST(Steps, AreMarkedFinelyOnlyWithinThreeVoxels) {
   constexpr int s = 16;
   for (const Direction& direction : directions)
@@ -148,8 +148,8 @@ TEST(Steps, AreMarkedFinelyOnlyWithinThreeVoxels) {
     }
 }
 
-// A step that moves through a root cube makes the grid larger or smaller, as more or less of the layer fits
-// into coarse cubes, but not by much.
+// A step that moves through a root cube changes the size of the grid, as more or less of the layer fits into
+// coarse cubes, but not by much.
 TEST(Steps, CostAboutTheSameWhereverTheyLie) {
   constexpr int s = 16;
   for (const Direction& direction : {directions[0], directions[1], directions[2]}) {
@@ -200,7 +200,7 @@ TEST(RootCubes, OfAnySizeGiveAsManyActivePointsOfTheLobster) {
   }
 }
 
-// Claim 8. The axes taken in turn, and a quarter of a turn about z.
+// Claim 8. The axes in turn, and a quarter turn about z.
 template <class T, class Image>
 oracle::Volume<T> turned(const oracle::Volume<T>& volume, Index3 dims, Image original_of) {
   return oracle::volume_of<T>(dims, [&](double x, double y, double z) {
@@ -235,7 +235,7 @@ TEST(Turning, ByNinetyDegreesGivesAStatisticallyEqualGrid) {
                                         }))};
   for (const auto& image : images)
     for (std::size_t level = 1; level < original.size(); ++level)
-      // Three percent, and what chance does to the few points of a coarse level.
+      // Three percent, plus the random variation of the few points of a coarse level.
       EXPECT_NEAR(image[level], original[level], 0.03 * original[level] + 2 * std::sqrt(original[level]) + 2)
           << "level " << level;
 }

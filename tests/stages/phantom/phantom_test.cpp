@@ -37,7 +37,7 @@ std::uint64_t hash_of(const std::vector<T>& samples) {
 
 constexpr Index3 dims{150, 130, 400};
 
-// Other tests and measurements name the phantom by its parameters: the samples must never change.
+// Other tests and measurements identify the phantom by its parameters, so the samples must never change.
 TEST(Phantom, SamplesAreTheSameForEver) {
   std::uint64_t int16_hash = 0, float_hash = 0;
   for (std::int64_t z = 0; z < dims.z; z += 57) {

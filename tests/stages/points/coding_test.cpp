@@ -60,7 +60,7 @@ TYPED_TEST(PointCoding, RoundTripGivesTheStoredValuesOfActivePoints) {
       }
 }
 
-// Only active points may decide what is written.
+// Only active points may affect the written bytes.
 TYPED_TEST(PointCoding, InactivePointsAreNotLookedAt) {
   const Box box{{0, 0, 0}, {16, 8, 16}};
   const LatticeBits active = random_activity_of({box.high + Index3{1, 1, 1}, 8}, 30, 5);
@@ -94,7 +94,7 @@ TYPED_TEST(PointCoding, DamagedBytesNeverCrash) {
       for (int k = 0; k < 3; ++k) broken[random() % broken.size()] = static_cast<std::uint8_t>(random());
       static_cast<void>(decode_points<TypeParam>(broken, active, 8, error, decoded).ok());
     }
-    // Ones and zeros without end: the largest residuals there are.
+    // Endless ones and zeros: the largest possible residuals.
     for (const std::uint8_t byte : {0, 255}) {
       const std::vector<std::uint8_t> endless(5000, byte);
       static_cast<void>(decode_points<TypeParam>(endless, active, 8, error, decoded).ok());
@@ -102,7 +102,7 @@ TYPED_TEST(PointCoding, DamagedBytesNeverCrash) {
   }
 }
 
-// Bytes of a stranger that describe a large brick and end at once cost no time.
+// Untrusted bytes that describe a large brick and end at once take no time.
 TYPED_TEST(PointCoding, WhatFollowsTheEndOfTheBytesIsNotDecoded) {
   const Box box{{0, 0, 0}, {32, 32, 32}};
   LatticeBits active(box);

@@ -15,7 +15,7 @@ struct RandomField {
   int cube_size;
   Box box;
   LatticeBits active;
-  std::vector<std::int32_t> samples;  ///< of all points; only those of active points may matter
+  std::vector<std::int32_t> samples;  ///< of all points; only those of active points may have an effect
 };
 
 RandomField random_field() {
@@ -39,7 +39,7 @@ template <class Number>
 std::vector<Number> fixed_samples(const RandomField& f) {
   std::vector<Number> values;
   for_each_point(f.box, [&](Index3 p) {
-    // What inactive points hold before must not matter.
+    // The previous values of inactive points must have no effect.
     const std::int32_t sample = f.samples[static_cast<std::size_t>(f.box.offset(p))];
     values.push_back(f.active.test(p) ? static_cast<Number>(sample) * static_cast<Number>(f.cube_size)
                                       : Number{12345});

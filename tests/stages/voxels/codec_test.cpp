@@ -201,8 +201,8 @@ TEST_P(VoxelCodecEfforts, NoiseCostsLittleMoreThanItsEntropy) {
             1.05 * 2 * static_cast<double>(brick.samples.size()));
 }
 
-// Waves across the axes, with noise: what a fixed set of weights a brick predicts worse than weights that
-// follow.
+// Waves across the axes, with noise: weights that adapt predict them better than one set of weights per
+// brick.
 TEST(VoxelCodec, MoreEffortGivesSmallerBricks) {
   for (const std::int64_t error : {0, 2}) {
     auto brick = smooth_brick(48, error);

@@ -73,7 +73,7 @@ RC_GTEST_PROP(ResidualCoding, ResidualsOfAnySizeComeBackInAnyContext, ()) {
   RC_ASSERT(decoder.finished());
 }
 
-// A damaged stream can hold any residual; what follows is decoded in its context, so its size is limited.
+// A damaged stream can hold any residual. It is part of the context of later ones, so its size is limited.
 template <class Model>
 void expect_limited(std::int32_t low_bits, bool flip) {
   constexpr std::int32_t largest = 2;

@@ -42,8 +42,8 @@ TEST(GradientDescent, FindsALinearRelationMoreSlowly) {
   EXPECT_LE(missed_after(GradientDescent(320), 20000), 100 * 3);
 }
 
-// What a damaged stream can say: any features, any targets. Sums must stay within their types, which the
-// sanitizers watch, and predictions within what the limits of weights allow.
+// The content of a damaged stream: any features, any targets. Sums must stay within their types, which the
+// sanitizers check, and predictions within the limits of weights.
 TEST(RunningLeastSquares, ExtremesStayWithinTheirBits) {
   std::mt19937 random(2);
   for (const std::int64_t penalty : {std::int64_t{1}, std::int64_t{1} << 38})

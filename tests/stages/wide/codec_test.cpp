@@ -17,7 +17,7 @@ constexpr Index3 size{9, 9, 9};
 template <class T>
 class WideVoxelCodec : public testing::Test {
  protected:
-  // Smooth, with noise; floats also with NaNs and a few values of their own.
+  // Smooth, with noise; floats also with NaNs and a few distinct values.
   std::vector<T> samples() const {
     std::mt19937 random(7);
     std::vector<T> all;
@@ -126,7 +126,7 @@ TYPED_TEST(WideVoxelCodec, NoiseCostsLittleMoreThanItsEntropy) {
             1.1 * static_cast<double>(sizeof(TypeParam) * original.size()));
 }
 
-// Whole numbers in floats cost little more than in integers.
+// Whole numbers in floats take little more than in integers.
 TEST(WideVoxelCodecForms, WholeNumbersInFloatsCostWhatTheyCostAsIntegers) {
   std::mt19937 random(7);
   std::vector<std::int32_t> whole(static_cast<std::size_t>(Box::of_size(size).count()));
