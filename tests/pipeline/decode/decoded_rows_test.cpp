@@ -119,7 +119,7 @@ TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   TagReader whole(tag_);
   const BrickGrid bricks = whole.parameters().bricks();
   whole.read_index();
-  // In the middle of the first brick, which is bound to the checksum of the header.
+  // In the middle of the first brick, which begins right after the header.
   std::string damaged = file_content(tag_);
   const std::size_t place = whole.sizes().header + 24 + whole.index().bricks[0].activity_bytes / 2;
   damaged[place] = static_cast<char>(damaged[place] ^ 1);
