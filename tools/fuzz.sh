@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Fuzzes the code that reads untrusted input: builds the targets of tests/fuzz with clang and sanitizers,
 # makes seeds from the golden files, and runs the targets, two at a time. Fails on any crash, hang or excess
-# of memory; the input is then in build/fuzz/findings and should go to tests/regressions/<target>/.
+# of memory; the input is then in build/asan/findings and should go to tests/regressions/<target>/.
 #   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
 #     without       the same inputs every time, so that a change fails by what it did, not by chance: about 10 s a target
-#     --seconds N   of every target, other inputs every time; what was learned stays in build/fuzz/corpus
+#     --seconds N   of every target, other inputs every time; what was learned stays in build/asan/corpus
 #     --long HOURS  the same in hours
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,9 +22,9 @@ done
 [ ${#targets[@]} -gt 0 ] || targets=(header brick index nrrd vdb record part numbers file)
 
 tools/install_packages.sh fuzz
-cmake --preset fuzz >/dev/null
-cmake --build --preset fuzz --target make_fuzz_seeds "${targets[@]/#/fuzz_}"
-build=$PWD/build/fuzz
+cmake --preset asan >/dev/null
+cmake --build --preset asan --target make_fuzz_seeds "${targets[@]/#/fuzz_}"
+build=$PWD/build/asan
 "$build/tests/make_fuzz_seeds" tests/golden "$build/seeds"
 mkdir -p "$build/findings" "$build/logs"
 

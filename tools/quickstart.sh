@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 
 tools/install_packages.sh build
 echo "Building (a minute or two) ..."
-cmake --preset release -DTAGRID_TESTS=OFF >/dev/null
+cmake --preset release >/dev/null
 cmake --build --preset release >/dev/null
 
 tagrid=build/release/tagrid

@@ -11,18 +11,17 @@ long=${1:-}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# "gcc" is the usual build, which often exists already. The clang build has no precompiled headers, so that a
-# missing include is found.
+# "gcc" is the usual build, which often exists already.
 declare -A build_folders=([gcc]=build/release [gcc-scalar]=build/same-bytes/gcc-scalar [clang]=build/same-bytes/clang)
 builds=(gcc clang)
 [ "$long" = --long ] && builds+=(gcc-scalar)
 configure() {
   case $1 in
     gcc) cmake --preset release ;;
-    gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON -DTAGRID_TESTS=OFF \
+    gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
       -DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON ;;
-    clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON -DTAGRID_TESTS=OFF \
-      -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON ;;
+    clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
+      -DCMAKE_CXX_COMPILER=clang++-14 -DTAGRID_FEWER_UNITS=ON ;;
   esac
 }
 for build in "${builds[@]}"; do

@@ -1,14 +1,20 @@
 #!/usr/bin/env python3
-"""python3 tests/format/decoder_test.py TAGRID made|golden|broken
+"""python3 tests/format/decoder_test.py TAGRID made|golden|broken|record
 
 Compares decoder.py, which was written from docs/format.md alone, with `tagrid decode`:
   made    files of small volumes of many kinds, encoded here
-  golden  the files that every version must read
+  golden  the files that every version must read. decoder.py takes minutes to decode them, so tests/golden/second_decoder.json
+          holds the hashes of its results; a hash is used while neither the file nor decoder.py has changed. If
+          TAGRID_ALL_DECODED=1 is in the environment, decoder.py decodes all files again.
+  record  decodes all golden files with both, compares, and writes those hashes
   broken  streams damaged behind right checksums: both must refuse them, or give the same samples (hardly one can still
           be decoded: a stream has to end in the coder's first state)
 """
 
+import hashlib
+import json
 import math
+import os
 import pathlib
 import random
 import struct
@@ -102,13 +108,22 @@ class Comparison:
         assert encoded.returncode == 0, encoded.stderr
         return tag.read_bytes()
 
+    def decode(self, data):
+        """Runs `tagrid decode` on a file with these bytes."""
+        tag = self.folder / "compared.tag"
+        tag.write_bytes(data)
+        (self.folder / "decoded.raw").unlink(missing_ok=True)
+        return self.run("decode", tag, "-q", "-f", "-o", self.folder / "decoded.raw")
+
+    def decoded(self):
+        """The samples that the last run of decode() wrote."""
+        return (self.folder / "decoded.raw").read_bytes()
+
     def compare(self, data, what, with_grid=True):
         """Checks that both decoders give the same samples, or both refuse. Returns whether they gave samples."""
-        tag, out = self.folder / "compared.tag", self.folder / "decoded.raw"
-        tag.write_bytes(data)
-        status = self.run("decode", tag, "-q", "-f", "-o", out)
+        status = self.decode(data)
         assert status.returncode in (0, 65), (what, status.stderr)
-        theirs = out.read_bytes() if status.returncode == 0 else None
+        theirs = self.decoded() if status.returncode == 0 else None
         try:
             ours = decoder.decode(data, with_grid)
         except Broken:
@@ -178,12 +193,52 @@ def test_made(comparison):
         assert comparison.compare(comparison.encode(*case), case), (case, "is refused")
 
 
+GOLDEN = pathlib.Path(__file__).parents[1] / "golden"
+RECORDS = GOLDEN / "second_decoder.json"
+
+
+def sha256(*parts):
+    return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def sources_of_decoder():
+    folder = pathlib.Path(__file__).parent
+    files = [folder / "decoder.py", *sorted((folder / "second_decoder").glob("*.py"))]
+    return sha256(*(path.name.encode() + b"\n" + path.read_bytes() for path in files))
+
+
+def golden_files():
+    files = sorted(GOLDEN.glob("*.tag"))
+    assert files, f"no golden files in {GOLDEN}"
+    return files
+
+
+def record_golden(comparison):
+    samples = {}
+    for path in golden_files():
+        data = path.read_bytes()
+        assert comparison.compare(data, path.name), (path.name, "is refused")
+        samples[path.name] = {"file": sha256(data), "samples": sha256(comparison.decoded())}
+    RECORDS.write_text(json.dumps({"decoder": sources_of_decoder(), "files": samples}, indent=1) + "\n")
+
+
 def test_golden(comparison):
-    folder = pathlib.Path(__file__).parents[1] / "golden"
-    files = sorted(folder.glob("*.tag"))
-    assert files, f"no golden files in {folder}"
-    for path in files:
-        assert comparison.compare(path.read_bytes(), path.name), (path.name, "is refused")
+    records = json.loads(RECORDS.read_text())
+    known = records["files"] if records["decoder"] == sources_of_decoder() else {}
+    if os.environ.get("TAGRID_ALL_DECODED"):
+        known = {}
+    recorded = 0
+    for path in golden_files():
+        data = path.read_bytes()
+        record = known.get(path.name, {})
+        if record.get("file") == sha256(data):
+            comparison.decode(data)
+            assert sha256(comparison.decoded()) == record["samples"], f"{path.name}: the decoders differ"
+            comparison.compared += 1
+            recorded += 1
+        else:
+            assert comparison.compare(data, path.name), (path.name, "is refused")
+    print(f"{recorded} of {len(golden_files())} files compared with what decoder.py made of them before")
 
 
 def test_broken(comparison):
@@ -217,7 +272,7 @@ def main():
     program, what = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
         comparison = Comparison(program, folder)
-        {"made": test_made, "golden": test_golden, "broken": test_broken}[what](comparison)
+        {"made": test_made, "golden": test_golden, "broken": test_broken, "record": record_golden}[what](comparison)
     print(f"{comparison.compared} files, both decoders agree; both refuse {comparison.refused}")
 
 

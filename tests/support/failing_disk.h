@@ -8,7 +8,7 @@
 
 namespace tagrid {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef TAGRID_SANITIZED
 constexpr std::size_t stride = 11;  // every call would take too long
 #else
 constexpr std::size_t stride = 1;

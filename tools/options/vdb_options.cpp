@@ -7,8 +7,8 @@
 
 namespace tagrid {
 
-void add_vdb_grid_option(CLI::App& command, std::string& grid) {
-  command.add_option("--vdb-grid", grid, "Name of the grid of an OpenVDB file, if it has several")
+void add_vdb_grid_option(CLI::App& command, std::string& name) {
+  command.add_option("--vdb-grid", name, "Name of the grid of an OpenVDB file, if it has several")
       ->option_text("NAME");
 }
 
