@@ -295,7 +295,7 @@ typedef struct tagrid_encode_options {
   int64_t dims[3];
   tagrid_type type;
   const tagrid_geometry* geometry; /* NULL: nothing is known */
-  const char* metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(); NULL: none */
+  const char* metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
   int grid_only;        /* 1: keep the grid alone; samples are interpolated in it */
   double max_error;     /* NaN: 0, every sample exactly, or with grid_only no bound */

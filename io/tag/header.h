@@ -22,7 +22,8 @@ inline constexpr std::size_t tag_preamble_size = 16;
 /// Largest header that is read, whatever it says of itself.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
-/// The whole header: preamble, fields, checksum.
+/// The whole header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok(), for a header that can
+/// be read again.
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
 /// The size of the whole header, from the first tag_preamble_size bytes of a file, or all that it has. Broken where they
@@ -34,6 +35,9 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 /// Whether the parameters are such as a header may have; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
+
+/// Whether the lines fit into a header that parse_header() reads; says what is wrong.
+Status check_fields(const std::string& nrrd_fields);
 
 /// The volume that a file is of. Throws BrokenInput where the source's fields are none.
 VolumeInfo volume_info_of(const TagHeader& header);

@@ -298,6 +298,73 @@ TEST_F(LibraryEncoder, OptionsThatMakeNoSenseAreRefused) {
   tagrid_encoder_close(nullptr);
 }
 
+TEST_F(LibraryEncoder, AnyGeometryOfAReaderIsTakenAndComesBack) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 11);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const bool has_origin : {false, true})
+    for (const bool has_spacing : {false, true})
+      for (const double unknown : {2.5, nan}) {
+        tagrid_geometry geometry = {};
+        geometry.has_spacing = has_spacing;
+        geometry.has_origin = has_origin;
+        for (int axis = 0; axis < 3; ++axis) {
+          geometry.spacing[axis] = !has_spacing ? nan : axis == 1 ? unknown : 0.5;
+          geometry.origin[axis] = has_origin ? axis - 0.1 : 0;
+        }
+        tagrid_encode_options options = encode_options(dims, SampleType::int16);
+        options.geometry = &geometry;
+        Encoded encoded;
+        encode(options, samples.data(), encoded);
+        ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+        const tagrid_geometry& found = encoded.info.geometry;
+        EXPECT_EQ(found.has_origin, has_origin);
+        EXPECT_EQ(found.has_spacing, has_spacing);
+        for (int axis = 0; axis < 3; ++axis) {
+          EXPECT_EQ(found.origin[axis], geometry.origin[axis]);
+          EXPECT_TRUE(found.spacing[axis] == geometry.spacing[axis] ||
+                      (std::isnan(found.spacing[axis]) && std::isnan(geometry.spacing[axis])));
+        }
+      }
+}
+
+TEST_F(LibraryEncoder, MetadataThatNoReaderWouldTakeIsRefusedAndAllElseComesBack) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 10);
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  constexpr std::size_t most = std::size_t{1} << 24;
+  struct Case {
+    bool compresses;
+    std::size_t length;
+    bool fits;
+  };
+  for (const Case& c : {Case{true, most, true},
+                        {true, most + 1, false},
+                        {false, most / 2 + 1, true},
+                        {false, most - 10000, true},
+                        {false, most, false}}) {
+    std::mt19937 random(1);
+    std::string metadata = "key:=";
+    while (metadata.size() < c.length - 1)
+      metadata += c.compresses ? 'x' : static_cast<char>('\r' + 1 + random() % (255 - '\r'));
+    metadata += '\n';
+    options.metadata = metadata.c_str();
+    Encoded encoded;
+    encode(options, samples.data(), encoded);
+    ASSERT_EQ(encoded.status, c.fits ? TAGRID_OK : TAGRID_INVALID_ARGUMENT) << c.length << encoded.message;
+    if (c.fits) {
+      MemoryFile file{encoded.bytes};
+      tagrid_status opened = TAGRID_BUG;
+      const ReaderHandle reader = open_reader(file, &opened);
+      ASSERT_EQ(opened, TAGRID_OK) << tagrid_reader_message(reader.get());
+      EXPECT_TRUE(tagrid_reader_metadata(reader.get()) == metadata) << c.length;
+    } else {
+      EXPECT_NE(encoded.message.find(std::to_string(c.length) + " bytes"), std::string::npos)
+          << encoded.message;
+      EXPECT_EQ(encoded.bytes, "");
+      EXPECT_EQ(tagrid_encode_memory(&options), 0u);
+    }
+  }
+}
+
 TEST_F(LibraryEncoder, WrongNumbersOfSlicesAreRefusedAndRightOnesMayFollow) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 7);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);
