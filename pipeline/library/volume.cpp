@@ -65,9 +65,10 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   const Statistics& total = index.total;
   const BrickGrid bricks = p.bricks();
   tagrid_info info = {};
-  copy(p.dims, info.dims);
-  info.type = static_cast<tagrid_type>(p.type);
-  info.geometry = geometry_of_volume(geometry_of(header.nrrd_fields));
+  const VolumeInfo volume = volume_info_of(header);
+  copy(volume.dims, info.dims);
+  info.type = static_cast<tagrid_type>(volume.type);
+  info.geometry = geometry_of_volume(volume.geometry);
   info.grid_only = p.mode == FileMode::grid;
   info.max_error = nan_unless(p.max_error >= 0, p.max_error);
   info.surface_error = nan_unless(p.surface_error >= 0, p.surface_error);
