@@ -193,6 +193,8 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
       {"b.nrrd\tmax-error", "line 2: max-error: must be option=value"},
       {"b.nrrd\tmax-error=", "must be option=value"},
       {"b.nrrd\t=5", "must be option=value"},
+      {"b.nrrd\tmax-error=5\tcube=16\tmax-error=3", "line 2: max-error is given twice"},
+      {"b.nrrd\toutput=x\toutput=x", "line 2: output is given twice"},
       {"b.nrrd\tforce=true", "unknown option --force"},
       {"b.nrrd\tdims=4,4", "--dims"},
       {"b.nrrd\tdims=4,4,4", "needs both --dims and --type"},
