@@ -1,5 +1,6 @@
 // Writing by the library: the bytes, and what happens to an encoder that fails, is cancelled or is left alone.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <thread>
 
@@ -219,6 +220,26 @@ TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
   EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_IO_ERROR);
   // Also for another thread.
   std::thread([&] { EXPECT_EQ(tagrid_encoder_message(opened), message); }).join();
+}
+
+TEST_F(LibraryEncoder, SlicesAreCopiedOnlyOnceThereIsRoomForThem) {
+  const Index3 deep = {16, 16, 400};
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 12);
+  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
+  Encoded encoded;
+  encoded.write_fails_at = 1;
+  tagrid_encoder* opened = nullptr;
+  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  const EncoderHandle encoder(opened);
+  tagrid_status status = TAGRID_OK;
+  for (std::int64_t z = 0; z < deep.z / 2 && status == TAGRID_OK; ++z)
+    status = tagrid_encoder_write(opened, samples.data(), 1, nullptr);
+  ASSERT_EQ(status, TAGRID_IO_ERROR);
+  // Reading it would end the process.
+  void* forbidden = mmap(nullptr, 4096, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(forbidden, MAP_FAILED);
+  EXPECT_EQ(tagrid_encoder_write(opened, forbidden, 1, nullptr), TAGRID_IO_ERROR);
+  munmap(forbidden, 4096);
 }
 
 TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
