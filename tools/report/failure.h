@@ -10,7 +10,8 @@ struct Failure {
   std::string message;  ///< "" where nobody needs to be told
 };
 
-/// The exception that is being handled. To be called in a catch block.
-Failure current_failure();
+/// The exception that is being handled. To be called in a catch block. `memory_advice` says what would need less
+/// memory, where it ran out; "" where nothing would.
+Failure current_failure(const std::string& memory_advice = "");
 
 }  // namespace tagrid
