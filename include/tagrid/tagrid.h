@@ -20,13 +20,15 @@
  *   Units       Errors and ranges are in units of the samples; spacing, origin and directions in those of the
  *               scan, mostly mm. Sizes are in bytes. Samples in memory have the byte order of the machine.
  *   Errors      Every function that can fail returns a tagrid_status. A message in English, with file, place
- *               and numbers, is kept in the handle: see tagrid_reader_message(), tagrid_encoder_message().
- *   Structs     A struct that begins with `struct_size` must be set up by its init function. It may grow in
- *               later versions; a program that was built with an older one goes on working.
+ *               and numbers, is kept: see tagrid_reader_message(), tagrid_encoder_message().
+ *   Structs     A struct that begins with `struct_size` must be set up by its init function before it is handed
+ *               to the library, also one that the library fills. It may grow in later versions; a program that
+ *               was built with an older one goes on working.
  *   Threads     Any number of handles may be used at once. One reader may be used by several threads at once,
  *               one encoder by one thread at a time. Callbacks are called by threads of the library, unless it
  *               says otherwise.
- *   The process The library has no state of its own besides its handles. It installs no signal handler, writes
+ *   The process The library has no state of its own besides its handles and the last message of each thread that
+ *               uses readers. It installs no signal handler, writes
  *               to no stream, reads no environment variable, changes no setting of the process and never ends
  *               it. Same input, same bytes, whatever the number of threads.
  */
@@ -130,7 +132,10 @@ typedef struct tagrid_call {
   int threads;              /* at most so many; 0: as many as this process may run on (its affinity).
                              * oneTBB gives all calls of a process together as many as the machine has, besides
                              * those that call; a global_control of the process changes that. */
-  uint64_t memory_limit;    /* bytes for the work of the call, besides what it hands out; 0: no limit */
+  uint64_t memory_limit;    /* bytes for the work of the call, besides what it hands out. 0: none is set; then
+                             * the work aims at a quarter of the memory that the machine has for this process
+                             * (that of its control group), and takes more where it needs more. Only an encoding
+                             * that needs more than all of it is refused, with TAGRID_MEMORY_LIMIT. */
   tagrid_progress progress; /* may be NULL */
   void* progress_user;      /* handed to `progress` */
 } tagrid_call;
@@ -169,8 +174,9 @@ TAGRID_API tagrid_status tagrid_reader_open(const tagrid_input* input, tagrid_re
 /* Closes the reader. NULL is allowed. REQUIRES: no call on it is under way. */
 TAGRID_API void tagrid_reader_close(tagrid_reader* reader);
 
-/* What the last failed call of this thread on the reader has to say; "" where none failed. Valid until the
- * next call of this thread on the reader. */
+/* What the last failed call of this thread on a reader has to say, if that was this reader; else why the reader
+ * could not be opened, for any thread; else "". A thread keeps one message: ask before it uses another reader.
+ * Valid until the next call of this thread on any reader. */
 TAGRID_API const char* tagrid_reader_message(const tagrid_reader* reader);
 
 /* What a file is. All of it is known once the file is open. */
@@ -192,7 +198,7 @@ typedef struct tagrid_info {
   double range[2]; /* the range of values that the field scale came from; NaN where there was none */
 
   /* What was measured against the original while it was encoded. NaN where it is not known. */
-  double achieved_max_error;
+  double achieved_max_error; /* infinite where a sample that is not finite did not come back */
   double achieved_rmse;
   double achieved_psnr; /* in dB, with max - min of the original as peak; infinite where rmse is 0 */
   double achieved_mesh_error;
@@ -206,7 +212,9 @@ typedef struct tagrid_info {
   uint64_t active_points; /* vertices of the grid */
 } tagrid_info;
 
-/* Fills `*info`, whose struct_size the caller has set to sizeof(tagrid_info). */
+TAGRID_API void tagrid_info_init(tagrid_info* info);
+
+/* Fills `*info`. */
 TAGRID_API tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info);
 
 /* What the source said besides its samples: the lines of an NRRD header, each with a line feed, that do not
@@ -222,7 +230,9 @@ typedef struct tagrid_brick {
   double low, high, mean; /* of the finite samples of the original; low > high where none is finite */
 } tagrid_brick;
 
-/* The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
+TAGRID_API void tagrid_brick_init(tagrid_brick* brick);
+
+/* Fills `*brick`. The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
 TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number,
                                              tagrid_brick* brick);
 

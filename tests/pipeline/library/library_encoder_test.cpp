@@ -258,7 +258,11 @@ TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
     call.memory_limit = smallest - 1;
     encode(options, samples.data(), refused, &call);
     EXPECT_EQ(refused.status, TAGRID_MEMORY_LIMIT);
-    EXPECT_NE(refused.message, "");
+    const std::uint64_t mebibyte = 1 << 20;
+    EXPECT_NE(refused.message.find("needs at least " + std::to_string((smallest + mebibyte - 1) / mebibyte) +
+                                   " MiB"),
+              std::string::npos)
+        << refused.message;
     EXPECT_EQ(refused.bytes, "");
   }
 }
