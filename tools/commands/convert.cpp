@@ -138,7 +138,9 @@ struct ConvertCommand {
   // The report of the run must replace neither records nor outputs, whatever may be overwritten.
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
-    const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(path).string(); };
+    const auto canonical = [](const fs::path& path) {
+      return fs::weakly_canonical(fs::absolute(path)).string();
+    };
     const fs::path report = options.run.json, folder = options.output_dir;
     const std::string name = report.filename().string();
     if (name.starts_with("results") && name.ends_with(".jsonl") &&

@@ -26,9 +26,10 @@ struct RunFigures {
 class RunReport {
  public:
   /// `path` is the report's file, "" where none was asked for. `input` is null ("") where there is none.
-  /// Throws UsageError if the file exists and `overwrite` is false, or is the input or the output.
+  /// Throws UsageError if the file exists and `overwrite` is false, or is the input or the output, or `another` file
+  /// that the run reads or writes ("": none).
   RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-            std::string output);
+            std::string output, const std::string& another = "");
 
   /// Ends the run: takes its time, and writes the report where one was asked for. Without keep() its file
   /// goes again: a run is good when its output has its name, too.
