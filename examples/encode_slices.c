@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   tagrid_geometry geometry = {.spacing = {0.5, 0.5, 1.25}, .has_spacing = 1};
   tagrid_encode_options options;
   tagrid_encoder* encoder = NULL;
-  tagrid_info info = {.struct_size = sizeof info};
+  tagrid_info info;
   tagrid_call call;
   tagrid_status status;
   FILE* file;
@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   options.geometry = &geometry;
   options.max_error = 2; /* no sample is further off; leave it out to keep every sample exactly */
   tagrid_call_init(&call);
+  tagrid_info_init(&info);
   call.progress = show_progress;
   call.progress_user = &part;
 

@@ -32,7 +32,7 @@ static int fail(tagrid_reader* reader, tagrid_status status, void* samples) {
 
 int main(int argc, char** argv) {
   tagrid_reader* reader = NULL;
-  tagrid_info info = {.struct_size = sizeof info};
+  tagrid_info info;
   tagrid_status status;
   tagrid_box box;
   tagrid_call call;
@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
   /* The reader says what failed, also where it could not be opened. */
   status = tagrid_reader_open_file(argv[1], &reader);
   if (status != TAGRID_OK) return fail(reader, status, NULL);
+  tagrid_info_init(&info);
   status = tagrid_reader_info(reader, &info);
   if (status != TAGRID_OK) return fail(reader, status, NULL);
 

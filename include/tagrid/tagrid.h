@@ -19,14 +19,16 @@
  *   Boxes       Half open: from `low` up to, but not including, `high`.
  *   Units       Errors and ranges are in units of the samples; spacing, origin and directions in those of the
  *               scan, mostly mm. Sizes are in bytes. Samples in memory have the byte order of the machine.
- *   Errors      Every function that can fail returns a tagrid_status. The handle keeps a message in English,
- *               with file, place and numbers: see tagrid_reader_message(), tagrid_encoder_message().
- *   Structs     A struct that begins with `struct_size` must be set up by its init function. It may grow in
- *               later versions; a program that was built with an older version keeps working.
+ *   Errors      Every function that can fail returns a tagrid_status. A message in English, with file, place
+ *               and numbers, is kept: see tagrid_reader_message(), tagrid_encoder_message().
+ *   Structs     A struct that begins with `struct_size` must be set up by its init function before it is passed
+ *               to the library, also if the library fills it. It may grow in later versions; a program that was
+ *               built with an older version keeps working.
  *   Threads     Any number of handles may be used at once. One reader may be used by several threads at once,
  *               one encoder by one thread at a time. Callbacks are called by threads of the library, unless
  *               stated otherwise.
- *   The process The library has no state of its own besides its handles. It installs no signal handler, writes
+ *   The process The library has no state of its own besides its handles and the last message of each thread
+ *               that uses readers. It installs no signal handler, writes
  *               to no stream, reads no environment variable, changes no setting of the process and never ends
  *               it. Equal input gives equal bytes, whatever the number of threads.
  */
@@ -130,7 +132,10 @@ typedef struct tagrid_call {
   int threads;              /* largest number of threads; 0: one for each core of the process (its affinity).
                              * oneTBB gives all calls of a process together as many threads as the machine has
                              * cores, besides the calling threads; a global_control of the process changes that. */
-  uint64_t memory_limit;    /* bytes for the work of the call, not including its results; 0: no limit */
+  uint64_t memory_limit;    /* bytes for the work of the call, not including its results. 0: none is set; then
+                             * the work aims at a quarter of the memory that the machine has for this process
+                             * (that of its control group), and takes more if it needs more. Only an encoding
+                             * that needs more than all of it is refused, with TAGRID_MEMORY_LIMIT. */
   tagrid_progress progress; /* may be NULL */
   void* progress_user;      /* passed to `progress` */
 } tagrid_call;
@@ -169,8 +174,9 @@ TAGRID_API tagrid_status tagrid_reader_open(const tagrid_input* input, tagrid_re
 /* Closes the reader. NULL is allowed. REQUIRES: no call on it is running. */
 TAGRID_API void tagrid_reader_close(tagrid_reader* reader);
 
-/* The message of the last failed call of this thread on the reader; "" if none failed. Valid until the next
- * call of this thread on the reader. */
+/* The message of the last failed call of this thread on a reader, if it was this reader; otherwise why the
+ * reader could not be opened, for any thread; otherwise "". A thread keeps one message: ask for it before
+ * using another reader. Valid until the next call of this thread on any reader. */
 TAGRID_API const char* tagrid_reader_message(const tagrid_reader* reader);
 
 /* The description of a file. All of it is known once the file is open. */
@@ -192,7 +198,7 @@ typedef struct tagrid_info {
   double range[2]; /* the range of values that gave the field scale; NaN if there was none */
 
   /* Errors that were measured during encoding. NaN if unknown. */
-  double achieved_max_error;
+  double achieved_max_error; /* infinite if a sample that is not finite did not come back */
   double achieved_rmse;
   double achieved_psnr; /* in dB, with max - min of the original as peak; infinite if rmse is 0 */
   double achieved_mesh_error;
@@ -206,7 +212,9 @@ typedef struct tagrid_info {
   uint64_t active_points; /* vertices of the grid */
 } tagrid_info;
 
-/* Fills `*info`, whose struct_size the caller has set to sizeof(tagrid_info). */
+TAGRID_API void tagrid_info_init(tagrid_info* info);
+
+/* Fills `*info`. */
 TAGRID_API tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info);
 
 /* The metadata of the source: the lines of an NRRD header, each with a line feed, that do not describe how
@@ -222,7 +230,9 @@ typedef struct tagrid_brick {
   double low, high, mean; /* of the finite samples of the original; low > high if none is finite */
 } tagrid_brick;
 
-/* The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
+TAGRID_API void tagrid_brick_init(tagrid_brick* brick);
+
+/* Fills `*brick`. The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
 TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number,
                                              tagrid_brick* brick);
 
@@ -295,7 +305,8 @@ typedef struct tagrid_encode_options {
   int64_t dims[3];
   tagrid_type type;
   const tagrid_geometry* geometry; /* NULL: nothing is known */
-  const char* metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(); NULL: none */
+  const char*
+      metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
   int grid_only;        /* 1: store only the grid; samples are interpolated */
   double max_error;     /* NaN: 0, which keeps every sample exactly; with grid_only no bound */

@@ -173,8 +173,8 @@ class Reader {
   ~Reader() { tagrid_reader_close(reader_); }
 
   tagrid_info info() const {
-    tagrid_info info = {};
-    info.struct_size = sizeof info;
+    tagrid_info info;
+    tagrid_info_init(&info);
     check(tagrid_reader_info(reader_, &info));
     return info;
   }
@@ -185,8 +185,8 @@ class Reader {
   }
   std::string metadata() const { return tagrid_reader_metadata(reader_); }
   tagrid_brick brick(std::int64_t number) const {
-    tagrid_brick brick = {};
-    brick.struct_size = sizeof brick;
+    tagrid_brick brick;
+    tagrid_brick_init(&brick);
     check(tagrid_reader_brick(reader_, number, &brick));
     return brick;
   }
@@ -339,8 +339,8 @@ class Encoder {
   }
   /// Waits until the last byte has been written. The file is complete only if this does not throw.
   tagrid_info finish() {
-    tagrid_info info = {};
-    info.struct_size = sizeof info;
+    tagrid_info info;
+    tagrid_info_init(&info);
     check(tagrid_encoder_finish(state_->encoder, &info));
     return info;
   }

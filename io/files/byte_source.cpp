@@ -13,16 +13,18 @@
 namespace tagrid {
 
 FileSource::FileSource(const std::string& path) : name_(path) {
-  descriptor_ = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC); });
+  // Not to wait for whoever writes to a pipe: it is refused anyway.
+  descriptor_ = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
   struct stat status = {};
   int error = fstat(descriptor_, &status) != 0 ? errno : 0;
   if (error == 0 && S_ISDIR(status.st_mode)) error = EISDIR;
-  if (error == 0 && !S_ISREG(status.st_mode)) error = ESPIPE;
-  if (error != 0) {
-    close(descriptor_);
-    throw world_error("cannot read it in any order", name_, error);
-  }
+  const bool is_file = error == 0 && S_ISREG(status.st_mode);
+  if (!is_file) close(descriptor_);
+  if (error != 0) throw world_error("cannot read", name_, error);
+  if (!is_file)
+    throw WorldError(name_ +
+                     ": is no file, and only a file can be read in any order; copy it to a file first");
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 

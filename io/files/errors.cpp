@@ -3,6 +3,7 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <system_error>
 
@@ -35,16 +36,18 @@ constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 
 std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / mebibyte; }
 
-std::string text(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
+Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
   const std::string limit =
       allowed < mebibyte ? fmt::format("{} B", allowed) : fmt::format("{} MiB", allowed / mebibyte);
-  return fmt::format("{} needs at least {} MiB of memory, and {} are allowed", work, mebibytes(needed),
-                     limit);
+  return {"{} needs at least {} MiB of memory, and {} are allowed", {work, mebibytes(needed), limit}};
 }
 
-ErrorDetail detail_of(std::uint64_t needed, std::optional<std::uint64_t> needed_with_spool) {
-  ErrorDetail detail{Problem::memory_limit, "", {}, {needed}};
-  if (needed_with_spool) detail.numbers.push_back(*needed_with_spool);
+ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
+                      std::optional<std::uint64_t> needed_with_spool) {
+  ErrorDetail detail{Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed}};
+  // What gains nothing is no advice.
+  if (needed_with_spool && mebibytes(*needed_with_spool) < mebibytes(needed))
+    detail.numbers.push_back(*needed_with_spool);
   return detail;
 }
 
@@ -67,6 +70,14 @@ std::string text_of(const Sentence& sentence, std::string_view prefix) {
 
 MemoryLimit::MemoryLimit(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
                          std::optional<std::uint64_t> needed_with_spool)
-    : UsageError(text(work, allowed, needed), detail_of(needed, needed_with_spool)) {}
+    : MemoryLimit(text_of(sentence_of(work, allowed, needed)),
+                  detail_of(work, allowed, needed, needed_with_spool)) {}
+
+MemoryLimit MemoryLimit::but_for(std::uint64_t bytes) const {
+  const auto less = [bytes](std::uint64_t number) { return number - std::min(number, bytes); };
+  std::optional<std::uint64_t> with_spool = needed_with_spool();
+  if (with_spool) with_spool = less(*with_spool);
+  return {detail().sentence.terms.at(0).text, less(detail().numbers.at(1)), less(needed()), with_spool};
+}
 
 }  // namespace tagrid

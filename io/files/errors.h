@@ -127,11 +127,14 @@ class MemoryLimit : public UsageError {
   /// Restores such an error. REQUIRES: the detail of a MemoryLimit.
   MemoryLimit(const std::string& message, const ErrorDetail& detail) : UsageError(message, detail) {}
 
+  /// The same error for a caller that does not count `bytes`, which are part of all its numbers.
+  MemoryLimit but_for(std::uint64_t bytes) const;
+
   /// The smallest limit that can be kept; and the smallest one if samples may go through a temporary file, if
   /// that helps.
   std::uint64_t needed() const { return detail().numbers[0]; }
   std::optional<std::uint64_t> needed_with_spool() const {
-    return detail().numbers.size() > 1 ? std::optional(detail().numbers[1]) : std::nullopt;
+    return detail().numbers.size() > 2 ? std::optional(detail().numbers[2]) : std::nullopt;
   }
 };
 

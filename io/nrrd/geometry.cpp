@@ -50,13 +50,15 @@ Vector three_numbers(std::string_view field, std::string_view value) {
   return numbers;
 }
 
-/// Removes and returns the vector "(a,b,c)" in front of `rest`.
+[[noreturn]] void refuse_none(std::string_view field) {
+  throw BrokenInput(fmt::format(
+      "NRRD header: {} with \"none\" is not supported: each of the three axes must be one of space", field));
+}
+
+/// Removes and returns the vector "(a,b,c)" in front of `rest`. One that is not known is of NaN in each number.
 Vector take_vector(std::string_view field, std::string_view& rest) {
   const std::size_t open = rest.find_first_not_of(" \t");
-  if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none")
-    throw BrokenInput(fmt::format(
-        "NRRD header: {} with \"none\" is not supported: each of the three axes must be one of space",
-        field));
+  if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none") refuse_none(field);
   const std::size_t close = rest.find(')');
   Vector vector = {};
   bool good = open != rest.npos && rest[open] == '(' && close != rest.npos;
@@ -65,7 +67,8 @@ Vector take_vector(std::string_view field, std::string_view& rest) {
     const std::size_t comma = numbers.find(',');
     const auto words = words_of(numbers.substr(0, comma));
     const auto number = words.size() == 1 ? number_of(words[0]) : std::nullopt;
-    good = number && std::isfinite(*number) && (comma == numbers.npos) == (i == 2);
+    const bool like_the_first = i == 0 || (number && std::isnan(*number) == std::isnan(vector[0]));
+    good = number && !std::isinf(*number) && like_the_first && (comma == numbers.npos) == (i == 2);
     if (good) vector[static_cast<std::size_t>(i)] = *number;
     if (good && i < 2) numbers.remove_prefix(comma + 1);
   }
@@ -91,6 +94,7 @@ void read_spacings(std::string_view value, Geometry& geometry) {
 void read_directions(std::string_view rest, Geometry& geometry) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Vector d = take_vector("space directions", rest);
+    if (std::isnan(d[0])) refuse_none("space directions");
     geometry.directions[axis] = d;
     geometry.spacing[axis] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   }
@@ -156,8 +160,8 @@ void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geom
     const bool at_points = axis < centers.size() && lower_case(centers[axis]) == "node";
     const double spacing = std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
     geometry.origin[axis] = at_points ? mins[axis] : mins[axis] + spacing / 2;
+    geometry.has_origin = true;
   }
-  geometry.has_origin = true;
 }
 
 }  // namespace
@@ -175,9 +179,10 @@ Geometry geometry_of(std::string_view nrrd_fields) {
     read_units(*value, geometry);
   if (const auto value = find(fields, "space origin")) {
     std::string_view rest = *value;
-    geometry.origin = take_vector("space origin", rest);
+    const Vector origin = take_vector("space origin", rest);
     expect_end("space origin", rest);
-    geometry.has_origin = true;
+    geometry.has_origin = !std::isnan(origin[0]);
+    if (geometry.has_origin) geometry.origin = origin;
   } else if (const auto mins = find(fields, "axis mins"); mins && !geometry.has_directions) {
     read_axis_mins(*mins, fields, geometry);
   }

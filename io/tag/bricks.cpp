@@ -5,6 +5,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
+#include "io/tag/end_of_file.h"
 
 namespace tagrid {
 
@@ -51,7 +52,7 @@ void TagBricks::read_end() {
   std::uint64_t start = 0;
   if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), start);
       !status.ok() || start < header_size_ || start > size - footer_size)
-    throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
+    throw BrokenInput(name() + ": " + no_footer);
   const auto last_checksum = load_little_endian<std::uint64_t>(bytes_at(start - 8, 8).data());
   const FileEnd end = {parameters(), header_size_, header_checksum_, start, last_checksum};
   std::uint64_t rest = 0;
@@ -59,7 +60,8 @@ void TagBricks::read_end() {
   if (present < index_head_size) fail("the index", "it is truncated");
   if (Status status = end.parse_head(bytes_at(start, index_head_size), rest); !status.ok())
     fail("the index", status.what());
-  if (rest != present - index_head_size) fail("the index", "its size is not that of the rest of the file");
+  if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
+  if (rest > present - index_head_size) fail("the index", "it is truncated");
   if (Status status = end.parse(bytes_at(start, present), index_); !status.ok())
     fail("the index", status.what());
 }

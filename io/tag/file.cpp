@@ -11,6 +11,7 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
+#include "io/tag/end_of_file.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/lattice.h"
 
@@ -128,7 +129,7 @@ void TagReader::read_index_section() {
   read_growing(section, head, rest, "the index");
   if (Status status = end.parse(section, index_); !status.ok()) fail(status.what());
   std::byte extra;
-  if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": bytes follow after the end of the file");
+  if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();
   file_size_ = end.start + section.size();
 }
@@ -158,7 +159,7 @@ void TagReader::read_index() {
     std::uint64_t start = 0;
     if (Status status = find_file_end(footer, start);
         !status.ok() || start < header_size_ || start > *size - footer_size)
-      throw BrokenInput(name() + ": the file has no footer: it is truncated, damaged or was never finished");
+      throw BrokenInput(name() + ": " + no_footer);
     std::array<std::byte, 8> before;
     bytes_->seek(start - before.size());
     read_exactly(before.data(), before.size(), "the last brick");

@@ -67,6 +67,17 @@ Status check_parameters(const CodingParameters& p) {
   return {};
 }
 
+Status check_fields(const std::string& nrrd_fields) {
+  // Compressed lines are hardly longer than the lines, so few of them have to be compressed to know.
+  constexpr std::size_t surely_fits = max_header_size / 2;
+  if (nrrd_fields.size() <= surely_fits) return {};
+  if (nrrd_fields.size() <= max_fields_size && serialize_header({{}, nrrd_fields}).size() <= max_header_size)
+    return {};
+  return Status::broken("its metadata takes " + std::to_string(nrrd_fields.size()) +
+                        " bytes, and a .tag file has room for " + std::to_string(max_fields_size) +
+                        ", compressed or not");
+}
+
 std::vector<std::byte> serialize_header(const TagHeader& header) {
   const CodingParameters& p = header.parameters;
   FieldWriter fields;

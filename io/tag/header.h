@@ -22,7 +22,8 @@ inline constexpr std::size_t tag_preamble_size = 16;
 /// The largest header that is read, whatever size it claims.
 inline constexpr std::uint32_t max_header_size = 1 << 24;
 
-/// The whole header: preamble, fields, checksum.
+/// The whole header: preamble, fields, checksum. REQUIRES: check_fields(header.nrrd_fields).ok(), for a header that can
+/// be read again.
 std::vector<std::byte> serialize_header(const TagHeader& header);
 
 /// The size of the whole header, from the first tag_preamble_size bytes of a file, or from all its bytes if
@@ -34,6 +35,9 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 
 /// Checks that a header may have these parameters; says what is wrong.
 Status check_parameters(const CodingParameters& parameters);
+
+/// Checks that the lines fit into a header that parse_header() reads; says what is wrong.
+Status check_fields(const std::string& nrrd_fields);
 
 /// The description of the volume in a file. Throws BrokenInput if the metadata is not a list of NRRD header
 /// lines.

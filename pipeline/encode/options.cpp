@@ -104,9 +104,8 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
 
-// Parameters that a reader would refuse are not written.
-void require_valid(const CodingParameters& p, const std::string& volume) {
-  const Status status = check_parameters(p);
+// Nothing is written that a reader would refuse.
+void require_valid(const Status& status, const std::string& volume) {
   require(status.ok(), {"{} cannot be encoded so: {}", {volume, status.what()}});
 }
 
@@ -150,6 +149,7 @@ void EncodeOptions::validate() const {
 
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
   options.validate();
+  require_valid(check_fields(info.nrrd_fields), "this volume");
   CodingParameters p;
   p.dims = info.dims;
   p.type = info.type;
@@ -167,7 +167,7 @@ CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info, c
                          std::optional<std::pair<double, double>> range_of_data) {
   CodingParameters p = parameters_but_scale(options, info);
   set_field_scale(options, range_of_data, p);
-  require_valid(p, name);
+  require_valid(check_parameters(p), name);
   return p;
 }
 

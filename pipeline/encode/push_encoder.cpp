@@ -90,17 +90,24 @@ SliceSamples PushEncoder::take() {
   return slice;
 }
 
+// There is room until this thread fills it: nobody else feeds slices. One that is copied before would be one more than
+// the plan counts.
+void PushEncoder::wait_for_room() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });
+  if (failure_) std::rethrow_exception(failure_);
+}
+
 void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Strides& strides) {
   const CodingParameters& parameters = header_.parameters;
   if (slices < 0 || slices > parameters.dims.z - fed_)
     throw UsageError(fmt::format("{} more slices, but only {} of {} are missing", slices,
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
+    wait_for_room();
     auto slice = std::make_shared_for_overwrite<std::byte[]>(slice_bytes(parameters));
     copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });
-    if (failure_) std::rethrow_exception(failure_);
+    const std::lock_guard lock(mutex_);
     waiting_.push_back(std::move(slice));
     changed_.notify_all();
   }

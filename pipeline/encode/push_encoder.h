@@ -54,6 +54,7 @@ class PushEncoder {
 
   void run();
   SliceSamples take();
+  void wait_for_room();
   void end_work() noexcept;
 
   TagHeader header_;

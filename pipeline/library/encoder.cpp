@@ -78,7 +78,7 @@ struct tagrid_encoder {
   std::unique_ptr<CallbackSink> sink;
   std::unique_ptr<PushEncoder> work;
   // Threads may take turns with it.
-  Messages messages{Messages::Of::the_handle};
+  SharedMessage messages;
 };
 
 tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_write write, void* user,
@@ -127,7 +127,7 @@ const char* tagrid_encoder_message(const tagrid_encoder* encoder) {
 }
 
 uint64_t tagrid_encode_memory(const tagrid_encode_options* options) {
-  Messages nobody{Messages::Of::the_handle};
+  SharedMessage nobody;
   uint64_t memory = 0;
   call(nobody, [&] {
     const tagrid_encode_options wanted = taken_over_options(options);

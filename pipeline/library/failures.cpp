@@ -1,13 +1,21 @@
 #include "pipeline/library/failures.h"
 
+#include <atomic>
 #include <new>
 #include <stdexcept>
 #include <system_error>
 
 #include "io/files/errors.h"
+#include "pipeline/memory/of_bricks.h"
 
 namespace tagrid::library {
 namespace {
+
+struct Message {
+  std::uint64_t handle = 0;
+  std::string text;
+};
+thread_local Message last_of_thread;
 
 tagrid_status sorted(std::string& message) {
   try {
@@ -19,7 +27,8 @@ tagrid_status sorted(std::string& message) {
     message = "cancelled by the caller";
     return TAGRID_CANCELLED;
   } catch (const MemoryLimit& error) {
-    message = error.what();
+    // The plan counts the whole process; a caller's limit is for the work of the call.
+    message = error.but_for(memory_of_program).what();
     return TAGRID_MEMORY_LIMIT;
   } catch (const UsageError& error) {
     message = error.what();
@@ -50,14 +59,22 @@ tagrid_status sorted(std::string& message) {
 
 }  // namespace
 
-tagrid_status failed(Messages& messages) noexcept {
+MessageOfEachThread::MessageOfEachThread() {
+  static std::atomic<std::uint64_t> handles = 0;
+  handle_ = ++handles;
+}
+
+void MessageOfEachThread::set(std::string text) noexcept { last_of_thread = {handle_, std::move(text)}; }
+
+const char* MessageOfEachThread::get() const {
+  return last_of_thread.handle == handle_ ? last_of_thread.text.c_str() : "";
+}
+
+tagrid_status sorted_failure(std::string& message) noexcept {
   try {
-    std::string message;
-    const tagrid_status status = sorted(message);
-    messages.set(std::move(message));
-    return status;
+    return sorted(message);
   } catch (...) {
-    // There is no memory for a message.
+    message.clear();
     return TAGRID_OUT_OF_MEMORY;
   }
 }

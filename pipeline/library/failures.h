@@ -1,40 +1,36 @@
 // Exceptions of the program as statuses of the library, with their messages.
 #pragma once
 
-#include <map>
-#include <mutex>
+#include <cstdint>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include "tagrid/tagrid.h"
 
 namespace tagrid::library {
 
-/// The messages of a handle: one for each thread that uses it, or one for all of them.
-class Messages {
+/// The messages of a handle that one thread at a time uses: the last one is for whoever asks.
+class SharedMessage {
  public:
-  enum class Of { each_thread, the_handle };
-  explicit Messages(Of of) : of_(of) {}
-
-  void set(std::string text) {
-    const std::lock_guard lock(mutex_);
-    texts_[reader()] = std::move(text);
-  }
-  /// Of this thread; "" where it has none.
-  const char* get() const {
-    const std::lock_guard lock(mutex_);
-    const auto found = texts_.find(reader());
-    return found == texts_.end() ? "" : found->second.c_str();
-  }
+  void set(std::string text) noexcept { text_ = std::move(text); }
+  const char* get() const { return text_.c_str(); }
 
  private:
-  std::thread::id reader() const {
-    return of_ == Of::each_thread ? std::this_thread::get_id() : std::thread::id();
-  }
+  std::string text_;
+};
 
-  Of of_;
-  mutable std::mutex mutex_;
-  std::map<std::thread::id, std::string> texts_;
+/// The messages of a handle that threads share: each thread reads its own. A thread keeps its last message alone, of
+/// whatever handle, so that nothing grows with the number of threads or handles.
+class MessageOfEachThread {
+ public:
+  MessageOfEachThread();
+
+  void set(std::string text) noexcept;
+  /// "" where the last message of this thread is of another handle.
+  const char* get() const;
+
+ private:
+  std::uint64_t handle_;  ///< no other one ever has this number
 };
 
 /// An argument of a call that makes no sense.
@@ -45,17 +41,20 @@ struct BadArgument {
 /// Thrown where a callback of the caller asks to stop.
 struct Cancelled {};
 
-/// The exception that is being handled: its status, and its message in `messages`.
-tagrid_status failed(Messages& messages) noexcept;
+/// The exception that is being handled: its status, and its message, "" where there is no memory for it.
+tagrid_status sorted_failure(std::string& message) noexcept;
 
 /// Does the work of one call.
-template <class Work>
+template <class Messages, class Work>
 tagrid_status call(Messages& messages, Work work) noexcept {
   try {
     work();
     return TAGRID_OK;
   } catch (...) {
-    return failed(messages);
+    std::string message;
+    const tagrid_status status = sorted_failure(message);
+    messages.set(std::move(message));
+    return status;
   }
 }
 

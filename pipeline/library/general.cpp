@@ -48,6 +48,18 @@ void tagrid_input_init(tagrid_input* input) {
   input->struct_size = sizeof *input;
 }
 
+void tagrid_info_init(tagrid_info* info) {
+  if (info == nullptr) return;
+  *info = {};
+  info->struct_size = sizeof *info;
+}
+
+void tagrid_brick_init(tagrid_brick* brick) {
+  if (brick == nullptr) return;
+  *brick = {};
+  brick->struct_size = sizeof *brick;
+}
+
 void tagrid_mesh_sink_init(tagrid_mesh_sink* sink) {
   if (sink == nullptr) return;
   *sink = {};

@@ -16,7 +16,8 @@ using namespace tagrid::library;
 struct tagrid_reader {
   std::shared_ptr<const ByteSource> source;
   std::unique_ptr<TagBricks> file;  ///< None where opening failed.
-  mutable Messages messages{Messages::Of::each_thread};
+  SharedMessage of_opening;         ///< Only whoever opens it has the handle.
+  mutable MessageOfEachThread messages;
 };
 
 namespace {
@@ -78,7 +79,7 @@ tagrid_status open_reader(tagrid_reader** reader, MakeSource make_source) noexce
   if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
   *reader = new (std::nothrow) tagrid_reader;
   if (*reader == nullptr) return TAGRID_OUT_OF_MEMORY;
-  return call((*reader)->messages, [&] {
+  return call((*reader)->of_opening, [&] {
     (*reader)->source = make_source();
     (*reader)->file = std::make_unique<TagBricks>((*reader)->source);
   });
@@ -113,7 +114,9 @@ tagrid_status tagrid_reader_open(const tagrid_input* input, tagrid_reader** read
 void tagrid_reader_close(tagrid_reader* reader) { delete reader; }
 
 const char* tagrid_reader_message(const tagrid_reader* reader) {
-  return reader == nullptr ? "there is no reader" : reader->messages.get();
+  if (reader == nullptr) return "there is no reader";
+  const char* own = reader->messages.get();
+  return *own != '\0' ? own : reader->of_opening.get();
 }
 
 tagrid_status tagrid_reader_info(const tagrid_reader* reader, tagrid_info* info) {

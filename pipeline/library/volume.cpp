@@ -42,16 +42,22 @@ std::string nrrd_fields_of(const tagrid_geometry& geometry) {
     return geometry.has_spacing
                ? spacings_line({geometry.spacing[0], geometry.spacing[1], geometry.spacing[2]})
                : "";
-  // An origin needs a space, and a space needs directions.
+  const std::string origin =
+      geometry.has_origin ? "space origin: " + vector(geometry.origin) + "\n" : std::string();
+  bool is_known = geometry.has_spacing;
+  for (const double spacing : geometry.spacing) is_known &= !std::isnan(spacing);
+  // Directions would say how far samples are apart, where nobody knows.
+  if (!geometry.has_directions && !is_known) {
+    const auto& s = geometry.spacing;
+    return (geometry.has_spacing ? spacings_line({s[0], s[1], s[2]}) : "") + "space dimension: 3\n" + origin;
+  }
   std::string lines = "space dimension: 3\nspace directions:";
   for (int axis = 0; axis < 3; ++axis) {
     double along_axis[3] = {0, 0, 0};
-    along_axis[axis] = geometry.has_spacing ? geometry.spacing[axis] : 1;
+    along_axis[axis] = geometry.spacing[axis];
     lines += fmt::format(" {}", vector(geometry.has_directions ? geometry.directions[axis] : along_axis));
   }
-  lines += "\n";
-  if (geometry.has_origin) lines += "space origin: " + vector(geometry.origin) + "\n";
-  return lines;
+  return lines + "\n" + origin;
 }
 
 tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
@@ -59,9 +65,10 @@ tagrid_info info_of(const TagHeader& header, const TagIndex& index, const TagSiz
   const Statistics& total = index.total;
   const BrickGrid bricks = p.bricks();
   tagrid_info info = {};
-  copy(p.dims, info.dims);
-  info.type = static_cast<tagrid_type>(p.type);
-  info.geometry = geometry_of_volume(geometry_of(header.nrrd_fields));
+  const VolumeInfo volume = volume_info_of(header);
+  copy(volume.dims, info.dims);
+  info.type = static_cast<tagrid_type>(volume.type);
+  info.geometry = geometry_of_volume(volume.geometry);
   info.grid_only = p.mode == FileMode::grid;
   info.max_error = nan_unless(p.max_error >= 0, p.max_error);
   info.surface_error = nan_unless(p.surface_error >= 0, p.surface_error);

@@ -131,7 +131,13 @@ class InstalledLibrary(unittest.TestCase):
         for name in ("tagrid", "libtagrid"):
             self.assertRegex(field[name], r"Depends: .*libtbb")
         self.assertRegex(field["libtagrid-dev"], r"Depends: .*libtagrid \(= ")
+        architecture = run("dpkg-architecture", "-qDEB_HOST_MULTIARCH").strip()
+        self.assertIn(f"./usr/lib/{architecture}/libtagrid.so.0 ->", content["libtagrid"])
+        for path in ("libtagrid.a", "pkgconfig/tagrid.pc", "cmake/tagrid/tagridConfig.cmake"):
+            self.assertIn(f"./usr/lib/{architecture}/{path}\n", content["libtagrid-dev"])
         for name in packages:
+            self.assertRegex(field[name], r"Maintainer: [^<@]+ <[^@\s]+@[^@\s]+>")
+            self.assertNotIn("tagrid@localhost", field[name])
             self.assertIn("Description: CT volumes as one file", field[name])
 
 

@@ -42,12 +42,15 @@ struct ConvertCommand {
 
   void execute(const OptionTexts& given) const {
     options.run.obey_memory_limit();
+    if (options.trust_description && !remove_verified)
+      throw UsageError(
+          "--trust-description: is about removing originals; give --remove-verified, or leave it out");
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Also where no volume is left for them.
     const Encoding asked = encoding_of(given);
-    if (remove_verified) refuse_without_bound(asked.options, "--remove-verified");
     const std::vector<ManifestLine> lines =
         read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
+    if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
     // A report may be the first file in the folder of the outputs.
     if (!remove_verified && fs::path(options.run.json).parent_path() == fs::path(options.output_dir))
@@ -79,6 +82,20 @@ struct ConvertCommand {
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
+  }
+
+  // The bound that the command does not give may come from a line. Where a line itself asks for a grid without
+  // one, that volume alone is kept.
+  void refuse_lines_without_bound(const Encoding& asked, const std::vector<ManifestLine>& lines) const {
+    if (has_bound(asked.options)) return;
+    for (const ManifestLine& line : lines) {
+      try {
+        refuse_without_bound(encoding_of(line.options).options, "--remove-verified");
+      } catch (const UsageError& error) {
+        throw UsageError(fmt::format("{}: line {}: {}", manifest == "-" ? "standard input" : manifest,
+                                     line.number, error.what()));
+      }
+    }
   }
 
   static std::string summary(const ConversionSums& sums, const char* wrong) {
@@ -121,7 +138,9 @@ struct ConvertCommand {
   // The report of the run must replace neither records nor outputs, whatever may be overwritten.
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
-    const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(path).string(); };
+    const auto canonical = [](const fs::path& path) {
+      return fs::weakly_canonical(fs::absolute(path)).string();
+    };
     const fs::path report = options.run.json, folder = options.output_dir;
     const std::string name = report.filename().string();
     if (name.starts_with("results") && name.ends_with(".jsonl") &&

@@ -45,7 +45,8 @@ struct DecodeCommand {
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
-    RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path);
+    RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
+                     samples_path(path, chosen));
 
     const DecodeResult result = decode(path, chosen, wanted, [&](const DecodeResult& written) {
       const CodingParameters& parameters = written.header.parameters;

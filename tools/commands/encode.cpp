@@ -40,6 +40,8 @@ struct EncodeCommand {
     refuse_terminal(path, "compressed bytes");
     const Encoding asked = encoding.checked();
     if (remove) refuse_without_bound(asked.options, "--rm");
+    if (trust_description && !remove)
+      throw UsageError("--trust-description: is about removing the input; give --rm, or leave it out");
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = files_to_remove(asked, path);

@@ -37,6 +37,10 @@ int fail(int code, const std::string& message) {
   return code;
 }
 
+int fail(const Failure& failure) {
+  return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
@@ -66,8 +70,14 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return fail(exit_usage, explain(app, error));
   }
-  for (const auto& [command, action] : commands)
-    if (command->parsed()) action();
+  for (const auto& [command, action] : commands) {
+    if (!command->parsed()) continue;
+    try {
+      action();
+    } catch (const std::exception&) {
+      return fail(current_failure(memory_advice(*command)));
+    }
+  }
   flush_standard_output();
   return exit_ok;
 }
@@ -77,8 +87,7 @@ int guarded_run(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception&) {
-    const Failure failure = current_failure();
-    return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
+    return fail(current_failure());
   }
 }
 

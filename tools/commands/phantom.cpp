@@ -23,7 +23,8 @@ struct PhantomCommand {
     refuse_terminal(path, "samples");
     const VolumeFormat chosen = volume_format_option(format, path);
     remove_abandoned(run, {}, {path, samples_path(path, chosen)});
-    RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path);
+    RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path,
+                     samples_path(path, chosen));
     write(options, path, chosen, [&](std::uint64_t written) {
       report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
     });

@@ -31,7 +31,7 @@ struct VerifyCommand {
       throw UsageError("--against -: the standard input is the .tag file already; give a file");
     refuse_terminal_input(input);
     refuse_terminal_input(original);
-    RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "");
+    RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     SourceDescription source(description);
     source.vdb_grid = vdb_grid;
     const VerifyResult result = verify(source);

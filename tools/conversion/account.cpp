@@ -25,7 +25,8 @@ LineRecord::LineRecord(const ManifestLine& line)
 }
 
 void LineRecord::fail() {
-  const Failure failure = current_failure();
+  const Failure failure =
+      current_failure("fewer threads (-T), a limit (-M SIZE) or a smaller --brick need less");
   error_ = failure.message;
   json_["error"] = failure.message;
   json_["code"] = failure.code;
@@ -51,7 +52,9 @@ void ConversionAccount::settle(const ManifestLine& line, const std::string& reco
     sums_.bytes_out += json.at("bytes_out").get<std::uint64_t>();
   }
   const bool bad = json.at("code").get<int>() != exit_ok;
-  if (bad) say_line("tagrid: " + error);
+  // "out of memory" is nobody's; a list has many volumes.
+  const bool is_named = error.find(line.input) != error.npos || error.find(line.output) != error.npos;
+  if (bad) say_line("tagrid: " + (is_named ? "" : line.input + ": ") + error);
   if (!bad && run_.verbosity > 0 && !run_.quiet) say_line(line.input + ": " + status);
 }
 

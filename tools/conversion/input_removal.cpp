@@ -64,8 +64,10 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
            fmt::format("or {}", advice).c_str());
 }
 
+bool has_bound(const EncodeOptions& options) { return !options.grid_only || options.max_error.has_value(); }
+
 void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
-  if (!options.grid_only || options.max_error) return;
+  if (has_bound(options)) return;
   throw UsageError(fmt::format(
       "{}: a grid without a bound is no replacement for a volume: most voxels could not come back; {}, or "
       "leave out {}",

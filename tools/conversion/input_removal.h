@@ -29,6 +29,8 @@ struct Replacement {
 /// changed of which only the command said what they are. A wrong description costs nothing without loss, but
 /// within a bound of 5 a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
+/// Whether a volume that is encoded with these options comes back within a bound.
+bool has_bound(const EncodeOptions& options);
 /// The same of options alone: throws UsageError where they give no bound. `option` asks for the removal.
 void refuse_without_bound(const EncodeOptions& options, const std::string& option);
 

@@ -51,6 +51,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     throw UsageError(fmt::format("{}: is no file; if these are columns, separate them by tabs, not by spaces",
                                  columns[0]));
   line.options = given;
+  std::set<std::string> names;
   for (std::size_t i = 1; i < columns.size(); ++i) {
     // Tables of spreadsheets end in empty columns.
     if (columns[i].empty()) continue;
@@ -58,6 +59,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     if (equals == 0 || equals >= columns[i].size() - 1)
       throw UsageError(fmt::format("{}: must be option=value", columns[i]));
     const std::string name = columns[i].substr(0, equals), value = columns[i].substr(equals + 1);
+    if (!names.insert(name).second) throw UsageError(fmt::format("{} is given twice", name));
     if (name == "output")
       line.output = output_called(value);
     else

@@ -86,6 +86,9 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
 }
 
 void KnownOutputs::read(const std::string& path) {
+  // A pipe would be waited for, and has no lines of an earlier run.
+  if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
+    throw UsageError(path + ": has the name of a file of records and is not a file; move it elsewhere");
   FileBytes file(path);
   for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
     const ordered_json record = ordered_json::parse(line, nullptr, false);

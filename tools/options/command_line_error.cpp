@@ -69,6 +69,13 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
 
 }  // namespace
 
+std::string memory_advice(const CLI::App& command) {
+  const auto has = [&](const char* option) { return command.get_option_no_throw(option) != nullptr; };
+  if (has("--brick")) return "fewer threads (-T), a limit (-M SIZE) or a smaller --brick need less";
+  if (has("--memory")) return "fewer threads (-T) or a limit (-M SIZE) need less";
+  return has("--threads") ? "fewer threads (-T) need less" : "";
+}
+
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> given = app.get_subcommands();
   const CLI::App& command = given.empty() ? app : *given.front();

@@ -8,8 +8,8 @@ namespace {
 std::string memory_advice(const std::vector<std::uint64_t>& needed) {
   const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
   const std::string limit = fmt::format(": give -M {}M", mebibytes(needed[0]));
-  if (needed.size() == 1) return limit;
-  return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[1]));
+  if (needed.size() < 3) return limit;
+  return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[2]));
 }
 
 // Advice that follows the message of the error.
@@ -24,8 +24,11 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::no_known_format:
       return "; if these are samples without a header, say how they lie, with --dims and --type";
     case Problem::compressed_file:
-      return "; decompress it into a pipe: zcat FILE | tagrid encode - (with --dims and --type, if it is no "
-             "NRRD file); the like for zstd, xz and bzip2";
+      return "; decompress it into a pipe: zcat FILE | tagrid encode - (or verify NAME.tag --against -), or "
+             "into "
+             "a file: zcat FILE > OTHER; what is no NRRD file needs --dims and --type; the like for zstd, xz "
+             "and "
+             "bzip2";
     case Problem::nifti_header:
       return "; give its .img file with --dims, --type and --endian";
     case Problem::nifti_file:

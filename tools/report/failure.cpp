@@ -10,13 +10,8 @@
 #include "tools/report/exit_codes.h"
 
 namespace tagrid {
-namespace {
 
-constexpr const char* out_of_memory = "out of memory; a smaller --brick, or fewer threads, need less";
-
-}  // namespace
-
-Failure current_failure() {
+Failure current_failure(const std::string& memory_advice) {
   const SortedError error = sorted_error(std::current_exception());
   switch (error.kind) {
     case ErrorKind::usage:
@@ -28,7 +23,7 @@ Failure current_failure() {
     case ErrorKind::world:
       return {exit_world, words_of(error)};
     case ErrorKind::memory:
-      return {exit_world, out_of_memory};
+      return {exit_world, "out of memory" + (memory_advice.empty() ? "" : "; " + memory_advice)};
     case ErrorKind::bug:
       break;
   }

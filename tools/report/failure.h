@@ -10,7 +10,8 @@ struct Failure {
   std::string message;  ///< "" if no message is needed
 };
 
-/// For the exception that is being handled. Call it in a catch block.
-Failure current_failure();
+/// For the exception that is being handled. Call it in a catch block. `memory_advice` says what needs less
+/// memory; it is used if memory ran out, and "" if nothing would help.
+Failure current_failure(const std::string& memory_advice = "");
 
 }  // namespace tagrid

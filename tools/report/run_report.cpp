@@ -20,13 +20,17 @@ nlohmann::ordered_json text_or_null(const std::string& text) {
 
 /// True if two names belong to one file, which need not exist yet.
 bool same_name(const std::string& a, const std::string& b) {
-  return std::filesystem::weakly_canonical(a) == std::filesystem::weakly_canonical(b);
+  // A relative name of which nothing exists would stay as it is: "x" is "./x".
+  const auto canonical = [](const std::string& name) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(name));
+  };
+  return canonical(a) == canonical(b);
 }
 
 }  // namespace
 
 RunReport::RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-                     std::string output)
+                     std::string output, const std::string& another)
     : path_(std::move(path)),
       command_(std::move(command)),
       input_(std::move(input)),
@@ -35,6 +39,8 @@ RunReport::RunReport(std::string path, int threads, bool overwrite, std::string 
   if (path_.empty()) return;
   if (path_ == "-" ? output_ == "-" : !output_.empty() && same_name(path_, output_))
     throw UsageError(fmt::format("--json {}: is the output itself; choose another file", path_));
+  if (!another.empty() && another != "-" && same_name(path_, another))
+    throw UsageError(fmt::format("--json {}: is a file of the volume; choose another file", path_));
   if (!input_.empty()) refuse_same_file(input_, path_);
   // A report replaces only an older report: -f is meant for the output, and a wrong name here must not cost a
   // volume. If the file does not exist now, but exists when the report is complete, this run has written it.

@@ -27,9 +27,10 @@ struct RunFigures {
 class RunReport {
  public:
   /// `path` is the report's file, "" if none was requested. `input` is null ("") if there is none. Throws
-  /// UsageError if the file exists and `overwrite` is false, or if it is the input or the output.
+  /// UsageError if the file exists and `overwrite` is false, or if it is the input, the output, or `another`
+  /// file that the run reads or writes ("": none).
   RunReport(std::string path, int threads, bool overwrite, std::string command, std::string input,
-            std::string output);
+            std::string output, const std::string& another = "");
 
   /// Ends the run: measures its time, and writes the report if one was requested. Without keep() the file is
   /// removed again: a run has succeeded only when its output has its name, too.

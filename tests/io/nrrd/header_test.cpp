@@ -192,6 +192,20 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
   EXPECT_NE(four.find("must be 3 words"), std::string::npos) << four;
 }
 
+TEST(NrrdHeader, AnOriginOfNansIsNotKnown) {
+  for (const std::string fields : {"space: LPS\nspace origin: (nan,NaN,nan)\n", "axis mins: nan nan nan\n"}) {
+    EXPECT_FALSE(geometry_of(fields).has_origin) << fields;
+    EXPECT_EQ(geometry_of(fields).origin[0], 0) << fields;
+  }
+  EXPECT_TRUE(geometry_of("axis mins: nan 2 nan\n").has_origin);
+  EXPECT_THROW(geometry_of("space: LPS\nspace origin: (nan,1,nan)\n"), BrokenInput);
+  EXPECT_THROW(geometry_of("space: LPS\nspace origin: (1,nan,1)\n"), BrokenInput);
+  // Axes that are none of space, which others write as "none".
+  const std::string none = message_of<BrokenInput>(
+      [] { geometry_of("space: LPS\nspace directions: (1,0,0) (0,1,0) (nan,nan,nan)\n"); });
+  EXPECT_NE(none.find("each of the three axes must be one of space"), none.npos) << none;
+}
+
 TEST(NrrdHeader, StorageFieldsAreNoFieldsOfTheVolume) {
   EXPECT_THROW(geometry_of("sizes: 1 2 3\n"), BrokenInput);
   EXPECT_THROW(geometry_of("content: x\n\nsecret\n"), BrokenInput);

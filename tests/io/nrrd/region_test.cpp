@@ -56,6 +56,51 @@ TEST(FieldsOfRegion, ForgetTheEndsOfTheWholeVolume) {
   EXPECT_EQ(fields_of_region(fields, {2, 0, 0}, {1, 1, 1}), "spacings: 1 1 1\naxis mins: 2 0 0\n");
 }
 
+TEST(FieldsOfRegion, InventNoPlaceWhereTheSpacingIsNotKnown) {
+  struct Case {
+    std::string whole;
+    Index3 low, step;
+    std::string region;
+  };
+  const std::string mins = "axis mins: 0.1 4 nan\n";
+  for (const Case& c : {
+           // The first sample stays where it is, whatever comes after it.
+           Case{mins, {0, 0, 0}, {2, 2, 2}, mins},
+           {mins, {3, 0, 3}, {1, 1, 1}, "axis mins: nan 4 nan\n"},
+           {mins + "centers: node node node\n",
+            {0, 2, 0},
+            {4, 4, 4},
+            "axis mins: 0.1 nan nan\ncenters: node node node\n"},
+           {"spacings: nan 2 2\n" + mins, {1, 1, 1}, {1, 2, 1}, "spacings: nan 4 2\naxis mins: nan 5 nan\n"},
+           {"spacings: nan 2 2\n", {1, 1, 0}, {1, 1, 1}, "spacings: nan 2 2\naxis mins: nan 1 -1\n"},
+           {"spacings: nan 2 2\n", {1, 0, 0}, {1, 1, 1}, "spacings: nan 2 2\n"},
+           {"space: LPS\nspace origin: (1,2,3)\n",
+            {0, 0, 0},
+            {2, 2, 2},
+            "space: LPS\nspace origin: (1,2,3)\n"},
+           {"space: LPS\nspace origin: (1,2,3)\n", {0, 0, 1}, {1, 1, 1}, "space: LPS\n"},
+           {"space origin: (nan,nan,nan)\n", {3, 0, 0}, {2, 2, 2}, "space origin: (nan,nan,nan)\n"},
+           {"spacings: 1 nan 2\nspace origin: (1,2,3)\n",
+            {1, 0, 1},
+            {1, 1, 1},
+            "spacings: 1 nan 2\nspace origin: (2,2,5)\n"},
+       })
+    EXPECT_EQ(fields_of_region(c.whole, c.low, c.step), c.region) << c.whole;
+}
+
+TEST(FieldsOfRegion, AreReadableWhereNumbersBecomeTooLarge) {
+  for (const std::string whole :
+       {"spacings: 1e308 1 1\n", "spacings: 1e308 1 1\naxis mins: 1e308 0 0\n",
+        "space directions: (1e308,0,0) (0,1,0) (0,0,1)\nspace origin: (1e308,0,0)\n"})
+    for (const Index3& low : {Index3{0, 0, 0}, Index3{3, 3, 3}})
+      for (const std::int64_t step : {1, 4}) {
+        const std::string fields = fields_of_region(whole, low, {step, step, step});
+        EXPECT_EQ(fields.find("inf"), fields.npos) << fields;
+        EXPECT_NO_THROW(geometry_of(fields)) << fields;
+      }
+  EXPECT_EQ(fields_of_region("spacings: 1e308 1 1\n", {0, 0, 0}, {4, 4, 4}), "spacings: nan 4 4\n");
+}
+
 TEST(FieldsOfRegion, SayNothingWhereNothingWasSaid) {
   EXPECT_EQ(fields_of_region("", {2, 3, 4}, {2, 2, 2}), "");
   EXPECT_EQ(fields_of_region("kVp:=120\n", {2, 3, 4}, {2, 2, 2}), "kVp:=120\n");

@@ -1,5 +1,6 @@
 // Writing with the library: the bytes, and encoders that fail, are cancelled, or are abandoned.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 
 #include <thread>
 
@@ -221,6 +222,26 @@ TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
   std::thread([&] { EXPECT_EQ(tagrid_encoder_message(opened), message); }).join();
 }
 
+TEST_F(LibraryEncoder, SlicesAreCopiedOnlyOnceThereIsRoomForThem) {
+  const Index3 deep = {16, 16, 400};
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 12);
+  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
+  Encoded encoded;
+  encoded.write_fails_at = 1;
+  tagrid_encoder* opened = nullptr;
+  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  const EncoderHandle encoder(opened);
+  tagrid_status status = TAGRID_OK;
+  for (std::int64_t z = 0; z < deep.z / 2 && status == TAGRID_OK; ++z)
+    status = tagrid_encoder_write(opened, samples.data(), 1, nullptr);
+  ASSERT_EQ(status, TAGRID_IO_ERROR);
+  // Reading it would end the process.
+  void* forbidden = mmap(nullptr, 4096, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(forbidden, MAP_FAILED);
+  EXPECT_EQ(tagrid_encoder_write(opened, forbidden, 1, nullptr), TAGRID_IO_ERROR);
+  munmap(forbidden, 4096);
+}
+
 TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
   for (const Index3 size : {dims, Index3{100, 3, 5}, Index3{3, 90, 40}}) {
     const auto samples = awkward_volume<std::int16_t>(Awkward::noise, size, 6);
@@ -237,7 +258,11 @@ TEST_F(LibraryEncoder, TheSmallestLimitOfMemoryIsEnoughAndLessIsRefused) {
     call.memory_limit = smallest - 1;
     encode(options, samples.data(), refused, &call);
     EXPECT_EQ(refused.status, TAGRID_MEMORY_LIMIT);
-    EXPECT_NE(refused.message, "");
+    const std::uint64_t mebibyte = 1 << 20;
+    EXPECT_NE(refused.message.find("needs at least " + std::to_string((smallest + mebibyte - 1) / mebibyte) +
+                                   " MiB"),
+              std::string::npos)
+        << refused.message;
     EXPECT_EQ(refused.bytes, "");
   }
 }
@@ -296,6 +321,73 @@ TEST_F(LibraryEncoder, OptionsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(tagrid_encoder_finish(nullptr, nullptr), TAGRID_INVALID_ARGUMENT);
   EXPECT_STRNE(tagrid_encoder_message(nullptr), "");
   tagrid_encoder_close(nullptr);
+}
+
+TEST_F(LibraryEncoder, AnyGeometryOfAReaderIsTakenAndComesBack) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 11);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const bool has_origin : {false, true})
+    for (const bool has_spacing : {false, true})
+      for (const double unknown : {2.5, nan}) {
+        tagrid_geometry geometry = {};
+        geometry.has_spacing = has_spacing;
+        geometry.has_origin = has_origin;
+        for (int axis = 0; axis < 3; ++axis) {
+          geometry.spacing[axis] = !has_spacing ? nan : axis == 1 ? unknown : 0.5;
+          geometry.origin[axis] = has_origin ? axis - 0.1 : 0;
+        }
+        tagrid_encode_options options = encode_options(dims, SampleType::int16);
+        options.geometry = &geometry;
+        Encoded encoded;
+        encode(options, samples.data(), encoded);
+        ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+        const tagrid_geometry& found = encoded.info.geometry;
+        EXPECT_EQ(found.has_origin, has_origin);
+        EXPECT_EQ(found.has_spacing, has_spacing);
+        for (int axis = 0; axis < 3; ++axis) {
+          EXPECT_EQ(found.origin[axis], geometry.origin[axis]);
+          EXPECT_TRUE(found.spacing[axis] == geometry.spacing[axis] ||
+                      (std::isnan(found.spacing[axis]) && std::isnan(geometry.spacing[axis])));
+        }
+      }
+}
+
+TEST_F(LibraryEncoder, MetadataThatNoReaderWouldTakeIsRefusedAndAllElseComesBack) {
+  const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, dims, 10);
+  tagrid_encode_options options = encode_options(dims, SampleType::int16);
+  constexpr std::size_t most = std::size_t{1} << 24;
+  struct Case {
+    bool compresses;
+    std::size_t length;
+    bool fits;
+  };
+  for (const Case& c : {Case{true, most, true},
+                        {true, most + 1, false},
+                        {false, most / 2 + 1, true},
+                        {false, most - 10000, true},
+                        {false, most, false}}) {
+    std::mt19937 random(1);
+    std::string metadata = "key:=";
+    while (metadata.size() < c.length - 1)
+      metadata += c.compresses ? 'x' : static_cast<char>('\r' + 1 + random() % (255 - '\r'));
+    metadata += '\n';
+    options.metadata = metadata.c_str();
+    Encoded encoded;
+    encode(options, samples.data(), encoded);
+    ASSERT_EQ(encoded.status, c.fits ? TAGRID_OK : TAGRID_INVALID_ARGUMENT) << c.length << encoded.message;
+    if (c.fits) {
+      MemoryFile file{encoded.bytes};
+      tagrid_status opened = TAGRID_BUG;
+      const ReaderHandle reader = open_reader(file, &opened);
+      ASSERT_EQ(opened, TAGRID_OK) << tagrid_reader_message(reader.get());
+      EXPECT_TRUE(tagrid_reader_metadata(reader.get()) == metadata) << c.length;
+    } else {
+      EXPECT_NE(encoded.message.find(std::to_string(c.length) + " bytes"), std::string::npos)
+          << encoded.message;
+      EXPECT_EQ(encoded.bytes, "");
+      EXPECT_EQ(tagrid_encode_memory(&options), 0u);
+    }
+  }
 }
 
 TEST_F(LibraryEncoder, WrongNumbersOfSlicesAreRefusedAndRightOnesMayFollow) {

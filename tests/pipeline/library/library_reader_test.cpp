@@ -1,11 +1,14 @@
 // Reading with the library: from files and callbacks, by several threads, and with damage.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <set>
 #include <thread>
 
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace tagrid {
 namespace {
@@ -114,7 +117,7 @@ TEST(LibraryReader, ABoxReadsItsBricksAndNothingElse) {
   }
 }
 
-TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost27Bricks) {
+TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost8Bricks) {
   const Index3 large = {200, 160, 150};
   const std::vector<std::uint8_t> samples(static_cast<std::size_t>(Box::of_size(large).count()), 7);
   tagrid_encode_options options = encode_options(large, SampleType::uint8);
@@ -135,7 +138,7 @@ TEST(LibraryReader, ABoxOf64SamplesAnEdgeMeetsAtMost27Bricks) {
     }
     file.reads.clear();
     ASSERT_EQ(tagrid_reader_read(reader.get(), &box, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
-    EXPECT_LE(file.reads.size(), 27u);
+    EXPECT_LE(file.reads.size(), 8u);
   }
 }
 
@@ -334,6 +337,84 @@ TEST(LibraryReader, ALimitOfMemoryThatCannotBeKeptIsRefused) {
     EXPECT_EQ(tagrid_reader_verify(reader.get(), &call), status) << limit;
     EXPECT_EQ(tagrid_reader_mesh(reader.get(), nullptr, &sink, &call), status) << limit;
     EXPECT_EQ(tagrid_reader_mesh(reader.get(), &options, &sink, &call), status) << limit;
+  }
+}
+
+TEST(LibraryReader, AThreadReadsItsOwnMessageAlsoWhereItHasTheNumberOfOneThatIsGone) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 12);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file), other = open_reader(file);
+  for (int i = 0; i < 5; ++i) {
+    std::thread([&] {
+      EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
+      EXPECT_STREQ(tagrid_reader_message(reader.get()), "there is no brick of this number");
+      EXPECT_STREQ(tagrid_reader_message(other.get()), "");
+    }).join();
+    std::thread([&] { EXPECT_STREQ(tagrid_reader_message(reader.get()), ""); }).join();
+  }
+  EXPECT_STREQ(tagrid_reader_message(reader.get()), "");
+  // One message a thread: that of its last failure.
+  EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
+  EXPECT_NE(tagrid_reader_info(other.get(), nullptr), TAGRID_OK);
+  EXPECT_STREQ(tagrid_reader_message(other.get()), "there is no struct to be filled");
+  EXPECT_STREQ(tagrid_reader_message(reader.get()), "");
+}
+
+TEST(LibraryReader, WhyAReaderIsNotOpenIsKeptForEveryThread) {
+  MemoryFile file{"no such file"};
+  const ReaderHandle reader = open_reader(file), other = open_reader(file);
+  const std::string why = tagrid_reader_message(reader.get());
+  EXPECT_NE(why.find("this is not a .tag file"), why.npos) << why;
+  EXPECT_EQ(tagrid_reader_message(other.get()), why);
+  std::thread([&] { EXPECT_EQ(tagrid_reader_message(reader.get()), why); }).join();
+}
+
+TEST(LibraryReader, ALimitOfMemoryIsOfTheWorkAndTheMessageSaysTheOneThatIsEnough) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 13);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
+  std::vector<std::uint16_t> out(samples.size());
+  tagrid_call call = call_of(1);
+  call.memory_limit = 17;
+  ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_MEMORY_LIMIT);
+  const std::string message = tagrid_reader_message(reader.get());
+  EXPECT_NE(message.find("and 17 B are allowed"), message.npos) << message;
+  int needed = 0;
+  ASSERT_EQ(std::sscanf(message.c_str(), "reading a part of the volume needs at least %d MiB", &needed), 1)
+      << message;
+  // Bricks of some hundred samples.
+  EXPECT_EQ(needed, 1);
+  call.memory_limit = static_cast<uint64_t>(needed) << 20;
+  EXPECT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_OK);
+}
+
+TEST(LibraryReader, StructsThatAreFilledHaveAnInitFunction) {
+  const auto samples = awkward_volume<std::uint16_t>(Awkward::smooth, dims, 14);
+  MemoryFile file = encoded_file(dims, samples);
+  const ReaderHandle reader = open_reader(file);
+  tagrid_info info;
+  tagrid_info_init(&info);
+  EXPECT_EQ(tagrid_reader_info(reader.get(), &info), TAGRID_OK);
+  EXPECT_EQ(info.dims[1], dims.y);
+  tagrid_brick brick;
+  tagrid_brick_init(&brick);
+  EXPECT_EQ(tagrid_reader_brick(reader.get(), 0, &brick), TAGRID_OK);
+  EXPECT_GT(brick.bytes, 0u);
+  tagrid_info_init(nullptr);
+  tagrid_brick_init(nullptr);
+}
+
+struct LibraryReaderOfFiles : TemporaryFolder {};
+
+TEST_F(LibraryReaderOfFiles, APipeIsRefusedAndNotWaitedFor) {
+  ASSERT_EQ(mkfifo(path("pipe.tag").c_str(), 0600), 0);
+  for (const std::string& name : {path("pipe.tag"), std::string("/dev/null")}) {
+    tagrid_reader* opened = nullptr;
+    EXPECT_EQ(tagrid_reader_open_file(name.c_str(), &opened), TAGRID_IO_ERROR);
+    EXPECT_EQ(std::string(tagrid_reader_message(opened)),
+              name + ": is no file, and only a file can be read in any order; copy it to a file first");
+    tagrid_reader_close(opened);
   }
 }
 

@@ -8,7 +8,9 @@
 #include <limits>
 #include <set>
 
+#include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/tag/file.h"
 #include "pipeline/region/decode_region.h"
 #include "pipeline/run/run.h"
 #include "tests/support/memory_source.h"
@@ -187,6 +189,18 @@ TEST_F(ReadRegion, ADamagedBrickIsNeverHandedOut) {
   // Every truncation is found when the file is opened.
   for (std::size_t size = 0; size < good.size(); size += 101)
     EXPECT_THROW(TagBricks(std::make_shared<MemorySource>(good.substr(0, size))), BrokenInput) << size;
+}
+
+TEST_F(ReadRegion, WhatFollowsAFileIsToldAlikeHoweverItIsRead) {
+  encode<std::int16_t>(false);
+  const std::string good = content("file.tag");
+  for (const std::string& more : {std::string("x"), std::string(100, '\0'), good}) {
+    const std::string name = file("more.tag", good + more);
+    const auto open = [&] { TagBricks(std::make_shared<FileSource>(name)); };
+    const auto read = [&] { TagReader(name).read_index(); };
+    EXPECT_EQ(message_of<BrokenInput>(open), message_of<BrokenInput>(read));
+    EXPECT_NE(message_of<BrokenInput>(open).find("bytes follow after"), std::string::npos) << more.size();
+  }
 }
 
 TEST_F(ReadRegion, FewerThreadsFitIntoLessMemory) {

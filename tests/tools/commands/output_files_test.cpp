@@ -86,6 +86,25 @@ TEST_F(OutputFiles, TheSamplesOfADetachedHeaderAreInputToo) {
   EXPECT_EQ(content("volume.raw"), before);
 }
 
+TEST_F(OutputFiles, TheReportIsNoFileOfTheVolume) {
+  make_tag();
+  expect_ok(script("mkdir below"));
+  for (const std::string json : {"y.raw", "./y.raw", "below/../y.raw", "y.nhdr"}) {
+    expect_error(tagrid({"decode", "volume.tag", "-o", "y.nhdr", "--json", json}), usage,
+                 "choose another file");
+    expect_error(tagrid({"phantom", "--dims", "9,9,9", "-o", "y.nhdr", "--json", json}), usage,
+                 "choose another file");
+  }
+  // A volume that begins as JSON does.
+  file("brace.raw", std::string(8, '{'));
+  expect_ok(tagrid({"encode", "brace.raw", "--dims", "2,2,2", "--type", "uint8", "-q"}));
+  expect_error(tagrid({"verify", "brace.tag", "--against", "brace.raw", "--dims", "2,2,2", "--type", "uint8",
+                       "--json", "brace.raw", "-f"}),
+               usage, "choose another file");
+  EXPECT_EQ(content("brace.raw"), std::string(8, '{'));
+  EXPECT_FALSE(std::filesystem::exists(path("y.raw")) || std::filesystem::exists(path("y.nhdr")));
+}
+
 TEST_F(OutputFiles, PermissionsAndTimeOfTheInputAreKept) {
   phantom("volume.nrrd");
   age("volume.nrrd");
@@ -146,6 +165,10 @@ TEST_F(OutputFiles, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescription
   for (const Arguments& more : {Arguments{"--max-error", "5"}, {"--grid-only", "--max-error", "5"}})
     expect_error(tagrid(with(with({"encode", "volume.raw", "--rm"}, more), raw_)), usage,
                  "volume.raw: cannot be removed: it has no header");
+  expect_error(tagrid(with({"encode", "volume.raw", "--max-error", "5", "--trust-description"}, raw_)), usage,
+               "--trust-description: is about removing the input; give --rm, or leave it out");
+  expect_error(tagrid({"convert", "--manifest", "list.tsv", "--output-dir", "out", "--trust-description"}),
+               usage, "give --remove-verified, or leave it out");
   EXPECT_EQ(names(), Names{"volume.raw"});
   expect_ok(tagrid(with({"encode", "volume.raw", "--rm", "--max-error", "5", "--trust-description"}, raw_)));
   EXPECT_EQ(names(), Names{"volume.tag"});

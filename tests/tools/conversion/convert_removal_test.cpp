@@ -176,7 +176,8 @@ TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
   volumes(2);
   file("list.tsv", "a.nrrd\tgrid-only=true\nb.nrrd\tgrid-only=true\tmax-error=9\n");
   expect_ok(convert());
-  expect_error(remove({"--grid-only"}), usage, "give --max-error E, or leave out --remove-verified");
+  expect_error(remove({"--grid-only"}), usage,
+               "list.tsv: line 1: --remove-verified: a grid without a bound is no replacement");
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
   // Whatever options are given now, the file says how it was made.
   for (const std::string list : {"a.nrrd\tgrid-only=true\nb.nrrd\n", "a.nrrd\nb.nrrd\n"}) {
@@ -190,6 +191,20 @@ TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
     EXPECT_NE(record["error"].get<std::string>().find("nothing bounds the error"), std::string::npos)
         << record;
   }
+}
+
+TEST_F(ConvertRemoval, ABoundThatOnlyTheLinesGiveIsABound) {
+  volumes(2);
+  file("list.tsv", "a.nrrd\tmax-error=5\nb.nrrd\tmax-error=9\n");
+  expect_ok(convert({"--grid-only"}));
+  expect_ok(remove({"--grid-only"}));
+  EXPECT_EQ(statuses(2), "a removed, b removed");
+
+  volumes(2);
+  file("list.tsv", "a.nrrd\tmax-error=5\nb.nrrd\n");
+  expect_ok(convert({"--grid-only", "-f"}));
+  expect_error(remove({"--grid-only"}), usage, "list.tsv: line 2: --remove-verified: a grid without a bound");
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
 }
 
 TEST_F(ConvertRemoval, AForgedRecordDoesNotHideThatNothingBoundsTheError) {

@@ -193,6 +193,8 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
       {"b.nrrd\tmax-error", "line 2: max-error: must be option=value"},
       {"b.nrrd\tmax-error=", "must be option=value"},
       {"b.nrrd\t=5", "must be option=value"},
+      {"b.nrrd\tmax-error=5\tcube=16\tmax-error=3", "line 2: max-error is given twice"},
+      {"b.nrrd\toutput=x\toutput=x", "line 2: output is given twice"},
       {"b.nrrd\tforce=true", "unknown option --force"},
       {"b.nrrd\tdims=4,4", "--dims"},
       {"b.nrrd\tdims=4,4,4", "needs both --dims and --type"},
@@ -373,6 +375,30 @@ TEST_F(Convert, HalfALineOfResultsIsCutOffAndWhatIsNoRecordPassedOver) {
   file("out/results.jsonl", std::string(9999, 'x'));
   expect_ok(convert({"--skip-done"}));
   EXPECT_EQ(statuses(), "a ok, b ok");
+}
+
+TEST_F(Convert, APipeWithTheNameOfRecordsIsRefusedAndNotWaitedFor) {
+  volumes(1);
+  expect_ok(convert());
+  for (const char* name : {"results.jsonl", "results-7-of-9.jsonl"}) {
+    std::filesystem::remove(path("out/results.jsonl"));
+    ASSERT_EQ(mkfifo(path(std::string("out/") + name).c_str(), 0600), 0);
+    Process waiting(
+        {TAGRID_PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done"},
+        folder_.string());
+    expect_error(waiting.wait(), usage, std::string(name) + ": ");
+    std::filesystem::remove(path(std::string("out/") + name));
+  }
+}
+
+TEST_F(Convert, AnErrorThatDoesNotNameItsVolumeIsToldWithTheName) {
+  volumes(2);
+  const Ending ending = convert({"-M", "13M", "-T", "1"});
+  EXPECT_EQ(ending.code, broken_input);
+  const std::string error = records()[0]["error"];
+  EXPECT_EQ(error.find("a.nrrd"), error.npos) << error;
+  EXPECT_NE(ending.err.find("tagrid: " + path("a.nrrd") + ": " + error + "\n"), ending.err.npos)
+      << ending.err;
 }
 
 TEST_F(Convert, ASecondRunAtTheSameTimeIsRefused) {

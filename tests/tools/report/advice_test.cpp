@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/encode/options.h"
+#include "tools/commands/commands.h"
+#include "tools/options/command_line_error.h"
 
 namespace tagrid {
 namespace {
@@ -42,6 +44,25 @@ TEST(Advice, NamesTheSmallestLimitOnMemory) {
             "folder for the samples, and -M 5M");
   EXPECT_EQ(words_of(MemoryLimit("decoding", 17, 1, {})),
             "decoding needs at least 1 MiB of memory, and 17 B are allowed: give -M 1M");
+}
+
+TEST(Advice, NamesNoFolderForSamplesWhereThatGainsNothing) {
+  EXPECT_EQ(words_of(MemoryLimit("encoding", 1 << 20, (9 << 20) + 1, (9 << 20) + 1)),
+            "encoding needs at least 10 MiB of memory, and 1 MiB are allowed: give -M 10M");
+}
+
+TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
+  for (const auto& add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
+                          add_mesh_command, add_convert_command, add_phantom_command}) {
+    CLI::App app;
+    const Action action = add(app);
+    const CLI::App& command = *app.get_subcommands({}).front();
+    const std::string advice = memory_advice(command);
+    for (const std::string option : {"--brick", "-M", "-T"})
+      EXPECT_TRUE(advice.find(option) == advice.npos || command.get_option_no_throw(option) != nullptr)
+          << command.get_name() << ": " << advice;
+    EXPECT_EQ(advice.empty(), command.get_option_no_throw("-T") == nullptr) << command.get_name();
+  }
 }
 
 TEST(Advice, CallsSettingsByTheirOptions) {
