@@ -53,6 +53,9 @@ struct VolumeInfo {
   std::string nrrd_fields;
 };
 
+/// "3 x 4 x 5 int16", for messages.
+std::string described(const Index3& dims, SampleType type);
+
 /// How the samples of a headerless file lie in it, x fastest.
 struct RawDescription {
   Index3 dims;

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
@@ -48,11 +48,11 @@ struct EncodeOptions {
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
 /// Whether resolve() reads the whole volume, for the value range.
-bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader);
+bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source);
 
 /// The parameters of the encoding of `reader`'s volume. Reads the whole volume once, and rewinds it, where
 /// the range is taken from the data. Throws UsageError for what the options and the volume do not allow.
-CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
+CodingParameters resolve(const EncodeOptions& options, VolumeSource& source);
 
 /// The same of samples that whoever has them may know more of: `range_of_data` is theirs, where the options
 /// leave it open; the usual one of the type where it is not given. `name` is the volume's, for messages.

@@ -3,6 +3,8 @@
 #include <stdexcept>
 
 #include "io/files/errors.h"
+#include "io/formats/open_volume.h"
+#include "io/samples/spooled.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/decode/row_output.h"
 #include "pipeline/encode/graph.h"
@@ -20,27 +22,28 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   options.validate();
   refuse_same_file(input, output);
   check_output(output, overwrite);
-  VolumeReader reader = open_volume(input, source);
-  for (const std::string& file : reader.files()) refuse_same_file(file, output);
+  std::unique_ptr<VolumeSource> volume = open_volume(input, source);
+  for (const std::string& file : volume->files()) refuse_same_file(file, output);
   // Before anything is read: a limit that cannot be kept is found at once.
-  const EncodePlan plan = plan_encoding(parameters_but_scale(options, reader.info()), resources,
-                                        reader.random_access(), reader.memory());
+  const EncodePlan plan = plan_encoding(parameters_but_scale(options, volume->info()), resources,
+                                        volume->traits().any_rows, volume->traits().memory);
   EncodeResult result;
   result.memory = plan.memory;
-  result.header = {resolve(options, reader), reader.info().nrrd_fields};
+  result.header = {resolve(options, *volume), volume->info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
-  OutputFile file(output, overwrite, {.like = attributes_of(reader.files().back())});
+  OutputFile file(output, overwrite, {.like = attributes_of(volume->files().back())});
   TagWriter writer(file, result.header);
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
   UntilItFails output_works;
-  reader.stop_when(output_works.failed());
-  if (plan.spooled) reader.spool(resources.spool);
-  double samples_read = static_cast<double>(total) * (plan.spooled + takes_range_from_data(options, reader));
+  volume->stop_when(output_works.failed());
+  const int times_read = plan.spooled + takes_range_from_data(options, *volume);
+  if (plan.spooled) volume = spooled(std::move(volume), resources.spool);
+  double samples_read = static_cast<double>(total) * times_read;
   EncodeStreams streams;
   streams.read_slice = [&](const Box& rows) {
-    SliceSamples slice = read_input_slice(reader, rows);
+    SliceSamples slice = read_input_slice(*volume, rows);
     samples_read += static_cast<double>(rows.count()) * static_cast<double>(size_of(parameters.type));
     return slice;
   };
@@ -57,7 +60,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   });
   writer.finish();
   result.index = writer.index();
-  result.bytes_in = reader.bytes_read();
+  result.bytes_in = volume->bytes_read();
   result.times_read = samples_read / static_cast<double>(total);
   result.file_bytes = file.position();
   result.temporary = file.temporary();

@@ -1,10 +1,11 @@
 // A decoded volume, or some rows of it, against the original.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/verify/comparison.h"
 
 namespace tagrid {
@@ -18,11 +19,11 @@ class AgainstOriginal : public Comparison {
                   const SourceDescription& source);
 
   /// Whether rows may come in any order; else they come in raster order, all of them.
-  bool random_access() const { return reader_.random_access(); }
-  /// What reading takes besides rows: see VolumeReader.
-  std::uint64_t memory() const { return reader_.memory(); }
-  /// See VolumeReader: from then on random_access().
-  void spool(const std::string& folder) { reader_.spool(folder); }
+  bool random_access() const { return source_->traits().any_rows; }
+  /// What reading takes besides rows: see SourceTraits.
+  std::uint64_t memory() const { return source_->traits().memory; }
+  /// Copies the original into a temporary file: from then on random_access().
+  void spool(const std::string& folder);
   void add_activity(const LatticeBits& active) override {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
@@ -47,7 +48,7 @@ class AgainstOriginal : public Comparison {
   std::string name_;
   const CodingParameters& parameters_;
   BrickGrid bricks_;
-  VolumeReader reader_;
+  std::unique_ptr<VolumeSource> source_;
   std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only where they have a bound of their own
   std::vector<BrickMesh> meshes_;    ///< of the bricks of the rows; only where the mesh has a bound
   std::vector<std::byte> original_, decoded_;  ///< slices of the original, one or all; one of the file

@@ -108,7 +108,7 @@ TEST_P(GoldenFiles, AreReadWithinTheirBound) {
     EXPECT_LE(*result.max_error, result.header.parameters.max_error);
   }
   decode_volume(golden_path(), path("out.nrrd"), VolumeFormat::nrrd, true, 2);
-  EXPECT_EQ(open_volume(path("out.nrrd")).info().nrrd_fields, "content: golden\n");
+  EXPECT_EQ(open_volume(path("out.nrrd"))->info().nrrd_fields, "content: golden\n");
 }
 
 INSTANTIATE_TEST_SUITE_P(All, GoldenFiles, testing::Range(std::size_t{0}, all_golden().size()),

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "io/formats/volume_writer.h"
 #include "io/nrrd/geometry.h"
 #include "io/volume/volume_info.h"
@@ -27,10 +27,10 @@ void write_nrrd(const std::string& path, Index3 dims, const std::vector<T>& samp
 
 template <class T>
 std::vector<T> read_samples(const std::string& path) {
-  VolumeReader reader = open_volume(path);
-  std::vector<T> samples(static_cast<std::size_t>(Box::of_size(reader.info().dims).count()));
-  reader.read_slices(reinterpret_cast<std::byte*>(samples.data()), reader.info().dims.z);
-  reader.finish();
+  const auto volume = open_volume(path);
+  std::vector<T> samples(static_cast<std::size_t>(Box::of_size(volume->info().dims).count()));
+  volume->read_slices(reinterpret_cast<std::byte*>(samples.data()), volume->info().dims.z);
+  volume->finish();
   return samples;
 }
 

@@ -62,7 +62,7 @@ Encoding encoding_of(const OptionTexts& texts) {
   return options.checked();
 }
 
-bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume) {
+bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {
   const auto settings = [&](const EncodeOptions& options) {
     return std::pair(settings_json(parameters_but_scale(options, volume.info())),
                      std::tuple(options.range, options.range_from_data, options.field_scale));

@@ -7,7 +7,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -48,13 +48,13 @@ TEST_F(VolumeWriterTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
     for (const std::string extension : {".nrrd", ".nhdr"}) {
       const std::string name = path(std::string(name_of(type)) + extension);
       write_volume(name, info);
-      VolumeReader reader = open_volume(name);
-      EXPECT_EQ(reader.info().type, type);
-      EXPECT_EQ(reader.info().dims, info.dims);
-      EXPECT_EQ(reader.info().nrrd_fields, fields);
+      const auto reader = open_volume(name);
+      EXPECT_EQ(reader->info().type, type);
+      EXPECT_EQ(reader->info().dims, info.dims);
+      EXPECT_EQ(reader->info().nrrd_fields, fields);
       std::vector<std::byte> samples(*sample_bytes(info.dims, type));
-      reader.read_slices(samples.data(), info.dims.z);
-      reader.finish();
+      reader->read_slices(samples.data(), info.dims.z);
+      reader->finish();
       EXPECT_EQ(samples, samples_of(info)) << name;
     }
   }
