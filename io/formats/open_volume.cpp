@@ -3,37 +3,39 @@
 #include <fmt/format.h>
 
 #include "io/files/errors.h"
-#include "io/formats/other_formats.h"
-#include "io/nrrd/header.h"
-#include "io/nrrd/source.h"
+#include "io/formats/formats.h"
 #include "io/samples/file_samples.h"
-#include "io/vdb/reader.h"
 
 namespace tagrid {
 namespace {
 
 BrokenInput no_volume(FileBytes& file) {
-  if (file.peek(1).empty()) return BrokenInput(file.name() + ": is empty, and no volume");
-  const OtherFormat format = other_format(file.peek(other_formats_peek));
-  if (!format.what.empty())
-    return BrokenInput(fmt::format("{}: {}", file.name(), format.what), format.problem);
-  return BrokenInput(file.name() + ": not an NRRD volume, nor an OpenVDB file", Problem::no_known_format);
+  const std::string_view beginning = file.peek(bytes_to_recognise());
+  if (beginning.empty()) return BrokenInput(file.name() + ": is empty, and no volume");
+  if (const Format* other = format_of(beginning, false))
+    return BrokenInput(fmt::format("{}: {}", file.name(), other->what), other->problem);
+  std::string known;
+  for (const Format& format : formats())
+    if (format.open != nullptr && format.is_mine != nullptr)
+      known += fmt::format("{}{}", known.empty() ? "" : ", nor ", format.what);
+  return BrokenInput(fmt::format("{}: not {}", file.name(), known), Problem::no_known_format);
 }
 
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) try {
   auto file = std::make_unique<FileBytes>(path);
-  const bool headerless = source.raw && source.raw->offset > 0;
-  if (!headerless && begins_vdb(file->peek(8))) return open_vdb(std::move(file), path, source);
-  if (!source.vdb_grid.empty()) throw UsageError(file->name() + ": is no OpenVDB file", Problem::not_openvdb);
-  if (!headerless && begins_nrrd(file->peek(9))) return open_nrrd(std::move(file), path, source);
-  if (source.raw) return open_raw(std::move(file), path, source);
-  throw no_volume(*file);
+  const bool is_described = source.raw && source.raw->offset > 0;
+  const Format* format = is_described ? nullptr : format_of(file->peek(bytes_to_recognise()), true);
+  if (!source.vdb_grid.empty() && (format == nullptr || !format->has_grids))
+    throw UsageError(file->name() + ": is no OpenVDB file", Problem::not_openvdb);
+  if (format == nullptr && source.raw) format = &format_named("raw");
+  if (format == nullptr) throw no_volume(*file);
+  return format->open(std::move(file), path, source);
 } catch (const WrongSize& wrong) {
-  const OtherFormat format = other_format(wrong.beginning);
-  if (format.what.empty()) throw;
-  throw BrokenInput(fmt::format("{}; it {}", wrong.what(), format.what), format.problem);
+  const Format* other = format_of(wrong.beginning, false);
+  if (other == nullptr) throw;
+  throw BrokenInput(fmt::format("{}; it {}", wrong.what(), other->what), other->problem);
 }
 
 }  // namespace tagrid

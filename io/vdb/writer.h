@@ -1,15 +1,12 @@
 // Volumes to OpenVDB files.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
-#include "io/files/output_file.h"
-#include "io/volume/volume_info.h"
+#include "io/volume/volume_sink.h"
 
 namespace tagrid {
 
@@ -34,33 +31,19 @@ struct VdbSummary {
   std::uint64_t active_voxels = 0, leaves = 0;
 };
 
-/// Bytes that a VdbWriter takes at most.
+/// Begins a volume as a grid of the file at `path`: integers of up to 16 bits and int32 as int32, uint32 as
+/// double, floats as they are. Voxels that are the background are inactive. Samples are written in order, and
+/// the file with the last of them. Leaves wait in a temporary file beside until all are there; memory is 8
+/// slices and 24 bytes for each 8^3 voxels that are not all background. Equal volumes give equal bytes. Throws
+/// UsageError for a background that is no number of the samples' type.
+std::unique_ptr<VolumeSink> create_vdb(const std::string& path, const VolumeInfo& info,
+                                       const SinkOptions& options, const VdbOptions& grid);
+
+/// Bytes that writing a grid takes at most.
 std::uint64_t memory_of_vdb_writer(const VolumeInfo& info);
 
-/// A volume as a grid: integers of up to 16 bits and int32 as int32, uint32 as double, floats as they are.
-/// Voxels that are the background are inactive. Leaves wait in a temporary file until all are there; memory
-/// is 8 slices and 24 bytes for each 8^3 voxels that are not all background. Equal volumes give equal bytes.
-class VdbWriter {
- public:
-  /// `path` is where the file is going to be: its temporary file lies beside. Throws UsageError for a
-  /// background that is no number of the samples' type.
-  VdbWriter(const std::string& path, const VolumeInfo& info, const VdbOptions& options);
-  VdbWriter(VdbWriter&&) noexcept;
-  VdbWriter& operator=(VdbWriter&&) noexcept;
-  ~VdbWriter();
-
-  /// Takes the next samples, in pieces of any whole number of them.
-  void write(std::span<const std::byte> samples);
-  /// Writes the file. REQUIRES: all samples were written.
-  void finish(OutputFile& file);
-  /// REQUIRES: finish().
-  const VdbSummary& summary() const;
-
- private:
-  struct Grid;
-  template <class T>
-  struct GridOf;
-  std::unique_ptr<Grid> grid_;
-};
+/// What a volume has become; nothing where it is written in another format. REQUIRES: all samples were
+/// written.
+std::optional<VdbSummary> vdb_summary(const VolumeSink& sink);
 
 }  // namespace tagrid

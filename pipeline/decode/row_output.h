@@ -5,17 +5,17 @@
 #include <string>
 
 #include "io/files/spool_file.h"
-#include "io/formats/volume_writer.h"
+#include "io/volume/volume_sink.h"
 #include "pipeline/decode/decoded_rows.h"
 
 namespace tagrid {
 
-/// Hands samples on to a writer: at their place, or where that takes them in raster order only, through a
+/// Hands samples on to a sink: at their place, or where that takes them in raster order only, through a
 /// temporary file of one layer of bricks.
 class RowOutput {
  public:
-  /// `spool_folder`: of the temporary file; "" where rows come as the writer takes them.
-  RowOutput(VolumeWriter& writer, const std::string& spool_folder, const std::string& name);
+  /// `spool_folder`: of the temporary file; "" where rows come as the sink takes them.
+  RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name);
 
   /// REQUIRES: rows come in the order of their bricks.
   void write(const DecodedRows& rows);
@@ -23,7 +23,7 @@ class RowOutput {
  private:
   void through_spool(const DecodedRows& rows, SpoolFile& spool);
 
-  VolumeWriter& writer_;
+  VolumeSink& sink_;
   std::optional<SpoolFile> spool_;
 };
 

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/spooled.h"
 #include "pipeline/decode/graph.h"
@@ -69,7 +70,7 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
   return result;
 }
 
-DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
+DecodeResult decode_volume(const std::string& input, const std::string& output, const Format& format,
                            bool overwrite, const Resources& resources, const Progress& progress,
                            const BeforeNaming<DecodeResult>& before_naming, const VdbOptions& vdb) {
   refuse_same_file(input, output);
@@ -77,13 +78,13 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   TagReader reader(input);
   const CodingParameters& parameters = reader.parameters();
   const VolumeInfo info = volume_info_of(reader.header());
-  const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
-  const DecodePlan plan =
-      plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
-                    format == VolumeFormat::vdb ? memory_of_vdb_writer(info) : 0);
+  const bool any_order = format.any_order && is_regular_output(output);
+  const DecodePlan plan = plan_decoding(
+      parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream, format.memory(info));
   VdbOptions grid = vdb;
   grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
+  const auto sink = format.create(
+      output, info, {.files = {.overwrite = overwrite, .like = attributes_of(input)}, .vdb = grid});
 
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
   std::uint64_t done = 0;
@@ -92,7 +93,7 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  RowOutput row_output(writer, plan.spooled ? resources.spool : "", output);
+  RowOutput row_output(*sink, plan.spooled ? resources.spool : "", output);
   streams.write_rows = [&](const DecodedRows& rows) {
     output_works.run([&] { row_output.write(rows); });
     done += rows.bytes();
@@ -100,10 +101,10 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   };
   output_works.rethrow_after(
       [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
-  const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
-                               writer.bytes_written(), plan.memory,    writer.vdb()};
+  const DecodeResult result = {reader.header(),       reader.index(), reader.sizes().file,
+                               sink->bytes_written(), plan.memory,    vdb_summary(*sink)};
   if (before_naming) before_naming(result);
-  writer.commit();
+  sink->commit();
   return result;
 }
 

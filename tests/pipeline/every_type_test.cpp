@@ -24,7 +24,7 @@ class EverySampleType : public TemporaryFolder {
     write_nrrd(in_, dims, samples);
     ASSERT_NO_THROW(encode_volume(in_, std::nullopt, tag_, true, options, 1));
     ASSERT_NO_THROW(verify_file(tag_, in_, std::nullopt, 1));
-    decode_volume(tag_, out_, VolumeFormat::nrrd, true, 1);
+    decode_volume(tag_, out_, format_named("nrrd"), true, 1);
     const std::vector<T> decoded = read_samples<T>(out_);
     ASSERT_EQ(decoded.size(), samples.size());
     if (bound < 0) return;
@@ -134,7 +134,7 @@ TYPED_TEST(EverySampleType, EveryFlippedBitAndEveryTruncationIsFound) {
     const std::string whole = file_content(this->tag_);
     const auto expect_broken = [&](const std::string& content, std::size_t at) {
       write_content(this->path("b.tag"), content);
-      EXPECT_THROW(decode_volume(this->path("b.tag"), this->path("o.raw"), VolumeFormat::raw, true, 1),
+      EXPECT_THROW(decode_volume(this->path("b.tag"), this->path("o.raw"), format_named("raw"), true, 1),
                    BrokenInput)
           << at;
       EXPECT_FALSE(std::filesystem::exists(this->path("o.raw"))) << at;

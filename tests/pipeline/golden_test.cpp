@@ -107,7 +107,7 @@ TEST_P(GoldenFiles, AreReadWithinTheirBound) {
   if (result.header.parameters.max_error >= 0) {
     EXPECT_LE(*result.max_error, result.header.parameters.max_error);
   }
-  decode_volume(golden_path(), path("out.nrrd"), VolumeFormat::nrrd, true, 2);
+  decode_volume(golden_path(), path("out.nrrd"), format_named("nrrd"), true, 2);
   EXPECT_EQ(open_volume(path("out.nrrd"))->info().nrrd_fields, "content: golden\n");
 }
 

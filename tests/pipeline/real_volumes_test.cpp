@@ -104,7 +104,7 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
     for (const bool grid_only : {false, true}) {
       if (sanitized && bound != 5) continue;
       const EncodeResult result = encode(volume, bound, grid_only);
-      decode_volume(path("a.tag"), path("a.raw"), VolumeFormat::raw, true, available_threads());
+      decode_volume(path("a.tag"), path("a.raw"), format_named("raw"), true, available_threads());
       const double error =
           with_sample_type(volume.type, [&](auto type) { return largest_error<decltype(type)>(volume); });
       EXPECT_LE(error, bound) << (grid_only ? "grid" : "voxels");

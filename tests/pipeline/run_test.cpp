@@ -27,7 +27,7 @@ class Run : public TemporaryFolder {
   }
   template <class T>
   std::vector<T> decode(int threads = 2) {
-    decode_volume(tag_, out_, VolumeFormat::nrrd, true, threads);
+    decode_volume(tag_, out_, format_named("nrrd"), true, threads);
     return read_samples<T>(out_);
   }
   template <class T>

@@ -80,7 +80,7 @@ class MeshedVolume : public TemporaryFolder {
   /// The samples of v.tag.
   TestVolume decode(Index3 dims) const {
     TestVolume volume{dims, std::vector<std::int16_t>(static_cast<std::size_t>(Box::of_size(dims).count()))};
-    decode_volume(path("v.tag"), path("v.raw"), VolumeFormat::raw, true, 2);
+    decode_volume(path("v.tag"), path("v.raw"), format_named("raw"), true, 2);
     const std::string bytes = content("v.raw");
     EXPECT_EQ(bytes.size(), 2 * volume.samples.size());
     std::copy_n(bytes.begin(), bytes.size(), reinterpret_cast<char*>(volume.samples.data()));

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "io/formats/formats.h"
 #include "io/formats/open_volume.h"
-#include "io/formats/volume_writer.h"
 #include "io/nrrd/geometry.h"
 #include "io/volume/volume_info.h"
 #include "stages/volume/sample_type.h"
@@ -20,9 +20,9 @@ template <class T>
 void write_nrrd(const std::string& path, Index3 dims, const std::vector<T>& samples,
                 const std::string& fields = "") {
   VolumeInfo info{dims, sample_type_of<T>(), geometry_of(fields), fields};
-  VolumeWriter writer = open_volume_writer(path, VolumeFormat::nrrd, info, true);
-  writer.write_slices(std::as_bytes(std::span(samples)));
-  writer.commit();
+  const auto writer = format_named("nrrd").create(path, info, {.files = {.overwrite = true}, .vdb = {}});
+  writer->write_slices(std::as_bytes(std::span(samples)));
+  writer->commit();
 }
 
 template <class T>

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
 #include "tools/options/numbers.h"
@@ -117,11 +117,9 @@ struct RawOptions {
 /// --format
 void add_format_option(CLI::App& command, std::string& format);
 
-/// The format that --format asks for; nothing where it was not given ("").
-std::optional<VolumeFormat> volume_format_option(const std::string& format);
-/// The same, or where it was not given, that of the name of the output. Throws UsageError where a file's name
-/// says another format.
-VolumeFormat volume_format_option(const std::string& format, const std::string& output);
+/// The format that --format asks for, or where it was not given (""), that of the name of the output. Throws
+/// UsageError where a file's name says another format.
+const Format& volume_format_option(const std::string& format, const std::string& output);
 
 /// The type that --type names; throws UsageError with those that exist.
 SampleType sample_type_option(const std::string& name);

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "io/files/errors.h"
+#include "io/formats/formats.h"
 #include "io/formats/open_volume.h"
-#include "io/formats/volume_writer.h"
 #include "io/nrrd/geometry.h"
 #include "tests/io/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
@@ -31,16 +31,16 @@ class VdbWriterTest : public TemporaryFolder {
     for (std::int64_t z = 0; z < dims.z; ++z)
       for (std::int64_t y = 0; y < dims.y; ++y)
         for (std::int64_t x = 0; x < dims.x; ++x) samples.push_back(static_cast<T>(value(Index3{x, y, z})));
-    VolumeWriter writer =
-        open_volume_writer(path(name), format_from_name(name), info, true, std::nullopt, options);
+    const auto writer =
+        format_from_name(name).create(path(name), info, {.files = {.overwrite = true}, .vdb = options});
     std::span<const T> rest = samples;
     while (!rest.empty()) {
       const auto part = rest.first(std::min<std::size_t>(rest.size(), 997));
-      writer.write_slices(std::as_bytes(part));
+      writer->write_slices(std::as_bytes(part));
       rest = rest.subspan(part.size());
     }
-    const VdbSummary summary = writer.vdb().value();
-    writer.commit();
+    const VdbSummary summary = vdb_summary(*writer).value();
+    writer->commit();
     return summary;
   }
 
@@ -216,11 +216,12 @@ TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
     grid.transform = {{{0.5, 0, 0}, {0, 0.25, 0}, {0, 0, 2}, {4, 5, 6}}};
     oracle::write_file(path("a.vdb"), {grid});
     const auto reader = open_volume(path("a.vdb"));
-    VolumeWriter writer = open_volume_writer(path("b.vdb"), VolumeFormat::vdb, reader->info(), true);
+    const auto writer =
+        format_named("vdb").create(path("b.vdb"), reader->info(), {.files = {.overwrite = true}, .vdb = {}});
     std::vector<std::byte> all(*sample_bytes(reader->info().dims, reader->info().type));
     reader->read_slices(all.data(), reader->info().dims.z);
-    writer.write_slices(all);
-    writer.commit();
+    writer->write_slices(all);
+    writer->commit();
     const Box box = {{-9, 0, -30}, {31, 15, 7}};
     const oracle::Read before = oracle::read_file(path("a.vdb"), "smoke", box);
     const oracle::Read after = oracle::read_file(path("b.vdb"), "smoke", box);

@@ -29,7 +29,7 @@ class Damage : public TemporaryFolder {
   }
   void expect_broken(const std::string& content, const std::string& what) {
     write_content(path("b.tag"), content);
-    EXPECT_THROW(decode_volume(path("b.tag"), path("out.raw"), VolumeFormat::raw, true, 1), BrokenInput)
+    EXPECT_THROW(decode_volume(path("b.tag"), path("out.raw"), format_named("raw"), true, 1), BrokenInput)
         << what;
     EXPECT_FALSE(std::filesystem::exists(path("out.raw"))) << what;
     EXPECT_THROW(verify_file(path("b.tag"), "", std::nullopt, 1), BrokenInput) << what;

@@ -46,7 +46,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
 
   // The same volume but for what depends on the seed; the same header.
   std::string encoded(std::uint64_t seed) const {
-    write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), VolumeFormat::nrrd, true, 2);
+    write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), format_named("nrrd"), true, 2);
     EncodeOptions options;
     options.grid_only = GetParam();
     options.cube_size = 16;
@@ -147,7 +147,7 @@ TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
     ASSERT_LE(out.size(), truth_.size());
     EXPECT_TRUE(truth_.compare(0, out.size(), out) == 0) << "other voxels went out";
     if (i % 8 != 0) continue;
-    EXPECT_THROW(decode_volume(path("b.tag"), path("out.nrrd"), VolumeFormat::nrrd, true, 2), BrokenInput);
+    EXPECT_THROW(decode_volume(path("b.tag"), path("out.nrrd"), format_named("nrrd"), true, 2), BrokenInput);
     EXPECT_EQ(names(), (std::vector<std::string>{"a.tag", "b.tag"}));
   }
   // Copies of the files in this test, and nothing that a size in a damaged file asked for.

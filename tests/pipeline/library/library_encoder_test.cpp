@@ -42,7 +42,7 @@ struct LibraryEncoder : TemporaryFolder {
     std::vector<T> out(samples.size());
     const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
     ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
-    decode_volume(path("volume.tag"), path("again.nrrd"), VolumeFormat::nrrd, true, 1);
+    decode_volume(path("volume.tag"), path("again.nrrd"), format_named("nrrd"), true, 1);
     const auto decoded = read_samples<T>(path("again.nrrd"));
     EXPECT_EQ(std::memcmp(out.data(), decoded.data(), out.size() * sizeof(T)), 0);
     if (info.max_error == 0) {

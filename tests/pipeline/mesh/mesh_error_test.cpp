@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "tests/support/meshed_volume.h"
 
 namespace tagrid {

@@ -23,7 +23,7 @@ class WorkOrders : public TemporaryFolder {
     options_.brick_edge = 2;
     options_.max_error = 3;
     encode_volume(path("a.nrrd"), std::nullopt, path("one.tag"), true, options_, 1);
-    decode_volume(path("one.tag"), path("one.raw"), VolumeFormat::raw, true, 1);
+    decode_volume(path("one.tag"), path("one.raw"), format_named("raw"), true, 1);
   }
 
   /// Rank 0 does `work` and dismisses the others, which serve; `work` may throw.
@@ -63,7 +63,7 @@ TEST_F(WorkOrders, AnyNumberOfRanksMakesTheFilesOfOneProcess) {
     by(count, [&](Ranks& ranks) {
       encode(ranks, path("a.tag"));
       EXPECT_TRUE(content("a.tag") == content("one.tag")) << count;
-      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1));
+      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), format_named("raw"), true, Resources(1));
       EXPECT_TRUE(content("a.raw") == content("one.raw")) << count;
       const VerifyResult found =
           verify_by_ranks(ranks, path("a.tag"), path("a.nrrd"), std::nullopt, Resources(1));
@@ -96,7 +96,7 @@ TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
   file("bad.tag", bytes);
   by(3, [&](Ranks& ranks) {
     EXPECT_THROW(
-        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1)),
+        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), format_named("raw"), true, Resources(1)),
         BrokenInput);
     EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", std::nullopt, Resources(1)), BrokenInput);
     // What comes after a failure is done as if nothing had been.
