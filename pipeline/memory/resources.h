@@ -18,8 +18,7 @@ struct Resources {
   /// than it comes; "": there is none.
   std::string spool = {};
 
-  // NOLINTNEXTLINE: a number of threads alone says enough
-  Resources(int thread_count) : threads(thread_count) {}
+  explicit Resources(int thread_count) : threads(thread_count) {}
 };
 
 /// Threads that this process may run on (its affinity).

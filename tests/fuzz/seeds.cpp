@@ -50,7 +50,7 @@ Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
   description.type = type;
   description.spacing = {0.5, 0.5, 2};
   const std::string from = folder.write("in", raw), to = folder.write("out.tag", "");
-  encode_volume(from, description, to, true, options, 1);
+  encode_volume(from, SourceDescription(description), to, true, options, Resources(1));
   return content_of(to);
 }
 

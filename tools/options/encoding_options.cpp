@@ -15,8 +15,7 @@
 
 namespace tagrid {
 Encoding EncodingOptions::checked() const {
-  Encoding encoding{options, raw.description()};
-  encoding.source.vdb_grid = vdb_grid;
+  Encoding encoding{options, SourceDescription(raw.description(), vdb_grid)};
   if (range == "auto") {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {

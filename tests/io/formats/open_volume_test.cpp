@@ -68,7 +68,7 @@ std::vector<std::int16_t> read_rest(VolumeSource& reader, std::int64_t z = 0) {
 
 std::vector<std::int16_t> read_all(const std::string& path,
                                    std::optional<RawDescription> raw = std::nullopt) {
-  const auto reader = open_volume(path, raw);
+  const auto reader = open_volume(path, SourceDescription(raw));
   return read_rest(*reader);
 }
 
@@ -137,9 +137,9 @@ TEST_F(OpenVolumeTest, ASizeThatDoesNotFitIsToldWithBothSizesBeforeAnythingIsRea
   for (const std::string& present : {bytes_of(false) + "x", bytes_of(false).substr(1)}) {
     const std::string name = file("a.raw", present);
     for (const std::string& message :
-         {message_of<BrokenInput>([&] { open_volume(name, raw_int16()); }), message_of<BrokenInput>([&] {
-            open_volume(file("a.nhdr", little + "encoding: raw\ndata file: a.raw\n"));
-          }),
+         {message_of<BrokenInput>([&] { open_volume(name, SourceDescription(raw_int16())); }),
+          message_of<BrokenInput>(
+              [&] { open_volume(file("a.nhdr", little + "encoding: raw\ndata file: a.raw\n")); }),
           message_of<BrokenInput>(
               [&] { open_volume(file("a.nrrd", little + "encoding: raw\n\n" + present)); })}) {
       EXPECT_NE(message.find("120"), message.npos) << message;
@@ -220,7 +220,7 @@ TEST_F(OpenVolumeTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
               open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n"));
             }).find("it is the data file that " + path("a.nhdr") + " names"),
             std::string::npos);
-  message_of<WorldError>([&] { open_volume(folder_.string(), raw_int16()); });
+  message_of<WorldError>([&] { open_volume(folder_.string(), SourceDescription(raw_int16())); });
 }
 
 // A header may come from anybody: it must not make a program wait, or read what was meant for something else.
@@ -257,22 +257,22 @@ TEST_F(OpenVolumeTest, AHeaderAndTheCommandLineMustAgree) {
   EXPECT_EQ(read_all(name, raw_int16()), samples());
   RawDescription other = raw_int16();
   other.dims = {5, 4, 3};
-  message_of<BrokenInput>([&] { open_volume(name, other); });
+  message_of<BrokenInput>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.type = SampleType::uint16;
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.big_endian = true;
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.spacing = {1, 1, 2};
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
 }
 
 TEST_F(OpenVolumeTest, SpacingOfTheCommandLineBecomesAField) {
   RawDescription raw = raw_int16();
   raw.spacing = {0.5, 0.5, 1.25};
-  const auto reader = open_volume(file("a.raw", bytes_of(false)), raw);
+  const auto reader = open_volume(file("a.raw", bytes_of(false)), SourceDescription(raw));
   EXPECT_EQ(reader->info().nrrd_fields, "spacings: 0.5 0.5 1.25\n");
   EXPECT_EQ(reader->info().geometry.spacing, *raw.spacing);
 }

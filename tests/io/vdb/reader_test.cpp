@@ -214,7 +214,7 @@ TEST_F(VdbReaderTest, WhatIsNoVolumeIsRefused) {
   oracle::write_file(path("c.vdb"), {awkward(Type::floats)});
   RawDescription raw;
   raw.dims = {1, 1, 1};
-  message_of<UsageError>([&] { open_volume(path("c.vdb"), raw); });
+  message_of<UsageError>([&] { open_volume(path("c.vdb"), SourceDescription(raw)); });
   message_of<UsageError>([&] { open_volume(FilledPipe(content("a.vdb")).path()); });
   message_of<UsageError>([&] { open_grid(file("d.nrrd", "NRRD0004\n"), "density"); });
 }

@@ -25,8 +25,8 @@ class DecodedRowsTest : public TemporaryFolder {
     options.cube_size = 8;
     options.brick_edge = 2;
     options.grid_only = grid_only;
-    encode_volume(path("a.nrrd"), std::nullopt, tag_, true, options, 2);
-    decode_volume(tag_, path("whole.raw"), format_named("raw"), true, 2);
+    encode_volume(path("a.nrrd"), {}, tag_, true, options, Resources(2));
+    decode_volume(tag_, path("whole.raw"), format_named("raw"), true, Resources(2));
     whole_ = file_content(path("whole.raw"));
   }
 
