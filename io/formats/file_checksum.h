@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 
 namespace tagrid {
 
@@ -12,7 +12,7 @@ namespace tagrid {
 std::uint64_t checksum_of_file(const std::string& path);
 
 /// Of all samples of a volume, in their order and the byte order of memory, whatever the volume is in. Throws
-/// BrokenInput, WorldError. REQUIRES: no slice was read yet.
-std::uint64_t checksum_of_samples(VolumeReader reader);
+/// BrokenInput, WorldError. REQUIRES: nothing was read yet.
+std::uint64_t checksum_of_samples(VolumeSource& source);
 
 }  // namespace tagrid

@@ -1,27 +1,77 @@
 #include "io/formats/other_formats.h"
 
 namespace tagrid {
+namespace {
 
 using namespace std::string_view_literals;
 
-OtherFormat other_format(std::string_view beginning) {
-  const auto has = [&](std::size_t at, std::string_view magic) {
-    return beginning.size() >= at + magic.size() && beginning.substr(at, magic.size()) == magic;
+template <std::size_t at>
+bool has(std::string_view beginning, std::string_view magic) {
+  return beginning.size() >= at && beginning.substr(at).starts_with(magic);
+}
+
+}  // namespace
+
+std::vector<Format> other_formats() {
+  return {
+      {.name = "tag",
+       .extensions = {".tag"},
+       .help = "what encode makes",
+       .what = "is a .tag file already; decode it, or give the volume",
+       .peek = 4,
+       .is_mine = [](std::string_view b) { return has<0>(b, "\x89TAG"); }},
+      {.name = "compressed",
+       .extensions = {".gz", ".zst", ".xz", ".bz2"},
+       .help = "gzip, zstd, xz or bzip2",
+       .what = "is compressed",
+       .problem = Problem::compressed_file,
+       .peek = 5,
+       .is_mine =
+           [](std::string_view b) {
+             return has<0>(b, "\x1f\x8b") || has<0>(b, "\x28\xb5\x2f\xfd") || has<0>(b, "\xfd\x37zXZ") ||
+                    has<0>(b, "BZh");
+           }},
+      {.name = "dicom",
+       .extensions = {".dcm"},
+       .help = "DICOM",
+       .what = "is a DICOM file; make an NRRD volume of its series first, with 3D Slicer or plastimatch, for "
+               "example",
+       .peek = 132,
+       .is_mine = [](std::string_view b) { return has<128>(b, "DICM"); }},
+      {.name = "nifti-header",
+       .extensions = {".hdr"},
+       .help = "NIfTI of two files",
+       .what = "is the header of a NIfTI volume",
+       .problem = Problem::nifti_header,
+       .peek = 347,
+       .is_mine = [](std::string_view b) { return has<344>(b, "ni1"); }},
+      {.name = "nifti",
+       .extensions = {".nii"},
+       .help = "NIfTI",
+       .what = "is a NIfTI file",
+       .problem = Problem::nifti_file,
+       .peek = 347,
+       .is_mine = [](std::string_view b) { return has<344>(b, "n+1"); }},
+      {.name = "metaimage",
+       .extensions = {".mha", ".mhd"},
+       .help = "MetaImage",
+       .what = "is a MetaImage header",
+       .problem = Problem::meta_image_header,
+       .peek = 10,
+       .is_mine = [](std::string_view b) { return has<0>(b, "ObjectType") || has<0>(b, "NDims"); }},
+      {.name = "hdf5",
+       .extensions = {".h5", ".hdf5"},
+       .help = "HDF5",
+       .what = "is an HDF5 file; make an NRRD volume of it first",
+       .peek = 4,
+       .is_mine = [](std::string_view b) { return has<0>(b, "\x89HDF"); }},
+      {.name = "tiff",
+       .extensions = {".tif", ".tiff"},
+       .help = "TIFF",
+       .what = "is a TIFF file; make an NRRD volume of it first",
+       .peek = 4,
+       .is_mine = [](std::string_view b) { return has<0>(b, "II*\0"sv) || has<0>(b, "MM\0*"sv); }},
   };
-  if (has(0, "\x89TAG"sv)) return {"is a .tag file already; decode it, or give the volume"};
-  if (has(0, "\x1f\x8b"sv) || has(0, "\x28\xb5\x2f\xfd"sv) || has(0, "\xfd\x37zXZ"sv) || has(0, "BZh"sv))
-    return {"is compressed", Problem::compressed_file};
-  if (has(128, "DICM"sv))
-    return {
-        "is a DICOM file; make an NRRD volume of its series first, with 3D Slicer or plastimatch, for "
-        "example"};
-  if (has(344, "ni1"sv)) return {"is the header of a NIfTI volume", Problem::nifti_header};
-  if (has(344, "n+1"sv)) return {"is a NIfTI file", Problem::nifti_file};
-  if (has(0, "ObjectType"sv) || has(0, "NDims"sv))
-    return {"is a MetaImage header", Problem::meta_image_header};
-  if (has(0, "\x89HDF"sv) || has(0, "II*\0"sv) || has(0, "MM\0*"sv))
-    return {"is an HDF5 or TIFF file; make an NRRD volume of it first"};
-  return {};
 }
 
 }  // namespace tagrid

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <variant>
 
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
@@ -83,32 +82,39 @@ Index3 low_before(const VdbGridHead& head) {
   return text == head.texts.end() ? Index3{} : vdb_place_of(text->second).low;
 }
 
-}  // namespace
+/// The window into a file, and the file, which has to stay where it is.
+struct OpenVdb {
+  explicit OpenVdb(std::unique_ptr<FileBytes> the_file) : file(std::move(the_file)), bytes(*file) {}
 
-struct VdbReader::Open {
-  explicit Open(std::unique_ptr<FileBytes> the_file) : file(std::move(the_file)), bytes(*file) {}
+  std::unique_ptr<FileBytes> file;
+  VdbBytes bytes;
+};
 
-  template <class T>
-  void open_tree(const VdbGrid& grid, const VdbGridHead& head, const VdbPacking& packing) {
-    VdbTree<T> tree = read_vdb_tree<T>(bytes, packing);
-    box = box_of(bytes, head, low_before(head), tree.active);
-    info.dims = box.size();
-    info.type = type_of(bytes, head, sample_type_of<T>());
-    const auto fields = fields_before(head, box);
-    std::optional<double> background = static_cast<double>(tree.background);
-    if (!std::isfinite(*background)) background.reset();
-    info.nrrd_fields = fields ? *fields : nrrd_fields_of(head.transform, {box.low, grid.name, background});
-    info.geometry = geometry_of(info.nrrd_fields);
-    slices.emplace<VdbSlices<T>>(bytes, packing, std::move(tree), box);
+/// T is the type of the grid.
+template <class T>
+class VdbSource final : public VolumeSource {
+ public:
+  VdbSource(SourceFacts facts, std::unique_ptr<OpenVdb> open, VdbSlices<T> slices, std::int64_t low_z)
+      : VolumeSource(std::move(facts)), open_(std::move(open)), slices_(std::move(slices)), low_z_(low_z) {}
+
+  std::uint64_t bytes_read() const override { return open_->file->size().value(); }
+
+ private:
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    for (std::int64_t z = first / slice_samples(); count > 0; ++z, count -= slice_samples()) {
+      copy_slice(slices_.slice(low_z_ + z), z, out);
+      out += slice_bytes();
+    }
   }
+  void seek(std::int64_t) override {}  // it goes wherever a slice is
+  void end() override {}
 
-  template <class T>
   void copy_slice(const std::vector<T>& slice, std::int64_t z, std::byte* out) const {
-    if (info.type == sample_type_of<T>()) {
+    if (info().type == sample_type_of<T>()) {
       std::memcpy(out, slice.data(), slice.size() * sizeof(T));
       return;
     }
-    with_sample_type(info.type, [&](auto type) {
+    with_sample_type(info().type, [&](auto type) {
       using To = decltype(type);
       for (std::size_t i = 0; i < slice.size(); ++i) {
         To value;
@@ -116,26 +122,52 @@ struct VdbReader::Open {
           throw BrokenInput(
               fmt::format("{}: OpenVDB file: {} says {}, but {} in slice {} is none; remove this metadata, "
                           "it is no longer true",
-                          file->name(), vdb::type_key, name_of(info.type), slice[i], z));
+                          name(), vdb::type_key, name_of(info().type), slice[i], z));
         std::memcpy(out + i * sizeof(To), &value, sizeof(To));
       }
     });
   }
 
-  std::unique_ptr<FileBytes> file;
-  VdbBytes bytes;
-  VolumeInfo info;
-  Box box;
-  std::variant<std::monostate, VdbSlices<float>, VdbSlices<double>, VdbSlices<std::int32_t>> slices;
+  std::unique_ptr<OpenVdb> open_;
+  VdbSlices<T> slices_;
+  std::int64_t low_z_;
 };
+
+template <class T>
+std::unique_ptr<VolumeSource> open_tree(std::unique_ptr<OpenVdb> open, const std::string& path,
+                                        const VdbGrid& grid, const VdbGridHead& head,
+                                        const VdbPacking& packing) {
+  VdbTree<T> tree = read_vdb_tree<T>(open->bytes, packing);
+  const Box box = box_of(open->bytes, head, low_before(head), tree.active);
+  VolumeInfo info;
+  info.dims = box.size();
+  info.type = type_of(open->bytes, head, sample_type_of<T>());
+  const auto fields = fields_before(head, box);
+  std::optional<double> background = static_cast<double>(tree.background);
+  if (!std::isfinite(*background)) background.reset();
+  info.nrrd_fields = fields ? *fields : nrrd_fields_of(head.transform, {box.low, grid.name, background});
+  info.geometry = geometry_of(info.nrrd_fields);
+  VdbSlices<T> slices(open->bytes, packing, std::move(tree), box);
+  const auto slice = static_cast<std::uint64_t>(info.dims.x * info.dims.y) * size_of(info.type);
+  // What else is in the file: which voxels are active, and more.
+  return std::make_unique<VdbSource<T>>(
+      SourceFacts{std::move(info), {path}, {true, false, true, slices.memory() + slice}, true, false},
+      std::move(open), std::move(slices), box.low.z);
+}
+
+}  // namespace
 
 bool begins_vdb(std::string_view bytes) { return bytes.starts_with(vdb::magic); }
 
-VdbReader::VdbReader(std::unique_ptr<FileBytes> file, const std::string& grid_name)
-    : open_(std::make_unique<Open>(std::move(file))) {
-  VdbBytes& bytes = open_->bytes;
+std::unique_ptr<VolumeSource> open_vdb(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription& source) {
+  if (source.raw) throw UsageError(file->name() + ": is an OpenVDB file", Problem::openvdb_described);
+  if (!file->size())
+    throw UsageError(file->name() + ": an OpenVDB file cannot be read from a pipe; give the file");
+  auto open = std::make_unique<OpenVdb>(std::move(file));
+  VdbBytes& bytes = open->bytes;
   const std::vector<VdbGrid> grids = read_vdb_grids(bytes);
-  const VdbGrid& grid = choose_vdb_grid(grids, grid_name, bytes.name());
+  const VdbGrid& grid = choose_vdb_grid(grids, source.vdb_grid, bytes.name());
   const VdbGridHead head = read_vdb_grid_head(bytes, grid);
   VdbPacking packing = head.packing;
   if (!grid.parent.empty()) {
@@ -146,43 +178,14 @@ VdbReader::VdbReader(std::unique_ptr<FileBytes> file, const std::string& grid_na
     packing = read_vdb_grid_head(bytes, *parent).packing;
   }
   if (grid.type == vdb::grid_type<float>())
-    open_->open_tree<float>(grid, head, packing);
-  else if (grid.type == vdb::grid_type<double>())
-    open_->open_tree<double>(grid, head, packing);
-  else if (grid.type == vdb::grid_type<std::int32_t>())
-    open_->open_tree<std::int32_t>(grid, head, packing);
-  else
-    throw BrokenInput(fmt::format(
-        "{}: grids of floats, doubles and 32-bit integers can be read, and {} is none; the file has {}",
-        bytes.name(), quoted(grid.name), list_of(grids)));
+    return open_tree<float>(std::move(open), path, grid, head, packing);
+  if (grid.type == vdb::grid_type<double>())
+    return open_tree<double>(std::move(open), path, grid, head, packing);
+  if (grid.type == vdb::grid_type<std::int32_t>())
+    return open_tree<std::int32_t>(std::move(open), path, grid, head, packing);
+  throw BrokenInput(fmt::format(
+      "{}: grids of floats, doubles and 32-bit integers can be read, and {} is none; the file has {}",
+      bytes.name(), quoted(grid.name), list_of(grids)));
 }
-
-VdbReader::VdbReader(VdbReader&&) noexcept = default;
-VdbReader& VdbReader::operator=(VdbReader&&) noexcept = default;
-VdbReader::~VdbReader() = default;
-
-const VolumeInfo& VdbReader::info() const { return open_->info; }
-
-void VdbReader::read_slice(std::int64_t z, std::byte* out) {
-  std::visit(
-      [&](auto& slices) {
-        if constexpr (!std::is_same_v<decltype(slices), std::monostate&>)
-          open_->copy_slice(slices.slice(open_->box.low.z + z), z, out);
-      },
-      open_->slices);
-}
-
-std::uint64_t VdbReader::memory() const {
-  return std::visit(
-      [](const auto& slices) -> std::uint64_t {
-        if constexpr (std::is_same_v<decltype(slices), const std::monostate&>)
-          return 0;
-        else
-          return slices.memory();
-      },
-      open_->slices);
-}
-
-std::uint64_t VdbReader::file_size() const { return open_->file->size().value(); }
 
 }  // namespace tagrid

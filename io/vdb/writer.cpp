@@ -6,12 +6,14 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <type_traits>
 #include <vector>
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "io/nrrd/line.h"
 #include "io/vdb/format.h"
 #include "io/vdb/metadata.h"
@@ -57,55 +59,67 @@ std::string uuid_of(std::uint64_t high, std::uint64_t low) {
                      digits.substr(16, 4), digits.substr(20));
 }
 
-}  // namespace
-
-struct VdbWriter::Grid {
-  Grid(const std::string& path, const VolumeInfo& the_info, const VdbOptions& the_options)
-      : info(the_info),
-        options(the_options),
-        place(vdb_place_of(info.nrrd_fields)),
-        spool(SpoolFile::beside(path)) {
-    if (options.background && !is_number_of(info.type, *options.background))
+class GridSink : public VolumeSink {
+ public:
+  GridSink(const std::string& path, const VolumeInfo& info, const SinkOptions& options,
+           const VdbOptions& grid)
+      : VolumeSink(info),
+        file_(path, options.overwrite, {.like = options.like, .others_write = options.others_write}),
+        options_(grid),
+        place_(vdb_place_of(info.nrrd_fields)),
+        spool_(SpoolFile::beside(path)) {
+    if (grid.background && !is_number_of(info.type, *grid.background))
       throw UsageError(
-          Sentence{"{} {}: is no {}", {background_setting, *options.background, name_of(info.type)}});
-    if (!options.background && place.background && is_number_of(info.type, *place.background))
-      options.background = place.background;
-    summary.grid = !options.grid.empty() ? options.grid : !place.grid.empty() ? place.grid : "density";
-    summary.tolerance = options.tolerance;
-    if (options.max_error) summary.max_error = *options.max_error + options.tolerance;
-    place.low = low_of(info.dims, place.low);
-    box = {place.low, place.low + info.dims - Index3{1, 1, 1}};
-    next_z = box.low.z;
+          Sentence{"{} {}: is no {}", {background_setting, *grid.background, name_of(info.type)}});
+    if (!grid.background && place_.background && is_number_of(info.type, *place_.background))
+      options_.background = place_.background;
+    summary_.grid = !grid.grid.empty() ? grid.grid : !place_.grid.empty() ? place_.grid : "density";
+    summary_.tolerance = grid.tolerance;
+    if (grid.max_error) summary_.max_error = *grid.max_error + grid.tolerance;
+    place_.low = low_of(info.dims, place_.low);
+    box_ = {place_.low, place_.low + info.dims - Index3{1, 1, 1}};
+    next_z_ = box_.low.z;
   }
-  virtual ~Grid() = default;
-  virtual void write(std::span<const std::byte> samples) = 0;
-  virtual void finish(OutputFile& file) = 0;
 
-  VolumeInfo info;
-  VdbOptions options;
-  VdbPlace place;
-  SpoolFile spool;
-  VdbSummary summary;
-  Box box;
-  std::int64_t next_z = 0;  ///< The first slice that has not gone to a leaf.
+  const VdbSummary& summary() const { return summary_; }
+  bool any_order() const override { return false; }
+  Place place() const override { throw std::logic_error("the leaves of a grid have no place beforehand"); }
+  void publish() override {
+    assert(bytes_left() == 0);
+    file_.publish();
+  }
+  void keep() override { file_.keep(); }
+  std::uint64_t bytes_written() const override { return file_.position(); }
+
+ protected:
+  OutputFile file_;
+  VdbOptions options_;
+  VdbPlace place_;
+  SpoolFile spool_;
+  VdbSummary summary_;
+  Box box_;
+  std::int64_t next_z_ = 0;  ///< The first slice that has not gone to a leaf.
 };
 
 /// T is the type of the grid.
 template <class T>
-struct VdbWriter::GridOf final : Grid {
-  using Grid::Grid;
+class GridSinkOf final : public GridSink {
+ public:
+  using GridSink::GridSink;
 
-  void write(std::span<const std::byte> samples) override {
-    with_sample_type(info.type, [&](auto sample) {
+ private:
+  void write(std::int64_t, std::span<const std::byte> samples) override {
+    with_sample_type(info().type, [&](auto sample) {
       using S = decltype(sample);
       if constexpr (std::is_same_v<GridType<S>, T>) {
-        if (!voxels && !samples.empty()) begin(load_little(samples, S{}));
+        if (!voxels_ && !samples.empty()) begin(load_little(samples, S{}));
         for (; !samples.empty(); samples = samples.subspan(sizeof(S))) {
-          layer.push_back(static_cast<T>(load_little(samples, S{})));
-          if (layer.size() == layer_samples()) flush();
+          layer_.push_back(static_cast<T>(load_little(samples, S{})));
+          if (layer_.size() == layer_samples()) flush();
         }
       }
     });
+    if (bytes_left() == 0) finish();
   }
 
   template <class S>
@@ -116,47 +130,47 @@ struct VdbWriter::GridOf final : Grid {
 
   void begin(auto first) {
     const auto value = static_cast<double>(first);
-    summary.background = options.background.value_or(std::isfinite(value) ? value : 0);
-    layer.reserve(
-        static_cast<std::size_t>(std::min(vdb::leaf_edge, info.dims.z) * info.dims.x * info.dims.y));
-    voxels.emplace(box, static_cast<T>(summary.background), options.tolerance, spool);
-    summary.background = static_cast<double>(voxels->background());
+    summary_.background = options_.background.value_or(std::isfinite(value) ? value : 0);
+    layer_.reserve(
+        static_cast<std::size_t>(std::min(vdb::leaf_edge, info().dims.z) * info().dims.x * info().dims.y));
+    voxels_.emplace(box_, static_cast<T>(summary_.background), options_.tolerance, spool_);
+    summary_.background = static_cast<double>(voxels_->background());
   }
 
   std::int64_t layer_slices() const {
-    return std::min((next_z & -vdb::leaf_edge) + vdb::leaf_edge, box.high.z + 1) - next_z;
+    return std::min((next_z_ & -vdb::leaf_edge) + vdb::leaf_edge, box_.high.z + 1) - next_z_;
   }
   std::size_t layer_samples() const {
-    return static_cast<std::size_t>(layer_slices() * info.dims.x * info.dims.y);
+    return static_cast<std::size_t>(layer_slices() * info().dims.x * info().dims.y);
   }
 
   void flush() {
     const std::int64_t count = layer_slices();
-    voxels->add(next_z, count, layer.data());
-    next_z += count;
-    layer.clear();
+    voxels_->add(next_z_, count, layer_.data());
+    next_z_ += count;
+    layer_.clear();
   }
 
-  void finish(OutputFile& file) override {
-    assert(next_z == box.high.z + 1);
-    std::vector<VdbSlot>& slots = voxels->slots();
+  void finish() {
+    assert(next_z_ == box_.high.z + 1);
+    std::vector<VdbSlot>& slots = voxels_->slots();
     sort_vdb_slots(slots);
-    summary.active_voxels = voxels->active_count();
+    summary_.active_voxels = voxels_->active_count();
     const auto is_leaf = [](const VdbSlot& slot) { return slot.size != 0; };
-    summary.leaves = static_cast<std::uint64_t>(std::count_if(slots.begin(), slots.end(), is_leaf));
+    summary_.leaves = static_cast<std::uint64_t>(std::count_if(slots.begin(), slots.end(), is_leaf));
 
     std::uint64_t topology = 0, buffers = 0;
     for (const VdbSlot& slot : slots) buffers += slot.size;
-    const T background = voxels->background();
+    const T background = voxels_->background();
     write_vdb_topology<T>([&](std::span<const std::byte> bytes) { topology += bytes.size(); }, background,
                           slots, nullptr);
     const auto head = head_of_grid();
-    file.write(head_of_file(head, topology, buffers));
-    file.write(head);
-    const VdbSink sink = [&](std::span<const std::byte> bytes) { file.write(bytes); };
+    file_.write(head_of_file(head, topology, buffers));
+    file_.write(head);
+    const VdbSink sink = [&](std::span<const std::byte> bytes) { file_.write(bytes); };
     BufferedSink buffered(sink);
-    write_vdb_topology<T>(buffered.sink(), background, slots, &spool);
-    write_vdb_buffers(buffered.sink(), slots, spool);
+    write_vdb_topology<T>(buffered.sink(), background, slots, &spool_);
+    write_vdb_buffers(buffered.sink(), slots, spool_);
     buffered.flush();
   }
 
@@ -189,12 +203,12 @@ struct VdbWriter::GridOf final : Grid {
     out.put(library_major);
     out.put(library_minor);
     out.put(std::uint8_t{1});  // there are positions
-    const std::uint64_t low = chained_checksum(checksum_of({head}), voxels->checksum());
-    const std::string uuid = uuid_of(voxels->checksum(), low);
+    const std::uint64_t low = chained_checksum(checksum_of({head}), voxels_->checksum());
+    const std::string uuid = uuid_of(voxels_->checksum(), low);
     out.put_bytes(std::as_bytes(std::span(uuid)));
     out.put(std::uint32_t{0});  // metadata of the file
     out.put(std::int32_t{1});   // grids
-    put_vdb_text(out, summary.grid);
+    put_vdb_text(out, summary_.grid);
     put_vdb_text(out, vdb::grid_type<T>());
     put_vdb_text(out, "");  // it shares no tree
     const std::uint64_t begin = out.bytes().size() + 3 * sizeof(std::uint64_t);
@@ -208,25 +222,27 @@ struct VdbWriter::GridOf final : Grid {
     FieldWriter out;
     out.put(vdb_packing_written);
     VdbMetadata metadata;
-    if (const auto& active = voxels->active()) {
+    if (const auto& active = voxels_->active()) {
       metadata.add("file_bbox_max", active->high);
       metadata.add("file_bbox_min", active->low);
     }
     metadata.add("file_compression", std::string_view("blosc + active values"));
-    metadata.add("file_voxel_count", static_cast<std::int64_t>(summary.active_voxels));
-    metadata.add("name", std::string_view(summary.grid));
-    metadata.add(vdb::dims_key, info.dims);
-    if (summary.max_error) metadata.add(vdb::error_key, *summary.max_error);
-    metadata.add(vdb::fields_key, std::string_view(info.nrrd_fields));
-    metadata.add(vdb::type_key, name_of(info.type));
+    metadata.add("file_voxel_count", static_cast<std::int64_t>(summary_.active_voxels));
+    metadata.add("name", std::string_view(summary_.grid));
+    metadata.add(vdb::dims_key, info().dims);
+    if (summary_.max_error) metadata.add(vdb::error_key, *summary_.max_error);
+    metadata.add(vdb::fields_key, std::string_view(info().nrrd_fields));
+    metadata.add(vdb::type_key, name_of(info().type));
     metadata.put_to(out);
-    put_vdb_transform(out, vdb_transform_of(info.geometry, box.low));
+    put_vdb_transform(out, vdb_transform_of(info().geometry, box_.low));
     return std::move(out.bytes());
   }
 
-  std::optional<VdbVoxels<T>> voxels;
-  std::vector<T> layer;
+  std::optional<VdbVoxels<T>> voxels_;
+  std::vector<T> layer_;
 };
+
+}  // namespace
 
 std::uint64_t memory_of_vdb_writer(const VolumeInfo& info) {
   const auto leaves = [](std::int64_t samples) { return static_cast<double>(samples / vdb::leaf_edge + 2); };
@@ -239,18 +255,16 @@ std::uint64_t memory_of_vdb_writer(const VolumeInfo& info) {
   return static_cast<std::uint64_t>(std::min(bytes, 4e18));
 }
 
-VdbWriter::VdbWriter(const std::string& path, const VolumeInfo& info, const VdbOptions& options) {
-  with_sample_type(info.type, [&](auto sample) {
-    grid_ = std::make_unique<GridOf<GridType<decltype(sample)>>>(path, info, options);
+std::unique_ptr<VolumeSink> create_vdb(const std::string& path, const VolumeInfo& info,
+                                       const SinkOptions& options, const VdbOptions& grid) {
+  return with_sample_type(info.type, [&](auto sample) -> std::unique_ptr<VolumeSink> {
+    return std::make_unique<GridSinkOf<GridType<decltype(sample)>>>(path, info, options, grid);
   });
 }
 
-VdbWriter::VdbWriter(VdbWriter&&) noexcept = default;
-VdbWriter& VdbWriter::operator=(VdbWriter&&) noexcept = default;
-VdbWriter::~VdbWriter() = default;
-
-void VdbWriter::write(std::span<const std::byte> samples) { grid_->write(samples); }
-void VdbWriter::finish(OutputFile& file) { grid_->finish(file); }
-const VdbSummary& VdbWriter::summary() const { return grid_->summary; }
+std::optional<VdbSummary> vdb_summary(const VolumeSink& sink) {
+  const auto* grid = dynamic_cast<const GridSink*>(&sink);
+  return grid != nullptr ? std::optional(grid->summary()) : std::nullopt;
+}
 
 }  // namespace tagrid

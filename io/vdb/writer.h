@@ -1,15 +1,12 @@
 // Writes volumes to OpenVDB files.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
-#include "io/files/output_file.h"
-#include "io/volume/volume_info.h"
+#include "io/volume/volume_sink.h"
 
 namespace tagrid {
 
@@ -34,34 +31,18 @@ struct VdbSummary {
   std::uint64_t active_voxels = 0, leaves = 0;
 };
 
-/// The largest number of bytes that a VdbWriter takes.
+/// Begins a volume as a grid of the file at `path`: integers of up to 16 bits and int32 as int32, uint32 as
+/// double, floats as they are. Voxels with the background value are inactive. Samples are written in order;
+/// the last of them writes the file. Leaves wait in a temporary file beside it until all are there. Memory: 8
+/// slices, and 24 bytes for each 8^3 voxels that are not all background. Equal volumes give equal bytes.
+/// Throws UsageError if the background is not a value of the samples' type.
+std::unique_ptr<VolumeSink> create_vdb(const std::string& path, const VolumeInfo& info,
+                                       const SinkOptions& options, const VdbOptions& grid);
+
+/// The largest number of bytes that writing a grid takes.
 std::uint64_t memory_of_vdb_writer(const VolumeInfo& info);
 
-/// Writes a volume as a grid: integers of up to 16 bits and int32 as int32, uint32 as double, floats as they
-/// are. Voxels with the background value are inactive. Leaves wait in a temporary file until all are there.
-/// Memory: 8 slices, and 24 bytes for each 8^3 voxels that are not all background. Equal volumes give equal
-/// bytes.
-class VdbWriter {
- public:
-  /// `path` is where the file will be: the temporary file is created beside it. Throws UsageError if the
-  /// background is not a value of the samples' type.
-  VdbWriter(const std::string& path, const VolumeInfo& info, const VdbOptions& options);
-  VdbWriter(VdbWriter&&) noexcept;
-  VdbWriter& operator=(VdbWriter&&) noexcept;
-  ~VdbWriter();
-
-  /// Takes the next samples, in pieces of any whole number of samples.
-  void write(std::span<const std::byte> samples);
-  /// Writes the file. REQUIRES: all samples were written.
-  void finish(OutputFile& file);
-  /// REQUIRES: finish().
-  const VdbSummary& summary() const;
-
- private:
-  struct Grid;
-  template <class T>
-  struct GridOf;
-  std::unique_ptr<Grid> grid_;
-};
+/// Statistics of the grid that was written; nothing for another format. REQUIRES: all samples were written.
+std::optional<VdbSummary> vdb_summary(const VolumeSink& sink);
 
 }  // namespace tagrid

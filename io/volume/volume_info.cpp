@@ -1,5 +1,7 @@
 #include "io/volume/volume_info.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace tagrid {
@@ -28,6 +30,10 @@ bool is_mirrored(const Geometry& geometry) {
   bool mirrored = false;
   for (double spacing : geometry.spacing) mirrored ^= spacing < 0;
   return mirrored;
+}
+
+std::string described(const Index3& dims, SampleType type) {
+  return fmt::format("{} x {} x {} {}", dims.x, dims.y, dims.z, name_of(type));
 }
 
 std::optional<std::uint64_t> sample_bytes(const Index3& dims, SampleType type) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "stages/grid/box.h"
 #include "stages/volume/sample_type.h"
@@ -53,6 +54,9 @@ struct VolumeInfo {
   std::string nrrd_fields;
 };
 
+/// "3 x 4 x 5 int16", for messages.
+std::string described(const Index3& dims, SampleType type);
+
 /// How the samples of a headerless file lie in it, x fastest.
 struct RawDescription {
   Index3 dims;
@@ -66,9 +70,8 @@ struct RawDescription {
 /// What has to be said of a volume that does not say it itself.
 struct SourceDescription {
   SourceDescription() = default;
-  SourceDescription(std::nullopt_t) {}
-  SourceDescription(const RawDescription& description) : raw(description) {}
-  SourceDescription(const std::optional<RawDescription>& description) : raw(description) {}
+  explicit SourceDescription(const std::optional<RawDescription>& description, std::string grid = "")
+      : raw(description), vdb_grid(std::move(grid)) {}
 
   std::optional<RawDescription> raw;
   std::string vdb_grid;  ///< Of an OpenVDB file: the name of the grid; "": it has only one.

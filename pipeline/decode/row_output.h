@@ -5,17 +5,17 @@
 #include <string>
 
 #include "io/files/spool_file.h"
-#include "io/formats/volume_writer.h"
+#include "io/volume/volume_sink.h"
 #include "pipeline/decode/decoded_rows.h"
 
 namespace tagrid {
 
-/// Passes samples to a writer: at their position or, if the writer takes raster order only, through a
-/// temporary file that holds one layer of bricks.
+/// Passes samples to a sink: at their position or, if the sink takes raster order only, through a temporary
+/// file that holds one layer of bricks.
 class RowOutput {
  public:
-  /// `spool_folder`: folder of the temporary file; "" if rows come in the order that the writer takes.
-  RowOutput(VolumeWriter& writer, const std::string& spool_folder, const std::string& name);
+  /// `spool_folder`: folder of the temporary file; "" if rows come in the order that the sink takes.
+  RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name);
 
   /// REQUIRES: rows come in the order of their bricks.
   void write(const DecodedRows& rows);
@@ -23,7 +23,7 @@ class RowOutput {
  private:
   void through_spool(const DecodedRows& rows, SpoolFile& spool);
 
-  VolumeWriter& writer_;
+  VolumeSink& sink_;
   std::optional<SpoolFile> spool_;
 };
 

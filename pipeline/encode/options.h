@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
@@ -48,11 +48,11 @@ struct EncodeOptions {
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
 /// True if resolve() reads the whole volume to find the value range.
-bool takes_range_from_data(const EncodeOptions& options, const VolumeReader& reader);
+bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source);
 
-/// The parameters of the encoding of `reader`'s volume. If the range is taken from the data, it reads the
+/// The parameters of the encoding of `source`'s volume. If the range is taken from the data, it reads the
 /// whole volume once and rewinds it. Throws UsageError if the volume does not allow the options.
-CodingParameters resolve(const EncodeOptions& options, VolumeReader& reader);
+CodingParameters resolve(const EncodeOptions& options, VolumeSource& source);
 
 /// The same for samples that the caller has. `range_of_data` is used if the options leave the range open;
 /// without it, the usual range of the type. `name` is that of the volume, for messages.

@@ -18,8 +18,7 @@ struct Resources {
   /// "": there is none.
   std::string spool = {};
 
-  // NOLINTNEXTLINE: a number of threads alone says enough
-  Resources(int thread_count) : threads(thread_count) {}
+  explicit Resources(int thread_count) : threads(thread_count) {}
 };
 
 /// Number of threads that this process may run on (its affinity).

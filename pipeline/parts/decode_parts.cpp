@@ -80,7 +80,7 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progr
 }
 
 DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
-                             VolumeFormat format, bool overwrite, const Resources& resources,
+                             const Format& format, bool overwrite, const Resources& resources,
                              const Progress& progress, const BeforeNaming<DecodeResult>& before_naming) {
   refuse_same_file(input, output);
   refuse_same_file(input, samples_path(output, format));
@@ -89,19 +89,21 @@ DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::
   reader.read_index();
   const VolumeInfo info = volume_info_of(reader.header());
   const std::uint64_t memory = plan_decoding(parameters, of_this_rank(ranks, resources)).memory;
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), {}, true);
+  const auto sink = format.create(
+      output, info,
+      {.files = {.overwrite = overwrite, .like = attributes_of(input), .others_write = true}, .vdb = {}});
   const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  const DecodeOrder order{input, writer.temporary(), samples_path(output, format), writer.samples_start(),
-                          resources};
+  const VolumeSink::Place place = sink->place();
+  const DecodeOrder order{input, place.file, place.name, place.start, resources};
   send_order(ranks, order);
   decode_parts(ranks, order, [&](std::uint64_t done) {
     if (progress) progress(std::min(done, total), total);
   });
-  writer.samples_were_placed();
-  const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
-                               writer.bytes_written(), memory,         {}};
+  sink->samples_were_placed();
+  const DecodeResult result = {reader.header(),       reader.index(), reader.sizes().file,
+                               sink->bytes_written(), memory,         {}};
   if (before_naming) before_naming(result);
-  writer.commit();
+  sink->commit();
   return result;
 }
 

@@ -23,7 +23,7 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progr
 /// What decode_volume() does, with the same result, by all ranks together; from a file to a file. To be
 /// called by rank 0; the others serve().
 DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
-                             VolumeFormat format, bool overwrite, const Resources& resources,
+                             const Format& format, bool overwrite, const Resources& resources,
                              const Progress& progress = {},
                              const BeforeNaming<DecodeResult>& before_naming = {});
 

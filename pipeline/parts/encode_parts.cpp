@@ -9,6 +9,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/schedule.h"
@@ -45,9 +46,9 @@ class RunInParts {
         source_(source),
         output_(output),
         parts_(parts),
-        reader_(open_volume(input, source)) {
-    for (const std::string& file : reader_.files()) refuse_same_file(file, output);
-    for (const std::string& file : reader_.files()) record_.inputs.push_back(identity_of(file));
+        volume_(open_volume(input, source)) {
+    for (const std::string& file : volume_->files()) refuse_same_file(file, output);
+    for (const std::string& file : volume_->files()) record_.inputs.push_back(identity_of(file));
     record_.program = parts.program;
   }
 
@@ -57,8 +58,8 @@ class RunInParts {
     // output.
     if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
     // Before anything is read: a limit that cannot be kept is found at once.
-    plan_ = plan_encoding(parameters_but_scale(options, reader_.info()),
-                          of_this_rank(ranks_, parts_.resources), true, memory_besides_parts(reader_));
+    plan_ = plan_encoding(parameters_but_scale(options, volume_->info()),
+                          of_this_rank(ranks_, parts_.resources), true, memory_besides_parts(*volume_));
     PartFolder folder(output_, parts_.resume);
     const bool goes_on = parts_.resume && read_earlier_record(folder);
     if (!goes_on) check_output(output_, overwrite);
@@ -120,7 +121,7 @@ class RunInParts {
   EncodeOptions known_range(EncodeOptions options) const {
     TagHeader header;
     std::uint64_t checksum;
-    const bool from_data = options.range_from_data || is_wide_type(reader_.info().type);
+    const bool from_data = options.range_from_data || is_wide_type(volume_->info().type);
     if (!from_data || options.range || options.field_scale) return options;
     if (earlier_.inputs.size() != record_.inputs.size()) return options;
     for (std::size_t i = 0; i < record_.inputs.size(); ++i)
@@ -133,8 +134,8 @@ class RunInParts {
   }
 
   void settle(const EncodeOptions& options) {
-    range_was_read_ = takes_range_from_data(options, reader_);
-    header_ = {resolve(options, reader_), reader_.info().nrrd_fields};
+    range_was_read_ = takes_range_from_data(options, *volume_);
+    header_ = {resolve(options, *volume_), volume_->info().nrrd_fields};
     record_.settings = settings_of(parameters(), source_);
     record_.header = serialize_header(header_);
   }
@@ -240,7 +241,7 @@ class RunInParts {
     // In the folder, so that after a crash it goes with what was not completed there.
     OutputFile file(
         output_, overwrite,
-        {.like = attributes_of(reader_.files().back()), .others_write = true, .temporaries = folder.path()});
+        {.like = attributes_of(volume_->files().back()), .others_write = true, .temporaries = folder.path()});
     file.write(record_.header);
     order.file = file.temporary();
     send_order(ranks_, order);
@@ -261,7 +262,7 @@ class RunInParts {
   const SourceDescription& source_;
   const std::string& output_;
   const PartsOptions& parts_;
-  VolumeReader reader_;
+  std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
   TagHeader header_;
   RunRecord record_, earlier_;

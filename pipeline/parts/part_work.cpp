@@ -10,7 +10,10 @@
 #include "io/files/errors.h"
 #include "io/files/placed_file.h"
 #include "io/files/system_call.h"
+#include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "io/samples/spooled.h"
+#include "io/volume/rows_of_slices.h"
 #include "pipeline/encode/graph.h"
 #include "pipeline/encode/input_slices.h"
 #include "pipeline/memory/plan.h"
@@ -48,13 +51,15 @@ class PartEncoder {
   PartEncoder(const Ranks& ranks, const PartOrder& order, const PartsOfRun& parts)
       : parts_(parts),
         parameters_(parts.header().parameters),
-        reader_(open_volume(order.input, order.source)),
+        volume_(open_volume(order.input, order.source)),
         plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                            memory_besides_parts(reader_))) {
-    if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
+                            memory_besides_parts(*volume_))) {
+    if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
-    // Else what precedes a part has to be decompressed for each.
-    if (!reader_.random_access() && !order.resources.spool.empty()) reader_.spool(order.resources.spool);
+    if (volume_->traits().any_rows) return;
+    // Without a spool, what precedes a part is decompressed for each.
+    const std::string& spool = order.resources.spool;
+    volume_ = spool.empty() ? rows_of_slices(std::move(volume_)) : spooled(std::move(volume_), spool);
   }
 
   void encode(std::int64_t part, SharedWork& shared) {
@@ -63,7 +68,7 @@ class PartEncoder {
     EncodeStreams streams;
     streams.read_slice = [&](const Box& rows) {
       if (shared.stop) throw Stopped();
-      return read_input_slice(reader_, rows);
+      return read_input_slice(*volume_, rows);
     };
     streams.write_brick = [&](std::int64_t id, BrickCode code) {
       if (shared.stop) throw Stopped();
@@ -83,7 +88,7 @@ class PartEncoder {
  private:
   const PartsOfRun& parts_;
   const CodingParameters& parameters_;
-  VolumeReader reader_;
+  std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
 };
 
@@ -114,10 +119,9 @@ Resources of_this_rank(const Ranks& ranks, Resources given) {
   return given;
 }
 
-std::uint64_t memory_besides_parts(const VolumeReader& reader) {
-  const std::uint64_t slice =
-      static_cast<std::uint64_t>(reader.slice_samples()) * size_of(reader.info().type);
-  return 2 * reader.memory() + (reader.random_access() ? 0 : slice);
+std::uint64_t memory_besides_parts(const VolumeSource& source) {
+  const SourceTraits& traits = source.traits();
+  return 2 * traits.memory + (traits.any_rows ? 0 : source.slice_bytes());
 }
 
 PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::move(folder)) {

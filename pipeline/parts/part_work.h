@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"
 #include "stages/grid/brick_rows.h"
@@ -45,7 +45,7 @@ Resources of_this_rank(const Ranks& ranks, Resources given);
 
 /// What reading parts of a volume takes besides their samples. It is open twice, once to look after the run;
 /// where rows come as whole slices only, there is one of those.
-std::uint64_t memory_besides_parts(const VolumeReader& reader);
+std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Told how many bytes of samples are done, by all ranks together.
 using DoneBytes = std::function<void(std::uint64_t done)>;

@@ -41,11 +41,11 @@ VolumeInfo info_of(const PhantomOptions& options) {
 
 }  // namespace
 
-std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
+std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, const Format& format,
                             bool overwrite, int threads, const Progress& progress,
                             const BeforeNaming<std::uint64_t>& before_naming) {
   const VolumeInfo info = info_of(options);
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
+  const auto sink = format.create(output, info, {.files = {.overwrite = overwrite}, .vdb = {}});
   const MakeSlice make = slice_maker(options.type);
   const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
@@ -60,13 +60,13 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
         make(options, z + i, slices.data() + static_cast<std::size_t>(i) * slice_bytes);
       });
     });
-    writer.write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
+    sink->write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
     done += static_cast<std::uint64_t>(count) * slice_bytes;
     if (progress) progress(done, total);
   }
-  if (before_naming) before_naming(writer.bytes_written());
-  writer.commit();
-  return writer.bytes_written();
+  if (before_naming) before_naming(sink->bytes_written());
+  sink->commit();
+  return sink->bytes_written();
 }
 
 }  // namespace tagrid

@@ -172,7 +172,7 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
   return region;
 }
 
-DecodeResult decode_region(const std::string& input, const std::string& output, VolumeFormat format,
+DecodeResult decode_region(const std::string& input, const std::string& output, const Format& format,
                            bool overwrite, const WantedRegion& wanted, const Resources& resources,
                            const Progress& progress, const BeforeNaming<DecodeResult>& before_naming,
                            const VdbOptions& vdb) {
@@ -182,12 +182,12 @@ DecodeResult decode_region(const std::string& input, const std::string& output, 
   const CodingParameters& parameters = blocks.header().parameters;
   const Region region = region_of(wanted, parameters);
   const VolumeInfo info = info_of(blocks.header(), region);
-  const bool any_order = format != VolumeFormat::vdb && is_regular_output(output);
-  const RegionPlan plan = plan_region(region, parameters, resources, any_order,
-                                      format == VolumeFormat::vdb ? memory_of_vdb_writer(info) : 0);
+  const bool any_order = format.any_order && is_regular_output(output);
+  const RegionPlan plan = plan_region(region, parameters, resources, any_order, format.memory(info));
   VdbOptions grid = vdb;
   grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
+  const auto sink = format.create(
+      output, info, {.files = {.overwrite = overwrite, .like = attributes_of(input)}, .vdb = grid});
 
   const BrickGrid bricks = parameters.bricks();
   const std::uint64_t total = sample_bytes(info.dims, info.type).value();
@@ -206,17 +206,17 @@ DecodeResult decode_region(const std::string& input, const std::string& output, 
     for (std::int64_t z = 0; z < shape.z; ++z) {
       const Box& numbers = pieces.numbers();
       const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;
-      writer.write_samples(first, std::span(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
+      sink->write_samples(first, std::span(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
     }
     done += samples.size();
     if (progress) progress(done, total);
   }
   const TagIndex& index = blocks.finish();
-  DecodeResult result = {blocks.header(),        index,       blocks.sizes().file,
-                         writer.bytes_written(), plan.memory, writer.vdb()};
+  DecodeResult result = {blocks.header(),       index,       blocks.sizes().file,
+                         sink->bytes_written(), plan.memory, vdb_summary(*sink)};
   result.dims = info.dims;
   if (before_naming) before_naming(result);
-  writer.commit();
+  sink->commit();
   return result;
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/region/read_region.h"
@@ -32,7 +32,7 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
 /// Decodes a region of the .tag file `input` into the volume `output`; otherwise like decode_volume(). From a
 /// file, only the header, the index and the bricks that meet the region are read. Memory depends on the
 /// region's layers of bricks.
-DecodeResult decode_region(const std::string& input, const std::string& output, VolumeFormat format,
+DecodeResult decode_region(const std::string& input, const std::string& output, const Format& format,
                            bool overwrite, const WantedRegion& wanted, const Resources& resources,
                            const Progress& progress = {},
                            const BeforeNaming<DecodeResult>& before_naming = {}, const VdbOptions& vdb = {});

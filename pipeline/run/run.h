@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "io/tag/file.h"
 #include "pipeline/encode/options.h"
 #include "pipeline/memory/progress.h"
@@ -43,7 +43,7 @@ struct DecodeResult {
 
 /// Decodes the .tag file `input` into the volume `output`. From file to file the permissions and the time are
 /// kept. `vdb` is for OpenVDB files; its max_error does not count.
-DecodeResult decode_volume(const std::string& input, const std::string& output, VolumeFormat format,
+DecodeResult decode_volume(const std::string& input, const std::string& output, const Format& format,
                            bool overwrite, const Resources& resources, const Progress& progress = {},
                            const BeforeNaming<DecodeResult>& before_naming = {}, const VdbOptions& vdb = {});
 

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "io/files/errors.h"
+#include "io/formats/open_volume.h"
+#include "io/samples/spooled.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/mesh/mesh_error.h"
 
@@ -22,13 +24,15 @@ AgainstOriginal::AgainstOriginal(const std::string& name, const CodingParameters
     : name_(name),
       parameters_(parameters),
       bricks_(parameters.bricks()),
-      reader_(open_volume(original, source)) {
-  const VolumeInfo& info = reader_.info();
+      source_(open_volume(original, source)) {
+  const VolumeInfo& info = source_->info();
   if (info.dims != parameters.dims || info.type != parameters.type)
     throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
                                   text(info.dims), name_of(info.type), text(parameters.dims),
                                   name_of(parameters.type)));
 }
+
+void AgainstOriginal::spool(const std::string& folder) { source_ = spooled(std::move(source_), folder); }
 
 void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
   const bool keep = !meshes_.empty();
@@ -40,7 +44,7 @@ void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
     std::byte* slice =
         original_.data() +
         (keep ? static_cast<std::size_t>(rows_.low.z - rows.box().low.z) * rows.slice_bytes() : 0);
-    reader_.read_rows(slice, rows_);
+    source_->read_rows(slice, rows_);
     rows.copy_slice(rows_.low.z, decoded_);
     with_sample_type(parameters_.type, [&](auto type) {
       using T = decltype(type);
@@ -69,8 +73,8 @@ double AgainstOriginal::mesh_error(const BrickMesh& mesh, const Box& rows) const
 }
 
 void AgainstOriginal::finish() {
-  if (reader_.random_access()) reader_.seek_slice(parameters_.dims.z);
-  reader_.finish();
+  if (random_access()) source_->seek_slice(parameters_.dims.z);
+  source_->finish();
 }
 
 template <class T>

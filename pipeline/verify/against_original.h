@@ -1,10 +1,11 @@
 // Compares a decoded volume, or some of its rows, with the original.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/verify/comparison.h"
 
 namespace tagrid {
@@ -18,11 +19,11 @@ class AgainstOriginal : public Comparison {
                   const SourceDescription& source);
 
   /// True if rows may come in any order; otherwise all of them must come in raster order.
-  bool random_access() const { return reader_.random_access(); }
-  /// Memory for reading besides rows; see VolumeReader.
-  std::uint64_t memory() const { return reader_.memory(); }
-  /// See VolumeReader; after this, random_access() is true.
-  void spool(const std::string& folder) { reader_.spool(folder); }
+  bool random_access() const { return source_->traits().any_rows; }
+  /// Memory for reading besides rows; see SourceTraits.
+  std::uint64_t memory() const { return source_->traits().memory; }
+  /// Copies the original to a temporary file; after this, random_access() is true.
+  void spool(const std::string& folder);
   void add_activity(const LatticeBits& active) override {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
@@ -47,7 +48,7 @@ class AgainstOriginal : public Comparison {
   std::string name_;
   const CodingParameters& parameters_;
   BrickGrid bricks_;
-  VolumeReader reader_;
+  std::unique_ptr<VolumeSource> source_;
   std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only if they have a bound of their own
   std::vector<BrickMesh> meshes_;    ///< of the bricks of the rows; only if the mesh has a bound
   std::vector<std::byte> original_, decoded_;  ///< slices of the original (one or all); one slice of the file

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
 #include "io/tag/file.h"
+#include "io/volume/volume_info.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/verify/comparison.h"
 #include "pipeline/verify/shared_faces.h"

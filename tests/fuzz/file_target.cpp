@@ -83,10 +83,11 @@ void file(Bytes bytes) {
   if (bytes.size() <= pipe_holds)
     claim(samples == samples_of(MemoryPipe(bytes).path()), "a pipe decodes as a file does");
   if (!whole_index) return;
-  const bool verified = is_accepted([&] { verify_file(file.path(), "", std::nullopt, 1); });
+  const bool verified = is_accepted([&] { verify_file(file.path(), "", {}, Resources(1)); });
   claim(samples || !verified, "what does not decode is not verified");
   static const Folder folder;
-  const bool meshed = is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, 1); });
+  const bool meshed =
+      is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");
 }
 

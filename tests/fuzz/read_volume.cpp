@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "tests/fuzz/targets.h"
 
 namespace tagrid::fuzz {
@@ -15,16 +15,16 @@ constexpr std::uint64_t most_sample_bytes = 1 << 16;
 
 void read_volume(const std::string& path) {
   try {
-    VolumeReader reader = open_volume(path);
-    const auto bytes = sample_bytes(reader.info().dims, reader.info().type);
+    const auto volume = open_volume(path);
+    const auto bytes = sample_bytes(volume->info().dims, volume->info().type);
     claim(bytes.has_value(), "a volume that was accepted has a size");
     if (*bytes > most_sample_bytes) return;
     std::vector<std::byte> once(*bytes), again(*bytes);
-    reader.read_slices(once.data(), reader.info().dims.z);
-    reader.finish();
-    if (!reader.seekable()) return;
-    reader.rewind();
-    reader.read_slices(again.data(), reader.info().dims.z);
+    volume->read_slices(once.data(), volume->info().dims.z);
+    volume->finish();
+    if (!volume->traits().again) return;
+    volume->rewind();
+    volume->read_slices(again.data(), volume->info().dims.z);
     claim(once == again, "a volume that is read twice is the same");
   } catch (const BrokenInput&) {
   } catch (const WorldError&) {

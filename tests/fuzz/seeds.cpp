@@ -50,7 +50,7 @@ Input small_file(Index3 dims, SampleType type, const EncodeOptions& options) {
   description.type = type;
   description.spacing = {0.5, 0.5, 2};
   const std::string from = folder.write("in", raw), to = folder.write("out.tag", "");
-  encode_volume(from, description, to, true, options, 1);
+  encode_volume(from, SourceDescription(description), to, true, options, Resources(1));
   return content_of(to);
 }
 
@@ -182,11 +182,9 @@ void add_vdb_files(Seeds& seeds) {
     info.type = type;
     std::vector<std::byte> samples(990 * size_of(type));
     for (std::size_t i = 0; i < samples.size() / 3; ++i) samples[i] = static_cast<std::byte>(i * 37 % 61);
-    VdbWriter writer(path, info, {});
-    writer.write(samples);
-    OutputFile file(path, true);
-    writer.finish(file);
-    file.commit();
+    const auto sink = create_vdb(path, info, {.overwrite = true}, {});
+    sink->write_slices(samples);
+    sink->commit();
     seeds.push_back(content_of(path));
   }
 }

@@ -22,9 +22,9 @@ class EverySampleType : public TemporaryFolder {
   // Expects that a decoded volume is within a bound (negative: any error is allowed).
   void expect_within(const std::vector<T>& samples, Index3 dims, EncodeOptions options, double bound) {
     write_nrrd(in_, dims, samples);
-    ASSERT_NO_THROW(encode_volume(in_, std::nullopt, tag_, true, options, 1));
-    ASSERT_NO_THROW(verify_file(tag_, in_, std::nullopt, 1));
-    decode_volume(tag_, out_, VolumeFormat::nrrd, true, 1);
+    ASSERT_NO_THROW(encode_volume(in_, {}, tag_, true, options, Resources(1)));
+    ASSERT_NO_THROW(verify_file(tag_, in_, {}, Resources(1)));
+    decode_volume(tag_, out_, format_named("nrrd"), true, Resources(1));
     const std::vector<T> decoded = read_samples<T>(out_);
     ASSERT_EQ(decoded.size(), samples.size());
     if (bound < 0) return;
@@ -113,10 +113,10 @@ TYPED_TEST(EverySampleType, SameBytesForAnyThreadCount) {
     EncodeOptions options = small_options<TypeParam>();
     options.grid_only = grid;
     options.max_error = 2;
-    encode_volume(this->in_, std::nullopt, this->tag_, true, options, 1);
+    encode_volume(this->in_, {}, this->tag_, true, options, Resources(1));
     const std::string once = file_content(this->tag_);
     for (const int threads : {2, 5}) {
-      encode_volume(this->in_, std::nullopt, this->tag_, true, options, threads);
+      encode_volume(this->in_, {}, this->tag_, true, options, Resources(threads));
       EXPECT_EQ(file_content(this->tag_), once);
     }
   }
@@ -130,12 +130,13 @@ TYPED_TEST(EverySampleType, EveryFlippedBitAndEveryTruncationIsFound) {
     EncodeOptions options = small_options<TypeParam>();
     options.grid_only = grid;
     options.max_error = 10;
-    encode_volume(this->in_, std::nullopt, this->tag_, true, options, 1);
+    encode_volume(this->in_, {}, this->tag_, true, options, Resources(1));
     const std::string whole = file_content(this->tag_);
     const auto expect_broken = [&](const std::string& content, std::size_t at) {
       write_content(this->path("b.tag"), content);
-      EXPECT_THROW(decode_volume(this->path("b.tag"), this->path("o.raw"), VolumeFormat::raw, true, 1),
-                   BrokenInput)
+      EXPECT_THROW(
+          decode_volume(this->path("b.tag"), this->path("o.raw"), format_named("raw"), true, Resources(1)),
+          BrokenInput)
           << at;
       EXPECT_FALSE(std::filesystem::exists(this->path("o.raw"))) << at;
     };

@@ -95,7 +95,7 @@ class GoldenFiles : public TemporaryFolder, public testing::WithParamInterface<s
 
 TEST_P(GoldenFiles, AreWrittenByteForByte) {
   make_volume();
-  encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, golden_.options, 2);
+  encode_volume(path("in.nrrd"), {}, path("a.tag"), true, golden_.options, Resources(2));
   if (std::getenv("TAGRID_UPDATE_GOLDEN")) write_content(golden_path(), file_content(path("a.tag")));
   EXPECT_TRUE(file_content(path("a.tag")) == file_content(golden_path()))
       << golden_path() << " is no longer what is written";
@@ -103,12 +103,12 @@ TEST_P(GoldenFiles, AreWrittenByteForByte) {
 
 TEST_P(GoldenFiles, AreReadWithinTheirBound) {
   make_volume();
-  const VerifyResult result = verify_file(golden_path(), path("in.nrrd"), std::nullopt, 2);
+  const VerifyResult result = verify_file(golden_path(), path("in.nrrd"), {}, Resources(2));
   if (result.header.parameters.max_error >= 0) {
     EXPECT_LE(*result.max_error, result.header.parameters.max_error);
   }
-  decode_volume(golden_path(), path("out.nrrd"), VolumeFormat::nrrd, true, 2);
-  EXPECT_EQ(open_volume(path("out.nrrd")).info().nrrd_fields, "content: golden\n");
+  decode_volume(golden_path(), path("out.nrrd"), format_named("nrrd"), true, Resources(2));
+  EXPECT_EQ(open_volume(path("out.nrrd"))->info().nrrd_fields, "content: golden\n");
 }
 
 INSTANTIATE_TEST_SUITE_P(All, GoldenFiles, testing::Range(std::size_t{0}, all_golden().size()),

@@ -80,8 +80,9 @@ class RealVolumes : public TemporaryFolder, public testing::WithParamInterface<V
     EncodeOptions options;
     options.max_error = max_error;
     options.grid_only = grid_only;
-    return encode_volume(raw_path(volume), RawDescription{volume.dims, volume.type, false, {}, 0},
-                         path("a.tag"), true, options, available_threads());
+    return encode_volume(raw_path(volume),
+                         SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
+                         path("a.tag"), true, options, Resources(available_threads()));
   }
   // Compares the two files byte by byte, without the reader or verify.
   template <class T>
@@ -104,7 +105,7 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
     for (const bool grid_only : {false, true}) {
       if (sanitized && bound != 5) continue;
       const EncodeResult result = encode(volume, bound, grid_only);
-      decode_volume(path("a.tag"), path("a.raw"), VolumeFormat::raw, true, available_threads());
+      decode_volume(path("a.tag"), path("a.raw"), format_named("raw"), true, Resources(available_threads()));
       const double error =
           with_sample_type(volume.type, [&](auto type) { return largest_error<decltype(type)>(volume); });
       EXPECT_LE(error, bound) << (grid_only ? "grid" : "voxels");
@@ -129,9 +130,9 @@ class RealRates : public TemporaryFolder, public testing::WithParamInterface<Cla
     EncodeOptions options;
     options.max_error = max_error;
     options.effort = GetParam().effort;
-    const EncodeResult result =
-        encode_volume(raw_path(volume), RawDescription{volume.dims, volume.type, false, {}, 0}, path("a.tag"),
-                      true, options, available_threads());
+    const EncodeResult result = encode_volume(
+        raw_path(volume), SourceDescription(RawDescription{volume.dims, volume.type, false, {}, 0}),
+        path("a.tag"), true, options, Resources(available_threads()));
     return 8.0 * static_cast<double>(result.file_bytes) /
            static_cast<double>(Box::of_size(volume.dims).count());
   }

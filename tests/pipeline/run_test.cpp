@@ -23,11 +23,11 @@ class Run : public TemporaryFolder {
     write_nrrd(in_, dims, std::get<std::vector<T>>(samples_));
   }
   EncodeResult encode(const EncodeOptions& options, int threads = 2) {
-    return encode_volume(in_, std::nullopt, tag_, true, options, threads);
+    return encode_volume(in_, {}, tag_, true, options, Resources(threads));
   }
   template <class T>
   std::vector<T> decode(int threads = 2) {
-    decode_volume(tag_, out_, VolumeFormat::nrrd, true, threads);
+    decode_volume(tag_, out_, format_named("nrrd"), true, Resources(threads));
     return read_samples<T>(out_);
   }
   template <class T>
@@ -63,7 +63,7 @@ TYPED_TEST(EveryType, LosslessComesBackIdentical) {
     options.cube_size = 8;
     this->encode(options);
     EXPECT_EQ(this->template largest_error<TypeParam>(this->template decode<TypeParam>()), 0);
-    verify_file(this->tag_, this->in_, std::nullopt, 2);
+    verify_file(this->tag_, this->in_, {}, Resources(2));
   }
 }
 
@@ -81,7 +81,7 @@ TYPED_TEST(EveryType, EveryVoxelWithinTheBoundInEveryMode) {
           const double error = this->template largest_error<TypeParam>(this->template decode<TypeParam>());
           EXPECT_LE(error, bound);
           EXPECT_EQ(error, result.index.total.max_error) << "the recorded error is not the one reached";
-          EXPECT_EQ(verify_file(this->tag_, this->in_, std::nullopt, 2).max_error, error);
+          EXPECT_EQ(verify_file(this->tag_, this->in_, {}, Resources(2)).max_error, error);
         }
 }
 
@@ -93,7 +93,7 @@ TEST_F(Run, ActiveVoxelsKeepTheTighterBound) {
   options.surface_error = 1;
   options.range = {0, 120};
   encode(options);
-  const VerifyResult result = verify_file(tag_, in_, std::nullopt, 2);
+  const VerifyResult result = verify_file(tag_, in_, {}, Resources(2));
   EXPECT_GT(*result.max_error, 1) << "no voxel uses the looser bound: nothing is tested";
   EXPECT_LE(*result.max_error, 20);
 }
@@ -122,7 +122,7 @@ TEST_F(Run, GridModeInterpolatesTheStoredPointsExactly) {
   options.grid_only = true;
   options.cube_size = 8;
   encode(options);
-  const VerifyResult result = verify_file(tag_, in_, std::nullopt, 1);
+  const VerifyResult result = verify_file(tag_, in_, {}, Resources(1));
   EXPECT_GT(result.active_points, 0U);
   EXPECT_GT(result.active_points, static_cast<std::uint64_t>(points_up_to_level({{40, 33, 20}, 8})[0]));
 }
@@ -169,7 +169,7 @@ TEST_F(Run, MetadataComesBackAsItWentIn) {
   write_nrrd(in_, {2, 3, 4}, samples, fields);
   encode({});
   decode<std::uint8_t>();
-  EXPECT_EQ(open_volume(out_).info().nrrd_fields, fields);
+  EXPECT_EQ(open_volume(out_)->info().nrrd_fields, fields);
 }
 
 }  // namespace

@@ -63,12 +63,13 @@ class MeshedVolume : public TemporaryFolder {
     RawDescription raw;
     raw.dims = volume.dims;
     raw.type = SampleType::int16;
-    return encode_volume(write_samples(volume), raw, path("v.tag"), true, options, 2);
+    return encode_volume(write_samples(volume), SourceDescription(raw), path("v.tag"), true, options,
+                         Resources(2));
   }
 
   /// The mesh of v.tag.
   ValuedMesh mesh(std::optional<int> level, bool padded) const {
-    const MeshResult result = write_mesh(path("v.tag"), path("v.vtu"), {level, padded, true}, 2);
+    const MeshResult result = write_mesh(path("v.tag"), path("v.vtu"), {level, padded, true}, Resources(2));
     Vtu vtu(path("v.vtu"));
     ValuedMesh m{read_lattice_mesh(vtu), vtu.array<std::int16_t>("Int16", "value")};
     EXPECT_EQ(result.points, static_cast<std::int64_t>(m.points.size()));
@@ -80,7 +81,7 @@ class MeshedVolume : public TemporaryFolder {
   /// The samples of v.tag.
   TestVolume decode(Index3 dims) const {
     TestVolume volume{dims, std::vector<std::int16_t>(static_cast<std::size_t>(Box::of_size(dims).count()))};
-    decode_volume(path("v.tag"), path("v.raw"), VolumeFormat::raw, true, 2);
+    decode_volume(path("v.tag"), path("v.raw"), format_named("raw"), true, Resources(2));
     const std::string bytes = content("v.raw");
     EXPECT_EQ(bytes.size(), 2 * volume.samples.size());
     std::copy_n(bytes.begin(), bytes.size(), reinterpret_cast<char*>(volume.samples.data()));

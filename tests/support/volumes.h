@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/formats/volume_reader.h"
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
+#include "io/formats/open_volume.h"
 #include "io/nrrd/geometry.h"
 #include "io/volume/volume_info.h"
 #include "stages/volume/sample_type.h"
@@ -20,17 +20,17 @@ template <class T>
 void write_nrrd(const std::string& path, Index3 dims, const std::vector<T>& samples,
                 const std::string& fields = "") {
   VolumeInfo info{dims, sample_type_of<T>(), geometry_of(fields), fields};
-  VolumeWriter writer = open_volume_writer(path, VolumeFormat::nrrd, info, true);
-  writer.write_slices(std::as_bytes(std::span(samples)));
-  writer.commit();
+  const auto writer = format_named("nrrd").create(path, info, {.files = {.overwrite = true}, .vdb = {}});
+  writer->write_slices(std::as_bytes(std::span(samples)));
+  writer->commit();
 }
 
 template <class T>
 std::vector<T> read_samples(const std::string& path) {
-  VolumeReader reader = open_volume(path);
-  std::vector<T> samples(static_cast<std::size_t>(Box::of_size(reader.info().dims).count()));
-  reader.read_slices(reinterpret_cast<std::byte*>(samples.data()), reader.info().dims.z);
-  reader.finish();
+  const auto volume = open_volume(path);
+  std::vector<T> samples(static_cast<std::size_t>(Box::of_size(volume->info().dims).count()));
+  volume->read_slices(reinterpret_cast<std::byte*>(samples.data()), volume->info().dims.z);
+  volume->finish();
   return samples;
 }
 

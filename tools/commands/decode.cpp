@@ -37,7 +37,7 @@ struct DecodeCommand {
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
     refuse_terminal(path, "samples");
-    const VolumeFormat chosen = volume_format_option(format, path);
+    const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
     const WantedRegion wanted = wanted_region();
     if (remove && !wanted.is_all())
@@ -65,8 +65,8 @@ struct DecodeCommand {
   }
 
   std::string default_output() const {
-    const VolumeFormat asked = volume_format_option(format).value_or(VolumeFormat::nrrd);
-    return output_beside(input, std::string(ending_of(asked)));
+    const Format& asked = format_named(format.empty() ? "nrrd" : format);
+    return output_beside(input, std::string(asked.extensions.front()));
   }
 
   WantedRegion wanted_region() const {
@@ -82,15 +82,14 @@ struct DecodeCommand {
     return wanted;
   }
 
-  DecodeResult decode(const std::string& path, VolumeFormat chosen, const WantedRegion& wanted,
+  DecodeResult decode(const std::string& path, const Format& chosen, const WantedRegion& wanted,
                       const BeforeNaming<DecodeResult>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
     if (!wanted.is_all())
       return decode_region(input, path, chosen, output.overwrite, wanted, run.resources(), update,
                            before_naming, vdb);
-    // The leaves of an OpenVDB file have no place that is known beforehand.
-    if (ranks().count() > 1 && chosen != VolumeFormat::vdb && parts_are_possible(input, path))
+    if (ranks().count() > 1 && chosen.any_order && parts_are_possible(input, path))
       return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
                              update, before_naming);
     return decode_volume(input, path, chosen, output.overwrite, run.resources(), update, before_naming, vdb);

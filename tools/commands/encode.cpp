@@ -8,6 +8,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "pipeline/parts/encode_parts.h"
 #include "pipeline/run/run.h"
@@ -70,9 +71,9 @@ struct EncodeCommand {
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
     auto files = removable_volume(input, asked.source, path, advice);
-    const VolumeReader volume = open_volume(input, asked.source);
-    const double max_error = parameters_but_scale(asked.options, volume.info()).max_error;
-    require_replaceable(input, {max_error, volume.headerless(), trust_description}, advice);
+    const auto volume = open_volume(input, asked.source);
+    const double max_error = parameters_but_scale(asked.options, volume->info()).max_error;
+    require_replaceable(input, {max_error, volume->facts().headerless, trust_description}, advice);
     return files;
   }
 

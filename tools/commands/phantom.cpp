@@ -21,7 +21,7 @@ struct PhantomCommand {
     const PhantomOptions options = {dims_option(dims), sample_type_option(type), seed};
     const std::string path = output.path.empty() ? "-" : output.path;
     refuse_terminal(path, "samples");
-    const VolumeFormat chosen = volume_format_option(format, path);
+    const Format& chosen = volume_format_option(format, path);
     remove_abandoned(run, {}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path,
                      samples_path(path, chosen));
@@ -31,7 +31,7 @@ struct PhantomCommand {
     report.keep();
   }
 
-  void write(const PhantomOptions& options, const std::string& path, VolumeFormat chosen,
+  void write(const PhantomOptions& options, const std::string& path, const Format& chosen,
              const BeforeNaming<std::uint64_t>& before_naming) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
     write_phantom(

@@ -32,9 +32,7 @@ struct VerifyCommand {
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
-    SourceDescription source(description);
-    source.vdb_grid = vdb_grid;
-    const VerifyResult result = verify(source);
+    const VerifyResult result = verify(SourceDescription(description, vdb_grid));
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =

@@ -7,7 +7,7 @@
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "io/tag/file.h"
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/output_names.h"
@@ -71,14 +71,14 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     return skip(*known, record);
   require_own_folders(options_.output_dir, line.output);
   look_at({volume.input});  // a pipe would be waited for
-  const VolumeReader reader = open_volume(volume.input, volume.asked.source);
-  volume.files = look_at(reader.files());
-  volume.headerless = reader.headerless();
+  const auto source = open_volume(volume.input, volume.asked.source);
+  volume.files = look_at(source->files());
+  volume.headerless = source->facts().headerless;
   const bool is_ours =
       known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
-    const bool same_options =
-        known->options == line.options || is_same_encoding(encoding_of(known->options), volume.asked, reader);
+    const bool same_options = known->options == line.options ||
+                              is_same_encoding(encoding_of(known->options), volume.asked, *source);
     if (same_options && known->input_files == volume.files) return skip(*known, record);
     if (!same_options && !options_.overwrite)
       throw UsageError(
@@ -110,7 +110,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
       [&](const EncodeResult& written) {
         if (stop_) throw Stopped();
         verify_encoding(volume.input, source, written.temporary, options_.run.resources());
-        input_checksum = checksum_of_samples(open_volume(volume.input, source));
+        input_checksum = checksum_of_samples(*open_volume(volume.input, source));
         output_checksum = checksum_of_file(written.temporary);
       });
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
@@ -122,13 +122,13 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
   const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
-    VolumeReader original = open_volume(volume.input, source);
-    const TagHeader header{resolve(volume.asked.options, original), original.info().nrrd_fields};
+    const auto original = open_volume(volume.input, source);
+    const TagHeader header{resolve(volume.asked.options, *original), original->info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made of another volume, or with other options");
     const VerifyResult found = verify_file(volume.output, volume.input, source, options_.run.resources());
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
-             checksum_of_samples(open_volume(volume.input, source)), output_checksum, record);
+             checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     throw UsageError(
         fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",

@@ -9,7 +9,7 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 
 namespace tagrid {
 namespace {
@@ -39,18 +39,18 @@ std::vector<std::string> removable_tag(const std::string& input, const std::stri
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice) {
   removable_tag(input, output, advice);
-  const VolumeReader reader = open_volume(input, source);
+  const auto volume = open_volume(input, source);
   const auto folder = std::filesystem::path(input).parent_path();
-  for (const std::string& file : reader.files()) {
+  for (const std::string& file : volume->files()) {
     require_removable(file, advice);
     // Headers come from anywhere: one must not choose what is removed elsewhere, by whatever path.
     const auto from_there = std::filesystem::path(file).lexically_relative(folder);
     if (from_there.empty() || from_there.has_parent_path())
       refuse(file, "it may lie in another folder than its header", advice);
   }
-  if (reader.holds_other_bytes())
-    refuse(reader.files().back(), "it holds bytes besides its samples, which would be lost", advice);
-  return reader.files();
+  if (volume->facts().holds_other_bytes)
+    refuse(volume->files().back(), "it holds bytes besides its samples, which would be lost", advice);
+  return volume->files();
 }
 
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice) {

@@ -7,7 +7,7 @@
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "io/tag/file.h"
 #include "pipeline/verify/verify.h"
 #include "tools/conversion/input_removal.h"
@@ -30,7 +30,7 @@ std::string canonical_name(const std::string& path) {
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
   try {
     look_at({line.input});
-    return open_volume(line.input, encoding_of(known ? known->options : line.options).source).files();
+    return open_volume(line.input, encoding_of(known ? known->options : line.options).source)->files();
   } catch (const std::exception&) {
     return {line.input};
   }
@@ -83,7 +83,7 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
   OptionTexts all = known.options;
   for (const auto& [name, value] : line.options) all[name] = value;
   const Encoding was = encoding_of(known.options);
-  if (all != known.options && !is_same_encoding(was, encoding_of(all), open_volume(line.input, was.source)))
+  if (all != known.options && !is_same_encoding(was, encoding_of(all), *open_volume(line.input, was.source)))
     throw UsageError(fmt::format("{}: was encoded with other options: {}; the original is kept", line.input,
                                  difference_of(known.options, all)));
 }
@@ -111,13 +111,13 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   require_replaceable(line.input, {max_error, known.headerless, options_.trust_description}, "it is kept");
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   // Within the bound is not enough: a later version of the original may be so, too.
-  if (checksum_text(checksum_of_samples(open_volume(line.input, source))) != known.input_checksum)
+  if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
                       ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
   const VerifyResult found =
       verify_file(output, line.input, source, options_.run.resources(),
                   [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
-  if (open_volume(line.input, source).info().nrrd_fields != found.header.nrrd_fields)
+  if (open_volume(line.input, source)->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }
 

@@ -15,8 +15,7 @@
 
 namespace tagrid {
 Encoding EncodingOptions::checked() const {
-  Encoding encoding{options, raw.description()};
-  encoding.source.vdb_grid = vdb_grid;
+  Encoding encoding{options, SourceDescription(raw.description(), vdb_grid)};
   if (range == "auto") {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
@@ -62,7 +61,7 @@ Encoding encoding_of(const OptionTexts& texts) {
   return options.checked();
 }
 
-bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume) {
+bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {
   const auto settings = [&](const EncodeOptions& options) {
     return std::pair(settings_json(parameters_but_scale(options, volume.info())),
                      std::tuple(options.range, options.range_from_data, options.field_scale));

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "io/formats/volume_reader.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/encode/options.h"
 #include "pipeline/run/run.h"
 #include "tools/options/shared_options.h"
@@ -43,7 +43,7 @@ OptionTexts encoding_options_given(const CLI::App& command);
 Encoding encoding_of(const OptionTexts& texts);
 
 /// True if both make the same file of this volume, as far as can be known without reading it.
-bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeReader& volume);
+bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume);
 /// The first option in which they differ, in words.
 std::string difference_of(const OptionTexts& was, const OptionTexts& now);
 

@@ -121,30 +121,28 @@ void add_output_options(CLI::App& command, OutputOptions& options) {
 }
 
 void add_format_option(CLI::App& command, std::string& format) {
-  command
-      .add_option("--format", format,
-                  "nrrd (attached), nhdr (detached, with .raw beside it), raw or vdb (OpenVDB); default: "
-                  "from the name")
-      ->check(one_of({"nrrd", "nhdr", "raw", "vdb"}))
-      ->option_text("nrrd|nhdr|raw|vdb");
+  std::vector<std::string> names, help;
+  for (const Format* written : written_formats()) {
+    names.emplace_back(written->name);
+    help.push_back(fmt::format("{} ({})", written->name, written->help));
+  }
+  command.add_option("--format", format, fmt::format("{}; default: from the name", fmt::join(help, ", ")))
+      ->check(one_of(names))
+      ->option_text(fmt::format("{}", fmt::join(names, "|")));
 }
 
-std::optional<VolumeFormat> volume_format_option(const std::string& format) {
-  return format.empty() ? std::nullopt : format_with_ending("volume." + format);
-}
-
-VolumeFormat volume_format_option(const std::string& format, const std::string& output) {
-  const auto asked = volume_format_option(format);
+const Format& volume_format_option(const std::string& format, const std::string& output) {
   // A device or a named pipe is treated like standard output.
   const bool is_file = output != "-" && is_regular_output(output);
-  if (!asked) return is_file ? format_from_name(output) : VolumeFormat::raw;
-  const auto named = format_with_ending(output);
-  if (is_file && named && named != asked)
+  if (format.empty()) return is_file ? format_from_name(output) : format_named("raw");
+  const Format& asked = format_named(format);
+  const Format* named = format_with_extension(output);
+  if (is_file && named != nullptr && named != &asked)
     throw UsageError(fmt::format(
         "--format {}: {} has the name of another format, and who reads it would be "
         "misled; leave out --format, or name it {}",
-        format, output, std::filesystem::path(output).replace_extension(ending_of(*asked)).string()));
-  return *asked;
+        format, output, std::filesystem::path(output).replace_extension(asked.extensions.front()).string()));
+  return asked;
 }
 
 SampleType sample_type_option(const std::string& name) {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
 #include "tools/options/numbers.h"
@@ -116,11 +116,9 @@ struct RawOptions {
 /// --format
 void add_format_option(CLI::App& command, std::string& format);
 
-/// The format that --format names; nothing if it was not given ("").
-std::optional<VolumeFormat> volume_format_option(const std::string& format);
-/// The same; if --format was not given, the format that the name of the output implies. Throws UsageError if
-/// a file's name implies a different format.
-VolumeFormat volume_format_option(const std::string& format, const std::string& output);
+/// The format that --format names; if it was not given (""), the format that the name of the output implies.
+/// Throws UsageError if a file's name implies a different format.
+const Format& volume_format_option(const std::string& format, const std::string& output);
 
 /// The type that --type names. Throws UsageError that lists the types.
 SampleType sample_type_option(const std::string& name);

@@ -27,10 +27,10 @@ void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
       ->group(group);
 }
 
-void check_vdb_options(const VdbOptions& options, VolumeFormat format) {
+void check_vdb_options(const VdbOptions& options, const Format& format) {
   if (!(options.tolerance >= 0))
     throw UsageError(fmt::format("--vdb-tolerance {}: must not be negative", options.tolerance));
-  if (format == VolumeFormat::vdb) return;
+  if (format.has_grids) return;
   if (!options.grid.empty() || options.background || options.tolerance > 0)
     throw UsageError(
         "--vdb-grid, --vdb-background and --vdb-tolerance are for OpenVDB files; give -o FILE.vdb");

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "io/vdb/writer.h"
 #include "tools/options/shared_options.h"
 
@@ -18,7 +18,7 @@ void add_vdb_grid_option(CLI::App& command, std::string& name);
 void add_vdb_output_options(CLI::App& command, VdbOptions& options);
 
 /// Throws UsageError if they were given for another format, or make no sense.
-void check_vdb_options(const VdbOptions& options, VolumeFormat format);
+void check_vdb_options(const VdbOptions& options, const Format& format);
 
 /// Statistics of the written grid, for scripts.
 nlohmann::ordered_json vdb_json(const VdbSummary& summary);

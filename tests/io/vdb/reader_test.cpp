@@ -7,7 +7,7 @@
 #include <random>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "tests/io/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
 
@@ -18,14 +18,14 @@ using oracle::Grid;
 using oracle::Type;
 using VdbReaderTest = TemporaryFolder;
 
-VolumeReader open_grid(const std::string& path, const std::string& grid = "") {
+std::unique_ptr<VolumeSource> open_grid(const std::string& path, const std::string& grid = "") {
   SourceDescription source;
   source.vdb_grid = grid;
   return open_volume(path, source);
 }
 
 /// All samples, as doubles.
-std::vector<double> samples_of(VolumeReader& reader) {
+std::vector<double> samples_of(VolumeSource& reader) {
   const auto count = static_cast<std::size_t>(reader.slice_samples());
   std::vector<double> samples;
   std::vector<std::byte> slice(count * size_of(reader.info().type));
@@ -63,11 +63,11 @@ Grid awkward(Type type) {
 }
 
 void expect_equal(const std::string& path, const Grid& grid) {
-  VolumeReader reader = open_grid(path);
+  const auto reader = open_grid(path);
   const oracle::Read whole = oracle::read_file(path, grid.name, {{0, 0, 0}, {0, 0, 0}});
-  ASSERT_EQ(reader.info().dims, whole.active.size());
+  ASSERT_EQ(reader->info().dims, whole.active.size());
   const oracle::Read expected = oracle::read_file(path, grid.name, whole.active);
-  EXPECT_EQ(samples_of(reader), expected.values);
+  EXPECT_EQ(samples_of(*reader), expected.values);
 }
 
 TEST_F(VdbReaderTest, EveryVoxelOfEveryTypeAndCompressionIsThatOfTheLibrary) {
@@ -87,7 +87,7 @@ TEST_F(VdbReaderTest, TheTypeIsThatOfTheGrid) {
                                                {Type::ints, SampleType::int32}};
   for (const auto& [type, expected] : types) {
     oracle::write_file(path("a.vdb"), {awkward(type)});
-    EXPECT_EQ(open_grid(path("a.vdb")).info().type, expected);
+    EXPECT_EQ(open_grid(path("a.vdb"))->info().type, expected);
   }
 }
 
@@ -116,8 +116,8 @@ TEST_F(VdbReaderTest, ValuesThatAreNoNumbersComeBit) {
   grid.noise = {{0, 0, 0}, {9, 9, 9}};
   grid.value = [](const Index3& p) { return p.x == p.y ? NAN : p.x == 3 ? -0.0 : p.x == 4 ? INFINITY : 1.0; };
   oracle::write_file(path("a.vdb"), {grid});
-  VolumeReader reader = open_grid(path("a.vdb"));
-  const auto samples = samples_of(reader);
+  const auto reader = open_grid(path("a.vdb"));
+  const auto samples = samples_of(*reader);
   EXPECT_TRUE(std::isnan(samples[0]));
   EXPECT_TRUE(std::signbit(samples[3]));
   EXPECT_TRUE(std::isinf(samples[4]));
@@ -126,14 +126,14 @@ TEST_F(VdbReaderTest, ValuesThatAreNoNumbersComeBit) {
 TEST_F(VdbReaderTest, SlicesCanBeReadInAnyOrder) {
   const Grid grid = awkward(Type::floats);
   oracle::write_file(path("a.vdb"), {grid});
-  VolumeReader reader = open_grid(path("a.vdb"));
-  ASSERT_TRUE(reader.seekable());
-  const auto all = samples_of(reader);
-  const auto count = static_cast<std::size_t>(reader.slice_samples());
+  const auto reader = open_grid(path("a.vdb"));
+  ASSERT_TRUE(reader->traits().again);
+  const auto all = samples_of(*reader);
+  const auto count = static_cast<std::size_t>(reader->slice_samples());
   std::vector<float> slice(count);
   for (const std::int64_t z : {40, 3, 4, 148, 0}) {
-    reader.seek_slice(z);
-    reader.read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
+    reader->seek_slice(z);
+    reader->read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
     EXPECT_TRUE(std::equal(slice.begin(), slice.end(), all.begin() + static_cast<std::ptrdiff_t>(count) * z))
         << z;
   }
@@ -143,7 +143,7 @@ TEST_F(VdbReaderTest, TheTransformBecomesDirectionsAndOrigin) {
   Grid grid = awkward(Type::floats);
   grid.transform = {{{0.5, 0, 0}, {0, 0.25, 0.125}, {0, 0, -2}, {100, 200, 300}}};
   oracle::write_file(path("a.vdb"), {grid});
-  const Geometry geometry = open_grid(path("a.vdb")).info().geometry;
+  const Geometry geometry = open_grid(path("a.vdb"))->info().geometry;
   const std::array<std::array<double, 3>, 3> rows = {grid.transform[0], grid.transform[1], grid.transform[2]};
   EXPECT_EQ(geometry.directions, rows);
   const Index3 low = {-13, -16, -128};
@@ -157,11 +157,11 @@ TEST_F(VdbReaderTest, AUniformScaleIsASpacingAndAPerspectiveNone) {
   grid.uniform = true;
   grid.transform[0][0] = 0.75;
   oracle::write_file(path("a.vdb"), {grid});
-  EXPECT_EQ(open_grid(path("a.vdb")).info().geometry.spacing, (std::array<double, 3>{0.75, 0.75, 0.75}));
+  EXPECT_EQ(open_grid(path("a.vdb"))->info().geometry.spacing, (std::array<double, 3>{0.75, 0.75, 0.75}));
   grid.uniform = false;
   grid.perspective = true;
   oracle::write_file(path("b.vdb"), {grid});
-  EXPECT_FALSE(open_grid(path("b.vdb")).info().geometry.has_spacing);
+  EXPECT_FALSE(open_grid(path("b.vdb"))->info().geometry.has_spacing);
 }
 
 TEST_F(VdbReaderTest, OfSeveralGridsOneIsChosenByItsName) {
@@ -170,8 +170,8 @@ TEST_F(VdbReaderTest, OfSeveralGridsOneIsChosenByItsName) {
   second.name = "labels";
   third.name = "mask";
   oracle::write_file(path("a.vdb"), {first, second, third});
-  EXPECT_EQ(open_grid(path("a.vdb"), "density").info().type, SampleType::float32);
-  EXPECT_EQ(open_grid(path("a.vdb"), "labels").info().type, SampleType::int32);
+  EXPECT_EQ(open_grid(path("a.vdb"), "density")->info().type, SampleType::float32);
+  EXPECT_EQ(open_grid(path("a.vdb"), "labels")->info().type, SampleType::int32);
   for (const std::string name : {"", "nothing"}) {
     const std::string message = message_of<UsageError>([&] { open_grid(path("a.vdb"), name); });
     for (const char* listed : {"density", "labels", "mask"})
@@ -185,21 +185,21 @@ TEST_F(VdbReaderTest, GridsOfOneNameHaveNumbers) {
   Grid first = awkward(Type::floats), second = awkward(Type::ints);
   oracle::write_file(path("a.vdb"), {first, second});
   message_of<UsageError>([&] { open_grid(path("a.vdb"), "density"); });
-  EXPECT_EQ(open_grid(path("a.vdb"), "density[0]").info().type, SampleType::float32);
-  EXPECT_EQ(open_grid(path("a.vdb"), "density[1]").info().type, SampleType::int32);
+  EXPECT_EQ(open_grid(path("a.vdb"), "density[0]")->info().type, SampleType::float32);
+  EXPECT_EQ(open_grid(path("a.vdb"), "density[1]")->info().type, SampleType::int32);
 }
 
 TEST_F(VdbReaderTest, AGridThatSharesATreeHasItsVoxels) {
   oracle::write_instances(path("a.vdb"), awkward(Type::floats), "second");
-  VolumeReader first = open_grid(path("a.vdb"), "density"), second = open_grid(path("a.vdb"), "second");
-  EXPECT_EQ(samples_of(first), samples_of(second));
+  const auto first = open_grid(path("a.vdb"), "density"), second = open_grid(path("a.vdb"), "second");
+  EXPECT_EQ(samples_of(*first), samples_of(*second));
 }
 
 TEST_F(VdbReaderTest, AStreamOfOneGridIsReadAndOneOfSeveralRefused) {
   oracle::write_stream(path("a.vdb"), {awkward(Type::doubles)});
   oracle::write_file(path("b.vdb"), {awkward(Type::doubles)});
-  VolumeReader a = open_grid(path("a.vdb")), b = open_grid(path("b.vdb"));
-  EXPECT_EQ(samples_of(a), samples_of(b));
+  const auto a = open_grid(path("a.vdb")), b = open_grid(path("b.vdb"));
+  EXPECT_EQ(samples_of(*a), samples_of(*b));
   oracle::write_stream(path("c.vdb"), {awkward(Type::doubles), awkward(Type::floats)});
   message_of<BrokenInput>([&] { open_grid(path("c.vdb")); });
 }
@@ -214,7 +214,7 @@ TEST_F(VdbReaderTest, WhatIsNoVolumeIsRefused) {
   oracle::write_file(path("c.vdb"), {awkward(Type::floats)});
   RawDescription raw;
   raw.dims = {1, 1, 1};
-  message_of<UsageError>([&] { open_volume(path("c.vdb"), raw); });
+  message_of<UsageError>([&] { open_volume(path("c.vdb"), SourceDescription(raw)); });
   message_of<UsageError>([&] { open_volume(FilledPipe(content("a.vdb")).path()); });
   message_of<UsageError>([&] { open_grid(file("d.nrrd", "NRRD0004\n"), "density"); });
 }
@@ -270,9 +270,9 @@ TEST_F(VdbReaderTest, AnyDamageIsReadOrRefused) {
       }
       file("b.vdb", bytes);
       try {
-        VolumeReader reader = open_grid(path("b.vdb"));
-        if (*sample_bytes(reader.info().dims, reader.info().type) > most) continue;
-        samples_of(reader);
+        const auto reader = open_grid(path("b.vdb"));
+        if (*sample_bytes(reader->info().dims, reader->info().type) > most) continue;
+        samples_of(*reader);
         ++read;
       } catch (const BrokenInput&) {
         ++refused;

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
+#include "io/formats/open_volume.h"
 #include "io/nrrd/geometry.h"
 #include "tests/io/vdb/openvdb_oracle.h"
 #include "tests/support/temporary_folder.h"
@@ -31,16 +31,16 @@ class VdbWriterTest : public TemporaryFolder {
     for (std::int64_t z = 0; z < dims.z; ++z)
       for (std::int64_t y = 0; y < dims.y; ++y)
         for (std::int64_t x = 0; x < dims.x; ++x) samples.push_back(static_cast<T>(value(Index3{x, y, z})));
-    VolumeWriter writer =
-        open_volume_writer(path(name), format_from_name(name), info, true, std::nullopt, options);
+    const auto writer =
+        format_from_name(name).create(path(name), info, {.files = {.overwrite = true}, .vdb = options});
     std::span<const T> rest = samples;
     while (!rest.empty()) {
       const auto part = rest.first(std::min<std::size_t>(rest.size(), 997));
-      writer.write_slices(std::as_bytes(part));
+      writer->write_slices(std::as_bytes(part));
       rest = rest.subspan(part.size());
     }
-    const VdbSummary summary = writer.vdb().value();
-    writer.commit();
+    const VdbSummary summary = vdb_summary(*writer).value();
+    writer->commit();
     return summary;
   }
 
@@ -84,9 +84,9 @@ TYPED_TEST(EveryType, TheLibraryReadsEveryVoxelAndTagridTheTypeToo) {
   EXPECT_EQ(read.type, (std::is_same_v<T, float>                                        ? "float"
                         : std::is_same_v<T, double> || std::is_same_v<T, std::uint32_t> ? "double"
                                                                                         : "int32"));
-  const VolumeReader again = open_volume(this->path("a.vdb"));
-  EXPECT_EQ(again.info().type, sample_type_of<T>());
-  EXPECT_EQ(again.info().dims, dims);
+  const auto again = open_volume(this->path("a.vdb"));
+  EXPECT_EQ(again->info().type, sample_type_of<T>());
+  EXPECT_EQ(again->info().dims, dims);
 }
 
 TYPED_TEST(EveryType, TheLargestAndTheSmallestValueComeBack) {
@@ -95,10 +95,10 @@ TYPED_TEST(EveryType, TheLargestAndTheSmallestValueComeBack) {
     return p.x == 0 ? T(0) : p.x == 1 ? std::numeric_limits<T>::max() : std::numeric_limits<T>::lowest();
   };
   this->template write<T>("a.vdb", {3, 1, 1}, value);
-  VolumeReader reader = open_volume(this->path("a.vdb"));
+  const auto reader = open_volume(this->path("a.vdb"));
   T samples[3];
-  ASSERT_EQ(reader.info().dims, (Index3{3, 1, 1}));
-  reader.read_slices(reinterpret_cast<std::byte*>(samples), 1);
+  ASSERT_EQ(reader->info().dims, (Index3{3, 1, 1}));
+  reader->read_slices(reinterpret_cast<std::byte*>(samples), 1);
   for (const std::int64_t x : {0, 1, 2}) EXPECT_EQ(samples[x], value({x, 0, 0}));
 }
 
@@ -122,11 +122,11 @@ TEST_F(VdbWriterTest, EqualVoxelsBecomeTilesOfEverySize) {
 TEST_F(VdbWriterTest, AVolumeOfOneValueHasNoActiveVoxelAndComesBack) {
   write<float>("a.vdb", {17, 3, 5}, [](const Index3&) { return 2.5; });
   EXPECT_EQ(oracle::read_file(path("a.vdb"), "density", {{0, 0, 0}, {0, 0, 0}}).active_voxels, 0U);
-  VolumeReader reader = open_volume(path("a.vdb"));
-  EXPECT_EQ(reader.info().dims, (Index3{17, 3, 5}));
+  const auto reader = open_volume(path("a.vdb"));
+  EXPECT_EQ(reader->info().dims, (Index3{17, 3, 5}));
   std::vector<float> slice(17 * 3);
-  reader.seek_slice(4);
-  reader.read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
+  reader->seek_slice(4);
+  reader->read_slices(reinterpret_cast<std::byte*>(slice.data()), 1);
   EXPECT_EQ(slice, std::vector<float>(17 * 3, 2.5F));
 }
 
@@ -134,7 +134,7 @@ TEST_F(VdbWriterTest, AnEmptyMarginComesBack) {
   const Index3 dims = {30, 30, 30};
   const auto value = [](const Index3& p) { return p == Index3{15, 16, 17} ? 1 : 0; };
   write<std::int16_t>("a.vdb", dims, value);
-  EXPECT_EQ(open_volume(path("a.vdb")).info().dims, dims);
+  EXPECT_EQ(open_volume(path("a.vdb"))->info().dims, dims);
 }
 
 TEST_F(VdbWriterTest, BackgroundAndToleranceDecideWhatIsActive) {
@@ -171,9 +171,9 @@ TEST_F(VdbWriterTest, NumbersThatAreNoneAreKept) {
   const auto summary = write<double>("a.vdb", {4, 1, 1}, value);
   EXPECT_EQ(summary.background, 0);
   EXPECT_EQ(summary.active_voxels, 3U);
-  VolumeReader reader = open_volume(path("a.vdb"));
+  const auto reader = open_volume(path("a.vdb"));
   double samples[4];
-  reader.read_slices(reinterpret_cast<std::byte*>(samples), 1);
+  reader->read_slices(reinterpret_cast<std::byte*>(samples), 1);
   EXPECT_TRUE(std::isnan(samples[0]) && std::signbit(samples[1]) && std::isinf(samples[2]) &&
               samples[3] == 0);
 }
@@ -201,7 +201,7 @@ TEST_F(VdbWriterTest, AllThatAHeaderSaidComesBack) {
       "content: a scan\nspace: left-posterior-superior\nspace directions: (0.5,0,0) (0,0.5,0) (0,0.1,-2.25)\n"
       "space units: \"mm\" \"mm\" \"mm\"\nspace origin: (-12.5,3,1e3)\n# a remark\nModality:=CT\n";
   write<std::int16_t>("a.vdb", {5, 4, 3}, noise<std::int16_t>, {}, fields);
-  EXPECT_EQ(open_volume(path("a.vdb")).info().nrrd_fields, fields);
+  EXPECT_EQ(open_volume(path("a.vdb"))->info().nrrd_fields, fields);
 }
 
 TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
@@ -215,12 +215,13 @@ TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
     grid.fills = {{{{16, 0, -8}, {31, 15, 7}}, 5, true}, {{{0, 0, 0}, {3, 3, 3}}, 9, false}};
     grid.transform = {{{0.5, 0, 0}, {0, 0.25, 0}, {0, 0, 2}, {4, 5, 6}}};
     oracle::write_file(path("a.vdb"), {grid});
-    VolumeReader reader = open_volume(path("a.vdb"));
-    VolumeWriter writer = open_volume_writer(path("b.vdb"), VolumeFormat::vdb, reader.info(), true);
-    std::vector<std::byte> all(*sample_bytes(reader.info().dims, reader.info().type));
-    reader.read_slices(all.data(), reader.info().dims.z);
-    writer.write_slices(all);
-    writer.commit();
+    const auto reader = open_volume(path("a.vdb"));
+    const auto writer =
+        format_named("vdb").create(path("b.vdb"), reader->info(), {.files = {.overwrite = true}, .vdb = {}});
+    std::vector<std::byte> all(*sample_bytes(reader->info().dims, reader->info().type));
+    reader->read_slices(all.data(), reader->info().dims.z);
+    writer->write_slices(all);
+    writer->commit();
     const Box box = {{-9, 0, -30}, {31, 15, 7}};
     const oracle::Read before = oracle::read_file(path("a.vdb"), "smoke", box);
     const oracle::Read after = oracle::read_file(path("b.vdb"), "smoke", box);
@@ -265,10 +266,10 @@ TEST_F(VdbWriterTest, AValueThatIsNoneOfTheTypeItOnceHadIsBroken) {
   const std::size_t type = bytes.find("int16", bytes.find("tagrid_type"));
   ASSERT_NE(type, bytes.npos);
   bytes.replace(type, 5, "uint8");
-  VolumeReader reader = open_volume(file("b.vdb", bytes));
-  ASSERT_EQ(reader.info().type, SampleType::uint8);
+  const auto reader = open_volume(file("b.vdb", bytes));
+  ASSERT_EQ(reader->info().type, SampleType::uint8);
   std::vector<std::byte> slice(81);
-  const std::string message = message_of<BrokenInput>([&] { reader.read_slices(slice.data(), 1); });
+  const std::string message = message_of<BrokenInput>([&] { reader->read_slices(slice.data(), 1); });
   EXPECT_NE(message.find("300"), message.npos) << message;
   bytes.replace(type, 5, "uint9");
   message_of<BrokenInput>([&] { open_volume(file("c.vdb", bytes)); });

@@ -24,15 +24,16 @@ class Damage : public TemporaryFolder {
     options.brick_edge = 2;
     options.grid_only = grid;
     options.max_error = 4;
-    encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 1);
+    encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
     return file_content(path("a.tag"));
   }
   void expect_broken(const std::string& content, const std::string& what) {
     write_content(path("b.tag"), content);
-    EXPECT_THROW(decode_volume(path("b.tag"), path("out.raw"), VolumeFormat::raw, true, 1), BrokenInput)
+    EXPECT_THROW(decode_volume(path("b.tag"), path("out.raw"), format_named("raw"), true, Resources(1)),
+                 BrokenInput)
         << what;
     EXPECT_FALSE(std::filesystem::exists(path("out.raw"))) << what;
-    EXPECT_THROW(verify_file(path("b.tag"), "", std::nullopt, 1), BrokenInput) << what;
+    EXPECT_THROW(verify_file(path("b.tag"), "", {}, Resources(1)), BrokenInput) << what;
   }
 };
 
@@ -83,7 +84,7 @@ TEST_F(Damage, ABrickOfAFileWithAnotherHeaderIsFound) {
   options.cube_size = 4;
   options.brick_edge = 2;
   options.max_error = 5;
-  encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 1);
+  encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
   const std::string b = file_content(path("a.tag"));
   const auto fa = frames(a)[1], fb = frames(b)[1];
   expect_broken(a.substr(0, fa.first) + b.substr(fb.first, fb.second) + a.substr(fa.first + fa.second),

@@ -25,8 +25,8 @@ class DecodedRowsTest : public TemporaryFolder {
     options.cube_size = 8;
     options.brick_edge = 2;
     options.grid_only = grid_only;
-    encode_volume(path("a.nrrd"), std::nullopt, tag_, true, options, 2);
-    decode_volume(tag_, path("whole.raw"), VolumeFormat::raw, true, 2);
+    encode_volume(path("a.nrrd"), {}, tag_, true, options, Resources(2));
+    decode_volume(tag_, path("whole.raw"), format_named("raw"), true, Resources(2));
     whole_ = file_content(path("whole.raw"));
   }
 
@@ -92,20 +92,19 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y) rows.push_back({y, y + 1, z, z + 1});
   std::mt19937 random(1);
-  for (const VolumeFormat format : {VolumeFormat::nrrd, VolumeFormat::nhdr, VolumeFormat::raw}) {
+  for (const std::string name : {"b.nrrd", "b.nhdr", "b.raw"}) {
     std::shuffle(rows.begin(), rows.end(), random);
-    const std::string name = format == VolumeFormat::nrrd   ? "b.nrrd"
-                             : format == VolumeFormat::nhdr ? "b.nhdr"
-                                                            : "b.raw";
     VolumeInfo info{dims, SampleType::int16, {}, ""};
-    VolumeWriter writer = open_volume_writer(path(name), format, info, true);
-    ASSERT_TRUE(writer.can_seek());
+    const auto writer =
+        format_from_name(name).create(path(name), info, {.files = {.overwrite = true}, .vdb = {}});
+    ASSERT_TRUE(writer->any_order());
     for (const BrickRows& row : rows)
-      decode(reader, row, {1, 1, 1},
-             [&](std::int64_t first, std::span<const std::byte> part) { writer.write_samples(first, part); });
-    const std::uint64_t bytes = writer.bytes_written();
-    writer.commit();
-    if (format == VolumeFormat::raw) {
+      decode(reader, row, {1, 1, 1}, [&](std::int64_t first, std::span<const std::byte> part) {
+        writer->write_samples(first, part);
+      });
+    const std::uint64_t bytes = writer->bytes_written();
+    writer->commit();
+    if (name == "b.raw") {
       EXPECT_EQ(content("b.raw"), whole_);
       EXPECT_EQ(bytes, whole_.size());
     } else {

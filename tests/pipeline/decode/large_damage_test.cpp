@@ -46,13 +46,13 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
 
   // The same volume except for a part that depends on the seed; the header is the same.
   std::string encoded(std::uint64_t seed) const {
-    write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), VolumeFormat::nrrd, true, 2);
+    write_phantom({{160, 150, 140}, SampleType::int16, seed}, path("in.nrrd"), format_named("nrrd"), true, 2);
     EncodeOptions options;
     options.grid_only = GetParam();
     options.cube_size = 16;
     options.brick_edge = 2;
     if (options.grid_only) options.max_error = 20;
-    encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 2);
+    encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(2));
     std::filesystem::remove(path("in.nrrd"));
     return file_content(path("a.tag"));
   }
@@ -147,7 +147,8 @@ TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
     ASSERT_LE(out.size(), truth_.size());
     EXPECT_TRUE(truth_.compare(0, out.size(), out) == 0) << "other voxels went out";
     if (i % 8 != 0) continue;
-    EXPECT_THROW(decode_volume(path("b.tag"), path("out.nrrd"), VolumeFormat::nrrd, true, 2), BrokenInput);
+    EXPECT_THROW(decode_volume(path("b.tag"), path("out.nrrd"), format_named("nrrd"), true, Resources(2)),
+                 BrokenInput);
     EXPECT_EQ(names(), (std::vector<std::string>{"a.tag", "b.tag"}));
   }
   // Copies of the files in this test, but no memory for sizes in a damaged file.

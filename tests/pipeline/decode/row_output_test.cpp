@@ -21,12 +21,12 @@ class RowOutputTest : public TemporaryFolder {
 
   /// The samples of a file, written `together` rows at a time.
   std::string written(std::int64_t together, const std::string& spool) const {
-    VolumeWriter writer =
-        open_volume_writer(path("out.raw"), VolumeFormat::raw, {dims_, SampleType::int16, {}, ""}, true);
-    RowOutput output(writer, spool, "out.raw");
+    const auto writer = format_named("raw").create(path("out.raw"), {dims_, SampleType::int16, {}, ""},
+                                                   {.files = {.overwrite = true}, .vdb = {}});
+    RowOutput output(*writer, spool, "out.raw");
     for_each_rows<std::int16_t>(parameters_, BrickRows::all(parameters_.bricks()), together, samples_,
                                 [&](const DecodedRows& rows) { output.write(rows); });
-    writer.commit();
+    writer->commit();
     return content("out.raw");
   }
 

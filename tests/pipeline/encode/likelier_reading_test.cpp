@@ -11,7 +11,7 @@
 #include <random>
 
 #include "io/bytes/little_endian.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "stages/phantom/phantom.h"
 #include "tests/support/temporary_folder.h"
 
@@ -156,13 +156,13 @@ TEST_F(LikelierReadings, RealVolumesAreNotSuspected) {
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".nhdr") continue;
-    const VolumeReader reader = open_volume(entry.path().string());
-    const std::string samples = reader.files().back();
+    const auto volume = open_volume(entry.path().string());
+    const std::string samples = volume->files().back();
     std::ifstream header(entry.path());
     const std::string text{std::istreambuf_iterator<char>(header), {}};
     RawDescription raw;
-    raw.dims = reader.info().dims;
-    raw.type = reader.info().type;
+    raw.dims = volume->info().dims;
+    raw.type = volume->info().type;
     raw.big_endian = text.find("endian: big") != text.npos;
     EXPECT_FALSE(likelier_reading(samples, raw)) << samples;
     if (size_of(raw.type) == 1) continue;

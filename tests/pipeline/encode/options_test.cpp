@@ -18,14 +18,14 @@ class Options : public TemporaryFolder {
   // Every encoded file decodes; options that would not decode are refused before anything is written.
   void expect_refused_or_whole(const EncodeOptions& options) {
     try {
-      encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 1);
+      encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
     } catch (const UsageError&) {
       return;
     }
-    EXPECT_NO_THROW(verify_file(path("a.tag"), path("in.nrrd"), std::nullopt, 1));
+    EXPECT_NO_THROW(verify_file(path("a.tag"), path("in.nrrd"), {}, Resources(1)));
   }
   void expect_refused(const EncodeOptions& options) {
-    EXPECT_THROW(encode_volume(path("in.nrrd"), std::nullopt, path("b.tag"), true, options, 1), UsageError);
+    EXPECT_THROW(encode_volume(path("in.nrrd"), {}, path("b.tag"), true, options, Resources(1)), UsageError);
   }
 };
 
@@ -72,8 +72,8 @@ TEST_F(Options, ALooserMeshBoundNeverMakesMorePointsActive) {
     EncodeOptions options;
     options.cube_size = 4;
     options.mesh_error = bound;
-    encode_volume(path("in.nrrd"), std::nullopt, path("a.tag"), true, options, 1);
-    const std::uint64_t active = verify_file(path("a.tag"), "", std::nullopt, 1).active_points;
+    encode_volume(path("in.nrrd"), {}, path("a.tag"), true, options, Resources(1));
+    const std::uint64_t active = verify_file(path("a.tag"), "", {}, Resources(1)).active_points;
     EXPECT_LE(active, before) << bound;
     before = active;
   }

@@ -24,8 +24,8 @@ class WideOptions : public TemporaryFolder {
   template <class T>
   CodingParameters encode(const std::vector<T>& samples, const EncodeOptions& options = {}) {
     write_nrrd(in_, dims_, samples);
-    encode_volume(in_, std::nullopt, tag_, true, options, 1);
-    return verify_file(tag_, in_, std::nullopt, 1).header.parameters;
+    encode_volume(in_, {}, tag_, true, options, Resources(1));
+    return verify_file(tag_, in_, {}, Resources(1)).header.parameters;
   }
 };
 
@@ -72,7 +72,7 @@ TEST_F(WideOptions, BoundsOfFloatsAreNotRounded) {
   EXPECT_EQ(p.surface_error, 0.6);
   EXPECT_EQ(p.mesh_error, 0.65);
   write_nrrd(in_, dims_, awkward_volume<std::int32_t>(Awkward::smooth, dims_, 1));
-  EXPECT_THROW(encode_volume(in_, std::nullopt, tag_, true, options, 1), UsageError);
+  EXPECT_THROW(encode_volume(in_, {}, tag_, true, options, Resources(1)), UsageError);
 }
 
 // The adaptive grid of floats and 32-bit integers is the same as that of the same numbers in 16 bits: bit by
@@ -84,7 +84,7 @@ TEST_F(WideOptions, TheGridDoesNotDependOnTheTypeOfTheSamples) {
   options.range = {0, 128};
   const auto active = [&](const auto& samples, const EncodeOptions& with) {
     encode(samples, with);
-    return verify_file(tag_, in_, std::nullopt, 1).index.total.active;
+    return verify_file(tag_, in_, {}, Resources(1)).index.total.active;
   };
   const auto same_as_narrow = [&](const EncodeOptions& with) {
     const auto expected = active(narrow, with);
@@ -111,7 +111,7 @@ TEST_F(WideOptions, ValuesOfAMeshHaveTheTypeOfTheVolume) {
       encode(samples, options);
       MeshOptions mesh;
       mesh.overwrite = mesh.padded = true;
-      write_mesh(tag_, path("m.vtu"), mesh, 1);
+      write_mesh(tag_, path("m.vtu"), mesh, Resources(1));
       Vtu vtu(path("m.vtu"));
       const auto xyz = vtu.array<double>("Float64", "Points");
       const auto values = vtu.array<T>(name, "value");

@@ -23,7 +23,7 @@ struct LibraryEncoder : TemporaryFolder {
     same.cube_size = options.cube;
     if (options.brick != 0) same.brick_edge = options.brick;
     if (sizeof(T) > 2) same.range = {0, 100};
-    encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, 2);
+    encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
     Encoded encoded;
     const tagrid_call call = call_of(1 + static_cast<int>(seed % 4));
     encode(options, samples.data(), encoded, &call, 1 + seed % 5);
@@ -43,7 +43,7 @@ struct LibraryEncoder : TemporaryFolder {
     std::vector<T> out(samples.size());
     const tagrid_box all = {{0, 0, 0}, {dims.x, dims.y, dims.z}};
     ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, nullptr), TAGRID_OK);
-    decode_volume(path("volume.tag"), path("again.nrrd"), VolumeFormat::nrrd, true, 1);
+    decode_volume(path("volume.tag"), path("again.nrrd"), format_named("nrrd"), true, Resources(1));
     const auto decoded = read_samples<T>(path("again.nrrd"));
     EXPECT_EQ(std::memcmp(out.data(), decoded.data(), out.size() * sizeof(T)), 0);
     if (info.max_error == 0) {

@@ -77,7 +77,7 @@ TEST_F(LibraryMesh, TheWholeMeshIsThatOfTheProgram) {
         if (level >= 0) same.level = level;
         same.padded = padded;
         same.overwrite = true;
-        write_mesh(path("volume.tag"), path("mesh.vtu"), same, 2);
+        write_mesh(path("volume.tag"), path("mesh.vtu"), same, Resources(2));
         Vtu vtu(path("mesh.vtu"));
 
         Taken taken;

@@ -94,7 +94,7 @@ TEST(MemoryPlan, OfDecodingKeepsEveryLimitThatItDoesNotRefuse) {
         const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
         EXPECT_TRUE(any_order || plan.budget.rows == p.bricks().bricks(1));
       }
-      EXPECT_NO_THROW(plan_decoding(p, 3, use)) << "without a limit nothing is refused";
+      EXPECT_NO_THROW(plan_decoding(p, Resources(3), use)) << "without a limit nothing is refused";
     }
   });
 }

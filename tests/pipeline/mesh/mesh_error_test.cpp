@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"
@@ -41,7 +42,7 @@ class MeshError : public TemporaryFolder {
 
   // The largest error of the field of the mesh that `mesh` writes.
   double error_of_mesh(const std::vector<T>& samples, Index3 dims) {
-    write_mesh(tag_, path("a.vtu"), {{}, false, true}, 1);
+    write_mesh(tag_, path("a.vtu"), {{}, false, true}, Resources(1));
     Vtu vtu(path("a.vtu"));
     const LatticeMesh mesh = read_lattice_mesh(vtu);
     const std::vector<T> values = vtu.array<T>(vtk_name<T>(), "value");
@@ -85,7 +86,7 @@ class MeshError : public TemporaryFolder {
     options.surface_error = bounds.surface_error;
     options.mesh_error = bounds.mesh_error;
     write_nrrd(in_, dims, samples);
-    const EncodeResult encoded = encode_volume(in_, std::nullopt, tag_, true, options, 2);
+    const EncodeResult encoded = encode_volume(in_, {}, tag_, true, options, Resources(2));
     const double recorded = encoded.index.total.mesh_error, found = error_of_mesh(samples, dims);
     if constexpr (std::is_integral_v<T>) {
       ASSERT_EQ(recorded, found);
@@ -93,7 +94,7 @@ class MeshError : public TemporaryFolder {
       ASSERT_NEAR(recorded, found, 1e-9 * std::max(1.0, found));
     }
     ASSERT_LE(recorded, *bounds.mesh_error);
-    const VerifyResult verified = verify_file(tag_, in_, std::nullopt, 2);
+    const VerifyResult verified = verify_file(tag_, in_, {}, Resources(2));
     ASSERT_EQ(verified.mesh_error, recorded);
     ASSERT_EQ(verified.index.total.mesh_error, recorded);
   }
@@ -167,7 +168,7 @@ class MeshErrorRecord : public MeshError<std::int16_t> {
   EncodeResult encode(double max_error, double mesh_error) {
     options_.max_error = max_error;
     options_.mesh_error = mesh_error;
-    return encode_volume(in_, std::nullopt, tag_, true, options_, 2);
+    return encode_volume(in_, {}, tag_, true, options_, Resources(2));
   }
   // a.tag with another bound, and another record.
   void forge(double bound, double recorded) const {
@@ -191,7 +192,7 @@ class MeshErrorRecord : public MeshError<std::int16_t> {
     out.commit();
   }
   std::string complaint(const std::string& original) const {
-    return message_of<BrokenInput>([&] { verify_file(path("forged.tag"), original, std::nullopt, 1); });
+    return message_of<BrokenInput>([&] { verify_file(path("forged.tag"), original, {}, Resources(1)); });
   }
 
   const Index3 dims_{21, 18, 13};
@@ -203,9 +204,9 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   const double reached = encode(2, 9).index.total.mesh_error;
   ASSERT_GT(reached, 3);
   forge(9, reached);
-  EXPECT_NO_THROW(verify_file(path("forged.tag"), in_, std::nullopt, 1));
+  EXPECT_NO_THROW(verify_file(path("forged.tag"), in_, {}, Resources(1)));
   forge(9, reached - 0.25);
-  EXPECT_NO_THROW(verify_file(path("forged.tag"), "", std::nullopt, 1))
+  EXPECT_NO_THROW(verify_file(path("forged.tag"), "", {}, Resources(1)))
       << "nothing is known without the original";
   EXPECT_NE(complaint(in_).find("errors that it records"), std::string::npos) << complaint(in_);
   forge(3, 2.5);
@@ -219,7 +220,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
 // As several processes verify it.
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
-  Verifier verifier(tag_, in_, std::nullopt, 1);
+  Verifier verifier(tag_, in_, {}, Resources(1));
   verifier.begin_any_order();
   const BrickGrid bricks = verifier.parameters().bricks();
   Statistics counted;
@@ -235,8 +236,8 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
     EncodeOptions options;
     options.grid_only = grid;
     options.max_error = 4;
-    EXPECT_LT(encode_volume(in_, std::nullopt, tag_, true, options, 1).index.total.mesh_error, 0);
-    EXPECT_FALSE(verify_file(tag_, in_, std::nullopt, 1).mesh_error.has_value());
+    EXPECT_LT(encode_volume(in_, {}, tag_, true, options, Resources(1)).index.total.mesh_error, 0);
+    EXPECT_FALSE(verify_file(tag_, in_, {}, Resources(1)).mesh_error.has_value());
   }
 }
 
@@ -265,7 +266,7 @@ TEST_F(MeshErrorRecord, AVolumeOfOneSliceHasOneToo) {
     options_.surface_error = surface;
     const EncodeResult result = encode(3, 7);
     EXPECT_LE(result.index.total.mesh_error, 7);
-    EXPECT_EQ(verify_file(tag_, in_, std::nullopt, 1).mesh_error, result.index.total.mesh_error);
+    EXPECT_EQ(verify_file(tag_, in_, {}, Resources(1)).mesh_error, result.index.total.mesh_error);
   }
 }
 

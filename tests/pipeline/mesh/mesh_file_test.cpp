@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "tests/support/meshed_volume.h"
 
 namespace tagrid {
@@ -20,8 +21,8 @@ class MeshFile : public MeshedVolume {
     const std::string header = "NRRD0004\ntype: int16\ndimension: 3\nsizes: " + std::to_string(d.x) + " " +
                                std::to_string(d.y) + " " + std::to_string(d.z) +
                                "\nencoding: raw\nendian: little\n" + fields + "\n";
-    encode_volume(write_samples(volume_, header), {}, path("w.tag"), true, options_, 2);
-    write_mesh(path("w.tag"), path("w.vtu"), {{}, true, true}, 2);
+    encode_volume(write_samples(volume_, header), {}, path("w.tag"), true, options_, Resources(2));
+    write_mesh(path("w.tag"), path("w.vtu"), {{}, true, true}, Resources(2));
     Vtu vtu(path("w.vtu"));
     xyz = vtu.array<double>("Float64", "Points");
     const auto ids = vtu.array<std::int64_t>("Int64", "connectivity");
@@ -86,8 +87,8 @@ TEST_F(MeshFile, PointsLieWhereTheHeaderSaysAndVolumesArePositiveThere) {
 
 TEST_F(MeshFile, SameBytesForAnyThreadCount) {
   encode(volume_, options_);
-  write_mesh(path("v.tag"), path("one.vtu"), {}, 1);
-  write_mesh(path("v.tag"), path("four.vtu"), {}, 4);
+  write_mesh(path("v.tag"), path("one.vtu"), {}, Resources(1));
+  write_mesh(path("v.tag"), path("four.vtu"), {}, Resources(4));
   EXPECT_EQ(content("one.vtu"), content("four.vtu"));
 }
 
@@ -95,13 +96,16 @@ TEST_F(MeshFile, AWrongCommandIsAUsageErrorAndLeavesNothing) {
   encode(volume_, options_);
   const auto before = names();
   for (const int level : {-1, 10, 1000})
-    EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {level, false, false}, 1), UsageError) << level;
-  EXPECT_NE(message_of<UsageError>([&] { write_mesh(path("v.tag"), path("m.vtk"), {}, 1); }).find(".vtu"),
+    EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {level, false, false}, Resources(1)), UsageError)
+        << level;
+  EXPECT_NE(message_of<UsageError>([&] {
+              write_mesh(path("v.tag"), path("m.vtk"), {}, Resources(1));
+            }).find(".vtu"),
             std::string::npos);
   EXPECT_EQ(names(), before);
-  write_mesh(path("v.tag"), path("m.vtu"), {9, false, false}, 1);
-  EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {}, 1), UsageError);
-  EXPECT_NO_THROW(write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, 1));
+  write_mesh(path("v.tag"), path("m.vtu"), {9, false, false}, Resources(1));
+  EXPECT_THROW(write_mesh(path("v.tag"), path("m.vtu"), {}, Resources(1)), UsageError);
+  EXPECT_NO_THROW(write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1)));
 }
 
 TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
@@ -109,13 +113,13 @@ TEST_F(MeshFile, AVolumeOfOneSliceIsRefusedUnlessItIsPadded) {
     encode(spiky_volume(dims, 3), options_);
     const auto before = names();
     try {
-      write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, 1);
+      write_mesh(path("v.tag"), path("m.vtu"), {{}, false, true}, Resources(1));
       ADD_FAILURE();
     } catch (const UsageError& error) {
       EXPECT_EQ(error.detail().problem, Problem::mesh_fills_no_space) << error.what();
     }
     EXPECT_EQ(names(), before);
-    EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, 1));
+    EXPECT_NO_THROW(write_mesh(path("v.tag"), path("padded.vtu"), {{}, true, true}, Resources(1)));
   }
 }
 
@@ -125,7 +129,7 @@ TEST_F(MeshFile, ATruncatedFileIsBrokenAndLeavesNothing) {
   for (const std::size_t size : {std::size_t{5}, whole.size() / 2, whole.size() - 1}) {
     file("cut.tag", whole.substr(0, size));
     const auto before = names();
-    EXPECT_THROW(write_mesh(path("cut.tag"), path("m.vtu"), {}, 2), BrokenInput) << size;
+    EXPECT_THROW(write_mesh(path("cut.tag"), path("m.vtu"), {}, Resources(2)), BrokenInput) << size;
     EXPECT_EQ(names(), before);
   }
 }
@@ -172,9 +176,9 @@ class RealVolumes : public MeshedVolume {
     options.grid_only = grid_only;
     RawDescription raw;  // without the header's spacing, so that points are lattice points
     raw.dims = dims;
-    encode_volume(samples, raw, path("v.tag"), true, options, 2);
+    encode_volume(samples, SourceDescription(raw), path("v.tag"), true, options, Resources(2));
     for (const bool padded : {true, false}) {
-      write_mesh(path("v.tag"), path("v.vtu"), {{}, padded, true}, 2);
+      write_mesh(path("v.tag"), path("v.vtu"), {{}, padded, true}, Resources(2));
       Vtu vtu(path("v.vtu"));
       const LatticeMesh m = read_lattice_mesh(vtu);
       const Index3 box = padded ? domain : dims - Index3{1, 1, 1};

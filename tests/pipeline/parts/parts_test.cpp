@@ -186,7 +186,7 @@ class InParts : public TemporaryFolder {
   template <class T>
   void expect_same_file(Index3 dims, const EncodeOptions& options, Awkward kind) {
     write_nrrd<T>(path("in.nrrd"), dims, awkward_volume<T>(kind, dims, 5));
-    encode_volume(path("in.nrrd"), {}, path("streamed.tag"), true, options, 2);
+    encode_volume(path("in.nrrd"), {}, path("streamed.tag"), true, options, Resources(2));
     Ranks one;
     for (const bool resume : {false, true}) {
       encode_in_parts(one, path("in.nrrd"), {}, path("parts.tag"), true, options,

@@ -23,8 +23,8 @@ class WorkOrders : public TemporaryFolder {
     options_.cube_size = 8;
     options_.brick_edge = 2;
     options_.max_error = 3;
-    encode_volume(path("a.nrrd"), std::nullopt, path("one.tag"), true, options_, 1);
-    decode_volume(path("one.tag"), path("one.raw"), VolumeFormat::raw, true, 1);
+    encode_volume(path("a.nrrd"), {}, path("one.tag"), true, options_, Resources(1));
+    decode_volume(path("one.tag"), path("one.raw"), format_named("raw"), true, Resources(1));
   }
 
   /// Rank 0 does `work` and dismisses the others, which serve; `work` may throw.
@@ -52,7 +52,7 @@ class WorkOrders : public TemporaryFolder {
   EncodeResult encode(Ranks& ranks, const std::string& output) const {
     PartsOptions parts;
     parts.resources = Resources(1);
-    return encode_in_parts(ranks, path("a.nrrd"), std::nullopt, output, true, options_, parts);
+    return encode_in_parts(ranks, path("a.nrrd"), {}, output, true, options_, parts);
   }
 
   static constexpr Index3 dims_{50, 41, 60};
@@ -64,10 +64,9 @@ TEST_F(WorkOrders, AnyNumberOfRanksMakesTheFilesOfOneProcess) {
     by(count, [&](Ranks& ranks) {
       encode(ranks, path("a.tag"));
       EXPECT_TRUE(content("a.tag") == content("one.tag")) << count;
-      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1));
+      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), format_named("raw"), true, Resources(1));
       EXPECT_TRUE(content("a.raw") == content("one.raw")) << count;
-      const VerifyResult found =
-          verify_by_ranks(ranks, path("a.tag"), path("a.nrrd"), std::nullopt, Resources(1));
+      const VerifyResult found = verify_by_ranks(ranks, path("a.tag"), path("a.nrrd"), {}, Resources(1));
       EXPECT_EQ(found.header.parameters.dims, dims_);
     });
     EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.raw", "a.tag", "one.raw", "one.tag"}));
@@ -79,7 +78,7 @@ TEST_F(WorkOrders, ProgressOfOneProcessIsToldWhileItWorksAndNeverFallsOrPassesTh
   by(1, [&](Ranks& ranks) {
     PartsOptions parts;
     parts.resources = Resources(1);
-    encode_in_parts(ranks, path("a.nrrd"), std::nullopt, path("a.tag"), true, options_, parts,
+    encode_in_parts(ranks, path("a.nrrd"), {}, path("a.tag"), true, options_, parts,
                     [&](std::uint64_t done, std::uint64_t total) {
                       EXPECT_EQ(total, static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
                       EXPECT_LE(done, total);
@@ -97,9 +96,9 @@ TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
   file("bad.tag", bytes);
   by(3, [&](Ranks& ranks) {
     EXPECT_THROW(
-        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), VolumeFormat::raw, true, Resources(1)),
+        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), format_named("raw"), true, Resources(1)),
         BrokenInput);
-    EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", std::nullopt, Resources(1)), BrokenInput);
+    EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", {}, Resources(1)), BrokenInput);
     // A task after a failure is done as usual.
     encode(ranks, path("a.tag"));
     EXPECT_TRUE(content("a.tag") == content("one.tag"));
@@ -112,8 +111,7 @@ TEST_F(WorkOrders, AnotherOriginalIsFoundByTheRankThatLooksAtIt) {
   samples[12345] = static_cast<std::int16_t>(samples[12345] + 9);
   write_nrrd(path("other.nrrd"), dims_, samples);
   by(3, [&](Ranks& ranks) {
-    EXPECT_THROW(verify_by_ranks(ranks, path("one.tag"), path("other.nrrd"), std::nullopt, Resources(1)),
-                 BrokenInput);
+    EXPECT_THROW(verify_by_ranks(ranks, path("one.tag"), path("other.nrrd"), {}, Resources(1)), BrokenInput);
   });
 }
 
@@ -128,7 +126,7 @@ TEST_F(WorkOrders, ALimitOnMemoryReachesTheOthersAndSoDoOrdersOfTheProgram) {
     }
     Resources resources(1);
     resources.memory = std::uint64_t{1} << 30;
-    verify_by_ranks(ranks, path("one.tag"), "", std::nullopt, resources);
+    verify_by_ranks(ranks, path("one.tag"), "", {}, resources);
     send_order(ranks, Bytes(21));
     dismiss(ranks, 0);
   });

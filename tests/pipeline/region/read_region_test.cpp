@@ -93,8 +93,8 @@ class ReadRegion : public TemporaryFolder {
   template <class T>
   void encode(bool grid_only) {
     write_nrrd(path("in.nrrd"), dims, blobs<T>(dims, 3), "spacings: 1 2 3\n");
-    encode_volume(path("in.nrrd"), {}, path("file.tag"), true, small_bricks(grid_only), 2);
-    decode_volume(path("file.tag"), path("whole.nrrd"), VolumeFormat::nrrd, true, 2);
+    encode_volume(path("in.nrrd"), {}, path("file.tag"), true, small_bricks(grid_only), Resources(2));
+    decode_volume(path("file.tag"), path("whole.nrrd"), format_named("nrrd"), true, Resources(2));
     source_ = std::make_shared<MemorySource>(file_content(path("file.tag")));
   }
 
@@ -150,7 +150,7 @@ TEST_F(ReadRegion, PutsSamplesWhereStridesSay) {
 TEST_F(ReadRegion, ReadsTheBricksThatItMeetsAndNothingElse) {
   const Index3 large{150, 140, 130};
   write_nrrd(path("in.nrrd"), large, blobs<std::uint8_t>(large, 1));
-  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {}, 2);
+  encode_volume(path("in.nrrd"), {}, path("file.tag"), true, {}, Resources(2));
   const auto source = std::make_shared<MemorySource>(file_content(path("file.tag")));
   const TagBricks file(source);
   std::uint64_t of_opening = 0;
@@ -227,16 +227,16 @@ TEST_F(ReadRegion, ARegionIsTheSameVolumeInAnyMemory) {
   wanted.low = {5, {}, 3};
   wanted.high = {33, 41, {}};
   wanted.step = 2;
-  decode_region(path("file.tag"), path("region.nrrd"), VolumeFormat::nrrd, true, wanted, 3);
+  decode_region(path("file.tag"), path("region.nrrd"), format_named("nrrd"), true, wanted, Resources(3));
   Resources little(3);
   little.memory = 1;
   try {
-    decode_region(path("file.tag"), path("little.nrrd"), VolumeFormat::nrrd, true, wanted, little);
+    decode_region(path("file.tag"), path("little.nrrd"), format_named("nrrd"), true, wanted, little);
     FAIL();
   } catch (const MemoryLimit& limit) {
     little.memory = limit.needed();
   }
-  decode_region(path("file.tag"), path("little.nrrd"), VolumeFormat::nrrd, true, wanted, little);
+  decode_region(path("file.tag"), path("little.nrrd"), format_named("nrrd"), true, wanted, little);
   EXPECT_EQ(file_content(path("region.nrrd")), file_content(path("little.nrrd")));
   const auto whole = read_samples<std::int16_t>(path("whole.nrrd"));
   const auto samples = read_samples<std::int16_t>(path("region.nrrd"));

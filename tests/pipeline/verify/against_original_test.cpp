@@ -25,7 +25,7 @@ class AgainstOriginalTest : public TemporaryFolder {
   std::int16_t& decoded(Index3 p) {
     return decoded_[static_cast<std::size_t>(Box::of_size(dims_).offset(p))];
   }
-  AgainstOriginal opened() const { return {"a.tag", parameters_, path("a.nrrd"), std::nullopt}; }
+  AgainstOriginal opened() const { return {"a.tag", parameters_, path("a.nrrd"), {}}; }
 
   /// The statistics of all rows, `together` rows of bricks at a time. `active` gives the activity of every
   /// brick.

@@ -7,6 +7,7 @@
 #include <regex>
 #include <set>
 
+#include "io/formats/formats.h"
 #include "tests/support/command_line.h"
 
 namespace tagrid {
@@ -102,6 +103,21 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
   EXPECT_EQ(completed("encode --ma"), (Words{"--max-error", "--max-level"}));
   EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr"}));
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
+}
+
+TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
+  std::string words, choice;
+  for (const Format* format : written_formats()) {
+    words += (words.empty() ? "" : " ") + std::string(format->name);
+    choice += (choice.empty() ? "" : " | ") + std::string(format->name);
+  }
+  EXPECT_NE(text_of("docs/tagrid.1").find(".It Fl -format Cm " + choice + "\n"), std::string::npos);
+  EXPECT_NE(text_of("tools/completion/tagrid.bash").find("-W '" + words + "'"), std::string::npos);
+  EXPECT_NE(text_of("tools/completion/_tagrid").find(":format:(" + words + ")"), std::string::npos);
+  const std::string help = tagrid({"decode", "--help"}).out;
+  for (const Format* format : written_formats())
+    EXPECT_NE(help.find(std::string(format->name) + " (" + std::string(format->help).substr(0, 6)), help.npos)
+        << help;
 }
 
 TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {

@@ -1,4 +1,4 @@
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 
 #include <fcntl.h>
 #include <rapidcheck.h>
@@ -53,7 +53,7 @@ std::string gzipped(const std::string& bytes) {
 RawDescription raw_int16() { return {dims, SampleType::int16, false, std::nullopt, 0}; }
 
 /// Reads a volume to its end, in steps of 2 slices.
-std::vector<std::int16_t> read_rest(VolumeReader& reader, std::int64_t z = 0) {
+std::vector<std::int16_t> read_rest(VolumeSource& reader, std::int64_t z = 0) {
   std::vector<std::int16_t> out(
       static_cast<std::size_t>(reader.slice_samples() * (reader.info().dims.z - z)));
   auto* to = reinterpret_cast<std::byte*>(out.data());
@@ -68,13 +68,13 @@ std::vector<std::int16_t> read_rest(VolumeReader& reader, std::int64_t z = 0) {
 
 std::vector<std::int16_t> read_all(const std::string& path,
                                    std::optional<RawDescription> raw = std::nullopt) {
-  VolumeReader reader = open_volume(path, raw);
-  return read_rest(reader);
+  const auto reader = open_volume(path, SourceDescription(raw));
+  return read_rest(*reader);
 }
 
-using VolumeReaderTest = TemporaryFolder;
+using OpenVolumeTest = TemporaryFolder;
 
-TEST_F(VolumeReaderTest, EveryWayToStoreAVolumeGivesTheSameSamples) {
+TEST_F(OpenVolumeTest, EveryWayToStoreAVolumeGivesTheSameSamples) {
   const std::string big = "NRRD0001\ntype: short\nendian: big\n" + header_end;
   const std::string raw = bytes_of(false);
   EXPECT_EQ(read_all(file("attached.nrrd", little + "encoding: raw\n\n" + raw)), samples());
@@ -107,9 +107,9 @@ TEST_F(VolumeReaderTest, EveryWayToStoreAVolumeGivesTheSameSamples) {
   EXPECT_EQ(read_all(file("big.raw", bytes_of(true)), description), samples());
 }
 
-TEST_F(VolumeReaderTest, PipesGiveTheSameSamples) {
+TEST_F(OpenVolumeTest, PipesGiveTheSameSamples) {
   const FilledPipe nrrd(little + "encoding: raw\n\n" + bytes_of(false));
-  EXPECT_FALSE(open_volume(FilledPipe(little + "encoding: raw\n\n").path()).seekable());
+  EXPECT_FALSE(open_volume(FilledPipe(little + "encoding: raw\n\n").path())->traits().again);
   EXPECT_EQ(read_all(nrrd.path()), samples());
   EXPECT_EQ(read_all(FilledPipe(bytes_of(false)).path(), raw_int16()), samples());
   EXPECT_EQ(read_all(FilledPipe(little + "encoding: gzip\n\n" + gzipped(bytes_of(false))).path()), samples());
@@ -118,28 +118,28 @@ TEST_F(VolumeReaderTest, PipesGiveTheSameSamples) {
   EXPECT_EQ(read_all(FilledPipe("12345" + bytes_of(false)).path(), offset), samples());
 }
 
-TEST_F(VolumeReaderTest, SlicesCanBeReadAgain) {
+TEST_F(OpenVolumeTest, SlicesCanBeReadAgain) {
   for (const std::string& name :
        {file("a.nrrd", little + "encoding: raw\n\n" + bytes_of(false)),
         file("b.nrrd", little + "encoding: gzip\nbyte skip: 3\n\n" + gzipped("abc" + bytes_of(false)))}) {
-    VolumeReader reader = open_volume(name);
-    ASSERT_TRUE(reader.seekable());
-    EXPECT_EQ(read_rest(reader), samples());
-    reader.rewind();
-    EXPECT_EQ(read_rest(reader), samples());
-    reader.seek_slice(3);
+    const auto reader = open_volume(name);
+    ASSERT_TRUE(reader->traits().again);
+    EXPECT_EQ(read_rest(*reader), samples());
+    reader->rewind();
+    EXPECT_EQ(read_rest(*reader), samples());
+    reader->seek_slice(3);
     const auto all = samples();
-    EXPECT_EQ(read_rest(reader, 3), std::vector<std::int16_t>(all.begin() + 36, all.end()));
+    EXPECT_EQ(read_rest(*reader, 3), std::vector<std::int16_t>(all.begin() + 36, all.end()));
   }
 }
 
-TEST_F(VolumeReaderTest, ASizeThatDoesNotFitIsToldWithBothSizesBeforeAnythingIsRead) {
+TEST_F(OpenVolumeTest, ASizeThatDoesNotFitIsToldWithBothSizesBeforeAnythingIsRead) {
   for (const std::string& present : {bytes_of(false) + "x", bytes_of(false).substr(1)}) {
     const std::string name = file("a.raw", present);
     for (const std::string& message :
-         {message_of<BrokenInput>([&] { open_volume(name, raw_int16()); }), message_of<BrokenInput>([&] {
-            open_volume(file("a.nhdr", little + "encoding: raw\ndata file: a.raw\n"));
-          }),
+         {message_of<BrokenInput>([&] { open_volume(name, SourceDescription(raw_int16())); }),
+          message_of<BrokenInput>(
+              [&] { open_volume(file("a.nhdr", little + "encoding: raw\ndata file: a.raw\n")); }),
           message_of<BrokenInput>(
               [&] { open_volume(file("a.nrrd", little + "encoding: raw\n\n" + present)); })}) {
       EXPECT_NE(message.find("120"), message.npos) << message;
@@ -149,7 +149,17 @@ TEST_F(VolumeReaderTest, ASizeThatDoesNotFitIsToldWithBothSizesBeforeAnythingIsR
   }
 }
 
-TEST_F(VolumeReaderTest, APipeThatEndsTooSoonOrTooLateIsBroken) {
+// Else the header would be read as samples.
+TEST_F(OpenVolumeTest, SamplesAtTheEndDoNotReachIntoTheHeader) {
+  const std::string header = little + "encoding: raw\nbyte skip: -1\n\n";
+  const std::string all = header + bytes_of(false);
+  EXPECT_EQ(read_all(file("a.nrrd", all)), samples());
+  const std::string message = message_of<BrokenInput>(
+      [&] { open_volume(file("a.nrrd", header + bytes_of(false).substr(header.size()))); });
+  EXPECT_NE(message.find("from byte " + std::to_string(header.size())), message.npos) << message;
+}
+
+TEST_F(OpenVolumeTest, APipeThatEndsTooSoonOrTooLateIsBroken) {
   const std::string early = message_of<BrokenInput>(
       [] { read_all(FilledPipe(bytes_of(false).substr(0, 77)).path(), raw_int16()); });
   EXPECT_NE(early.find("120"), early.npos) << early;
@@ -159,14 +169,14 @@ TEST_F(VolumeReaderTest, APipeThatEndsTooSoonOrTooLateIsBroken) {
   message_of<BrokenInput>([] { open_volume(FilledPipe("").path()); });
 }
 
-TEST_F(VolumeReaderTest, EveryTruncationOfGzipIsBroken) {
+TEST_F(OpenVolumeTest, EveryTruncationOfGzipIsBroken) {
   const std::string header = little + "encoding: gzip\n\n", stream = gzipped(bytes_of(false));
   for (std::size_t size = 0; size < stream.size(); ++size)
     message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + stream.substr(0, size))); });
   EXPECT_EQ(read_all(file("a.nrrd", header + stream)), samples());
 }
 
-TEST_F(VolumeReaderTest, DamagedOrOverlongGzipIsBroken) {
+TEST_F(OpenVolumeTest, DamagedOrOverlongGzipIsBroken) {
   const std::string header = little + "encoding: gzip\n\n", stream = gzipped(bytes_of(false));
   std::string damaged = stream;
   damaged[stream.size() - 6] ^= 1;  // the check value
@@ -177,7 +187,7 @@ TEST_F(VolumeReaderTest, DamagedOrOverlongGzipIsBroken) {
   message_of<BrokenInput>([&] { read_all(file("a.nrrd", header + gzipped(bytes_of(false).substr(1)))); });
 }
 
-TEST_F(VolumeReaderTest, SizesThatTheFileCannotHoldAreRefusedAtOnce) {
+TEST_F(OpenVolumeTest, SizesThatTheFileCannotHoldAreRefusedAtOnce) {
   const std::string start = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2000000 2000000 1000\n";
   message_of<BrokenInput>([&] { open_volume(file("a.nrrd", start + "encoding: raw\n\nxyz")); });
   message_of<BrokenInput>(
@@ -196,25 +206,25 @@ TEST_F(VolumeReaderTest, SizesThatTheFileCannotHoldAreRefusedAtOnce) {
   });
 }
 
-TEST_F(VolumeReaderTest, AHeaderWithoutEndIsRefused) {
+TEST_F(OpenVolumeTest, AHeaderWithoutEndIsRefused) {
   message_of<BrokenInput>([&] { open_volume(file("a.nrrd", "NRRD0004\n#" + std::string(3 << 20, 'x'))); });
   std::string lines = "NRRD0004\n";
   while (lines.size() < 3 << 20) lines += "#\n";
   message_of<BrokenInput>([&] { open_volume(file("a.nrrd", lines)); });
 }
 
-TEST_F(VolumeReaderTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
+TEST_F(OpenVolumeTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
   EXPECT_NE(message_of<WorldError>([&] { open_volume(path("nothing.nrrd")); }).find("nothing.nrrd"),
             std::string::npos);
   EXPECT_NE(message_of<WorldError>([&] {
               open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n"));
             }).find("it is the data file that " + path("a.nhdr") + " names"),
             std::string::npos);
-  message_of<WorldError>([&] { open_volume(folder_.string(), raw_int16()); });
+  message_of<WorldError>([&] { open_volume(folder_.string(), SourceDescription(raw_int16())); });
 }
 
 // Headers may come from anywhere: they must not make a program wait, or read from standard input or devices.
-TEST_F(VolumeReaderTest, AHeaderNamesAFileAndNoStreamOrDevice) {
+TEST_F(OpenVolumeTest, AHeaderNamesAFileAndNoStreamOrDevice) {
   ASSERT_EQ(mkfifo(path("fifo").c_str(), 0600), 0);
   for (const char* name : {"-", "/dev/stdin", "/dev/zero", "/dev/fd/0", "fifo", "./fifo"}) {
     const std::string header = file("a.nhdr", little + "encoding: raw\ndata file: " + name + "\n");
@@ -225,14 +235,14 @@ TEST_F(VolumeReaderTest, AHeaderNamesAFileAndNoStreamOrDevice) {
 }
 
 // As in teem: a relative path begins at the header.
-TEST_F(VolumeReaderTest, AHeaderNamesItsSamplesByAnyPath) {
+TEST_F(OpenVolumeTest, AHeaderNamesItsSamplesByAnyPath) {
   std::filesystem::create_directory(path("sub"));
   const std::string data = file("data", bytes_of(false));
   EXPECT_EQ(read_all(file("a.nhdr", little + "encoding: raw\ndata file: " + data + "\n")), samples());
   EXPECT_EQ(read_all(file("sub/a.nhdr", little + "encoding: raw\ndata file: ../data\n")), samples());
 }
 
-TEST_F(VolumeReaderTest, WithoutHeaderTheErrorSaysThatTheFormatIsNotKnown) {
+TEST_F(OpenVolumeTest, WithoutHeaderTheErrorSaysThatTheFormatIsNotKnown) {
   try {
     open_volume(file("a.raw", bytes_of(false)));
     ADD_FAILURE();
@@ -242,49 +252,49 @@ TEST_F(VolumeReaderTest, WithoutHeaderTheErrorSaysThatTheFormatIsNotKnown) {
   message_of<BrokenInput>([&] { open_volume(file("empty", "")); });
 }
 
-TEST_F(VolumeReaderTest, AHeaderAndTheCommandLineMustAgree) {
+TEST_F(OpenVolumeTest, AHeaderAndTheCommandLineMustAgree) {
   const std::string name = file("a.nrrd", little + "encoding: raw\n\n" + bytes_of(false));
   EXPECT_EQ(read_all(name, raw_int16()), samples());
   RawDescription other = raw_int16();
   other.dims = {5, 4, 3};
-  message_of<BrokenInput>([&] { open_volume(name, other); });
+  message_of<BrokenInput>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.type = SampleType::uint16;
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.big_endian = true;
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
   other = raw_int16();
   other.spacing = {1, 1, 2};
-  message_of<UsageError>([&] { open_volume(name, other); });
+  message_of<UsageError>([&] { open_volume(name, SourceDescription(other)); });
 }
 
-TEST_F(VolumeReaderTest, SpacingOfTheCommandLineBecomesAField) {
+TEST_F(OpenVolumeTest, SpacingOfTheCommandLineBecomesAField) {
   RawDescription raw = raw_int16();
   raw.spacing = {0.5, 0.5, 1.25};
-  const VolumeReader reader = open_volume(file("a.raw", bytes_of(false)), raw);
-  EXPECT_EQ(reader.info().nrrd_fields, "spacings: 0.5 0.5 1.25\n");
-  EXPECT_EQ(reader.info().geometry.spacing, *raw.spacing);
+  const auto reader = open_volume(file("a.raw", bytes_of(false)), SourceDescription(raw));
+  EXPECT_EQ(reader->info().nrrd_fields, "spacings: 0.5 0.5 1.25\n");
+  EXPECT_EQ(reader->info().geometry.spacing, *raw.spacing);
 }
 
-TEST_F(VolumeReaderTest, StandardInputIsReadFromWhereItStands) {
+TEST_F(OpenVolumeTest, StandardInputIsReadFromWhereItStands) {
   file("a", "before" + little + "encoding: raw\n\n" + bytes_of(false));
   const int kept = dup(STDIN_FILENO), descriptor = open(path("a").c_str(), O_RDONLY);
   ASSERT_EQ(lseek(descriptor, 6, SEEK_SET), 6);
   dup2(descriptor, STDIN_FILENO);
   close(descriptor);
   {
-    VolumeReader reader = open_volume("-");
-    EXPECT_TRUE(reader.seekable());
-    EXPECT_EQ(read_rest(reader), samples());
-    reader.rewind();
-    EXPECT_EQ(read_rest(reader), samples());
+    const auto reader = open_volume("-");
+    EXPECT_TRUE(reader->traits().again);
+    EXPECT_EQ(read_rest(*reader), samples());
+    reader->rewind();
+    EXPECT_EQ(read_rest(*reader), samples());
   }
   dup2(kept, STDIN_FILENO);
   close(kept);
 }
 
-TEST_F(VolumeReaderTest, AnyDamageIsReadOrRefused) {
+TEST_F(OpenVolumeTest, AnyDamageIsReadOrRefused) {
   const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 4 5\nbyte skip: 0\nencoding: ";
   const std::vector<std::string> good = {header + "raw\n\n" + bytes_of(false),
                                          header + "gzip\n\n" + gzipped(bytes_of(false))};
@@ -294,12 +304,12 @@ TEST_F(VolumeReaderTest, AnyDamageIsReadOrRefused) {
       bytes[*rc::gen::inRange<std::size_t>(0, bytes.size())] = *rc::gen::arbitrary<char>();
     if (*rc::gen::inRange(0, 3) == 0) bytes.resize(*rc::gen::inRange<std::size_t>(0, bytes.size()));
     try {
-      VolumeReader reader = open_volume(file("a.nrrd", bytes));
-      RC_ASSERT(*sample_bytes(reader.info().dims, reader.info().type) < 10000000);
-      std::vector<std::byte> slice(static_cast<std::size_t>(reader.slice_samples()) *
-                                   size_of(reader.info().type));
-      for (std::int64_t z = 0; z < reader.info().dims.z; ++z) reader.read_slices(slice.data(), 1);
-      reader.finish();
+      const auto reader = open_volume(file("a.nrrd", bytes));
+      RC_ASSERT(*sample_bytes(reader->info().dims, reader->info().type) < 10000000);
+      std::vector<std::byte> slice(static_cast<std::size_t>(reader->slice_samples()) *
+                                   size_of(reader->info().type));
+      for (std::int64_t z = 0; z < reader->info().dims.z; ++z) reader->read_slices(slice.data(), 1);
+      reader->finish();
     } catch (const BrokenInput&) {
     } catch (const WorldError&) {
       // The damage may name another file.
@@ -307,13 +317,13 @@ TEST_F(VolumeReaderTest, AnyDamageIsReadOrRefused) {
   }));
 }
 
-TEST_F(VolumeReaderTest, RealVolumesOpen) {
+TEST_F(OpenVolumeTest, RealVolumesOpen) {
   const std::filesystem::path data = std::filesystem::path(TAGRID_SOURCE_DIR) / "../shared/data";
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no real volumes at " << data;
   int volumes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(data)) {
     if (entry.path().extension() != ".nhdr") continue;
-    EXPECT_TRUE(is_sample_type(open_volume(entry.path().string()).info().type)) << entry.path();
+    EXPECT_TRUE(is_sample_type(open_volume(entry.path().string())->info().type)) << entry.path();
     ++volumes;
   }
   EXPECT_GT(volumes, 0);

@@ -1,4 +1,4 @@
-#include "io/formats/volume_writer.h"
+#include "io/formats/formats.h"
 #include "io/nrrd/geometry.h"
 
 #include <fcntl.h>
@@ -7,13 +7,13 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
-#include "io/formats/volume_reader.h"
+#include "io/formats/open_volume.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
 namespace {
 
-using VolumeWriterTest = TemporaryFolder;
+using WriteVolumeTest = TemporaryFolder;
 using Names = std::vector<std::string>;
 
 const std::string fields =
@@ -35,105 +35,91 @@ std::vector<std::byte> samples_of(const VolumeInfo& info) {
 }
 
 void write_volume(const std::string& path, const VolumeInfo& info) {
-  VolumeWriter writer = open_volume_writer(path, format_from_name(path), info, false);
+  const auto writer = format_from_name(path).create(path, info, {});
   const auto samples = samples_of(info);
-  writer.write_slices(std::span(samples).first(samples.size() / 4));
-  writer.write_slices(std::span(samples).subspan(samples.size() / 4));
-  writer.commit();
+  writer->write_slices(std::span(samples).first(samples.size() / 4));
+  writer->write_slices(std::span(samples).subspan(samples.size() / 4));
+  writer->commit();
 }
 
-TEST_F(VolumeWriterTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
+TEST_F(WriteVolumeTest, EveryTypeAndFormatReadsBackWithAllThatWasSaid) {
   for (SampleType type : all_sample_types) {
     const VolumeInfo info = info_of(type);
     for (const std::string extension : {".nrrd", ".nhdr"}) {
       const std::string name = path(std::string(name_of(type)) + extension);
       write_volume(name, info);
-      VolumeReader reader = open_volume(name);
-      EXPECT_EQ(reader.info().type, type);
-      EXPECT_EQ(reader.info().dims, info.dims);
-      EXPECT_EQ(reader.info().nrrd_fields, fields);
+      const auto reader = open_volume(name);
+      EXPECT_EQ(reader->info().type, type);
+      EXPECT_EQ(reader->info().dims, info.dims);
+      EXPECT_EQ(reader->info().nrrd_fields, fields);
       std::vector<std::byte> samples(*sample_bytes(info.dims, type));
-      reader.read_slices(samples.data(), info.dims.z);
-      reader.finish();
+      reader->read_slices(samples.data(), info.dims.z);
+      reader->finish();
       EXPECT_EQ(samples, samples_of(info)) << name;
     }
   }
 }
 
-TEST_F(VolumeWriterTest, RawIsTheSamplesAlone) {
+TEST_F(WriteVolumeTest, RawIsTheSamplesAlone) {
   const VolumeInfo info = info_of(SampleType::uint8);
   write_volume(path("a.raw"), info);
   const auto samples = samples_of(info);
   EXPECT_EQ(content("a.raw"), std::string(reinterpret_cast<const char*>(samples.data()), samples.size()));
 }
 
-TEST_F(VolumeWriterTest, AVolumeThatMovesKeepsItsSamples) {
+TEST_F(WriteVolumeTest, AVolumeThatMovesKeepsItsSamples) {
   write_volume(path("a.nhdr"), info_of(SampleType::int16));
   EXPECT_EQ(names(), (Names{"a.nhdr", "a.raw"}));
   EXPECT_NE(content("a.nhdr").find("data file: a.raw\n"), std::string::npos);
   EXPECT_NE(content("a.nhdr").find("endian: little\n"), std::string::npos);
 }
 
-TEST_F(VolumeWriterTest, NothingAppearsBeforeCommitAndNothingIsLeftWithout) {
+TEST_F(WriteVolumeTest, NothingAppearsBeforeCommitAndNothingIsLeftWithout) {
   {
-    VolumeWriter writer =
-        open_volume_writer(path("a.nhdr"), VolumeFormat::nhdr, info_of(SampleType::uint8), false);
-    writer.write_slices(samples_of(writer.info()));
+    const auto writer = format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {});
+    writer->write_slices(samples_of(writer->info()));
     for (const auto& name : names()) EXPECT_TRUE(name.starts_with(".a.")) << name;
     EXPECT_EQ(names().size(), 2u);
   }
   EXPECT_EQ(names(), Names{});
 }
 
-TEST_F(VolumeWriterTest, NeitherFileOfADetachedVolumeIsOverwrittenUnasked) {
+TEST_F(WriteVolumeTest, NeitherFileOfADetachedVolumeIsOverwrittenUnasked) {
   file("a.raw", "precious");
-  EXPECT_THROW(open_volume_writer(path("a.nhdr"), VolumeFormat::nhdr, info_of(SampleType::uint8), false),
-               UsageError);
+  EXPECT_THROW(format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {}), UsageError);
   EXPECT_EQ(names(), Names{"a.raw"});
   file("b.nhdr", "precious");
-  EXPECT_THROW(open_volume_writer(path("b.nhdr"), VolumeFormat::nhdr, info_of(SampleType::uint8), false),
-               UsageError);
+  EXPECT_THROW(format_named("nhdr").create(path("b.nhdr"), info_of(SampleType::uint8), {}), UsageError);
   EXPECT_EQ(content("b.nhdr"), "precious");
 }
 
-TEST_F(VolumeWriterTest, SamplesDoNotStayWhenTheHeaderCannotAppear) {
-  VolumeWriter writer =
-      open_volume_writer(path("a.nhdr"), VolumeFormat::nhdr, info_of(SampleType::uint8), false);
-  writer.write_slices(samples_of(writer.info()));
+TEST_F(WriteVolumeTest, SamplesDoNotStayWhenTheHeaderCannotAppear) {
+  const auto writer = format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {});
+  writer->write_slices(samples_of(writer->info()));
   file("a.nhdr", "somebody else's");
-  EXPECT_THROW(writer.commit(), UsageError);
+  EXPECT_THROW(writer->commit(), UsageError);
   EXPECT_FALSE(std::filesystem::exists(path("a.raw")));
   EXPECT_EQ(content("a.nhdr"), "somebody else's");
 }
 
-TEST_F(VolumeWriterTest, StandardOutputGetsSamplesAloneOrAfterAHeader) {
+TEST_F(WriteVolumeTest, StandardOutputGetsSamplesAloneOrAfterAHeader) {
   const VolumeInfo info = info_of(SampleType::int16);
   write_volume(path("a.nrrd"), info);
   write_volume(path("a.raw"), info);
-  for (const VolumeFormat format : {VolumeFormat::nrrd, VolumeFormat::raw}) {
+  for (const std::string name : {"nrrd", "raw"}) {
     fflush(stdout);
     const int kept = dup(STDOUT_FILENO);
     const int descriptor = open(path("out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     dup2(descriptor, STDOUT_FILENO);
     close(descriptor);
-    VolumeWriter writer = open_volume_writer("-", format, info, false);
-    writer.write_slices(samples_of(info));
-    writer.commit();
+    const auto writer = format_named(name).create("-", info, {});
+    writer->write_slices(samples_of(info));
+    writer->commit();
     dup2(kept, STDOUT_FILENO);
     close(kept);
-    EXPECT_EQ(content("out"), content(format == VolumeFormat::nrrd ? "a.nrrd" : "a.raw"));
+    EXPECT_EQ(content("out"), content("a." + name));
   }
-  EXPECT_THROW(open_volume_writer("-", VolumeFormat::nhdr, info, false), UsageError);
-}
-
-TEST(VolumeFormatTest, ComesFromTheName) {
-  EXPECT_EQ(format_from_name("a/b.c.nrrd"), VolumeFormat::nrrd);
-  EXPECT_EQ(format_from_name("b.NHDR"), VolumeFormat::nhdr);
-  EXPECT_EQ(format_from_name("b.raw"), VolumeFormat::raw);
-  EXPECT_EQ(format_from_name("-"), VolumeFormat::raw);
-  const std::string message = message_of<UsageError>([] { format_from_name("b.tif"); });
-  for (const std::string name : {".nrrd", ".nhdr", ".raw"})
-    EXPECT_NE(message.find(name), message.npos) << message;
+  EXPECT_THROW(format_named("nhdr").create("-", info, {}), UsageError);
 }
 
 TEST(LittleEndian, StoresTheLowByteFirst) {

@@ -1,0 +1,146 @@
+#include "io/nrrd/source.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/header.h"
+#include "io/nrrd/line.h"
+#include "io/samples/file_samples.h"
+
+namespace tagrid {
+namespace {
+
+std::string read_header_text(FileBytes& file) {
+  std::string text;
+  for (std::size_t line_start = 0;; line_start = text.size()) {
+    if (!file.read_line(text, max_nrrd_header_bytes - text.size()))
+      throw BrokenInput(fmt::format("{}: the NRRD header does not end within {} bytes", file.name(),
+                                    max_nrrd_header_bytes));
+    const std::string_view line = std::string_view(text).substr(line_start);
+    if (line.empty() || line == "\n" || line == "\r\n") return text;
+  }
+}
+
+NrrdHeader read_header(FileBytes& file) {
+  const std::string text = read_header_text(file);
+  try {
+    return parse_nrrd_header(text);
+  } catch (const BrokenInput& broken) {
+    throw BrokenInput(file.name() + ": " + broken.what());
+  }
+}
+
+/// What the caller says of an NRRD file must be what its header says.
+void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) {
+  const VolumeInfo& info = header.info;
+  const std::string both = fmt::format("{}: its NRRD header says {}, its description {}", name,
+                                       described(info.dims, info.type), described(raw.dims, raw.type));
+  if (raw.dims != info.dims) throw BrokenInput(both);
+  if (raw.type != info.type) throw UsageError(both);
+  if (raw.big_endian && size_of(info.type) > 1 && *raw.big_endian != header.big_endian)
+    throw UsageError(
+        fmt::format("{}: its NRRD header says endian {}", name, header.big_endian ? "big" : "little"),
+        Problem::endian_differs);
+  if (raw.spacing && *raw.spacing != info.geometry.spacing) {
+    const auto& [x, y, z] = info.geometry.spacing;
+    if (!info.geometry.has_spacing)
+      throw UsageError(name + ": its NRRD header says no spacing", Problem::spacing_not_in_header);
+    throw UsageError(fmt::format("{}: its NRRD header says the spacing {}, {}, {}", name, x, y, z),
+                     Problem::spacing_differs);
+  }
+}
+
+/// A header may come from anybody. What it names must be a file, not something that talks to this process or
+/// waits for another: not the standard input (which is what "-" means to teem), no pipe, no device.
+void require_plain_file(const std::string& header_name, const std::string& data_file,
+                        const std::string& path) {
+  const auto status = status_of(path);
+  const bool plain =
+      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // others: open() says why
+  if (data_file == "-" || !plain)
+    throw BrokenInput(
+        fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,
+                    tagrid::quoted(std::string_view(data_file))));
+}
+
+std::string beside(const std::string& header_path, const std::string& data_file) {
+  if (header_path == "-") return data_file;
+  return (std::filesystem::path(header_path).parent_path() / data_file).string();
+}
+
+std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
+                                          const std::string& header_name) {
+  require_plain_file(header_name, data_file, path);
+  try {
+    return std::make_unique<FileBytes>(path);
+  } catch (const WorldError& error) {
+    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
+  }
+}
+
+void skip_lines(FileBytes& file, std::int64_t count) {
+  for (std::int64_t i = 0; i < count; ++i) {
+    std::string line;
+    if (!file.read_line(line, max_nrrd_header_bytes) || line.empty())
+      throw BrokenInput(
+          fmt::format("{}: its header says to skip {} lines, which it does not have", file.name(), count));
+  }
+}
+
+/// The byte where samples begin that are not compressed, after the lines that are skipped.
+std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header) {
+  if (header.byte_skip >= 0) return file.position() + static_cast<std::uint64_t>(header.byte_skip);
+  if (!file.size())
+    throw BrokenInput(file.name() + ": byte skip -1 (samples at the end) cannot be read from a pipe");
+  const std::uint64_t bytes = *sample_bytes(header.info.dims, header.info.type);
+  return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
+}
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
+                                        const SourceDescription& source) {
+  const std::string header_name = file->name();
+  const NrrdHeader header = read_header(*file);
+  if (source.raw) check_against(*source.raw, header, header_name);
+  SourceFacts facts{.info = header.info, .files = {path}};
+  SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = 0};
+  bool notes_after_header = false;
+  if (!header.data_file.empty()) {
+    place.header_bytes = file->position();
+    notes_after_header = !file->peek(1).empty();
+    facts.files.push_back(beside(path, header.data_file));
+    file = open_data_file(facts.files.back(), header.data_file, header_name);
+  }
+  facts.holds_other_bytes = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;
+  skip_lines(*file, header.line_skip);
+  if (header.encoding == NrrdHeader::Encoding::gzip) {
+    place.start = file->position();
+    return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place,
+                                         static_cast<std::uint64_t>(header.byte_skip));
+  }
+  place.start = start_of_samples(*file, header);
+  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+}
+
+std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,
+                                       const SourceDescription& source) {
+  const RawDescription& raw = source.raw.value();
+  if (!sample_bytes(raw.dims, raw.type))
+    throw UsageError(described(raw.dims, raw.type) +
+                     ": sizes must be positive, and the volume below 2^62 bytes");
+  SourceFacts facts{.info = {raw.dims, raw.type, {}, raw.spacing ? spacings_line(*raw.spacing) : ""},
+                    .files = {path},
+                    .traits = {},
+                    .holds_other_bytes = raw.offset > 0,
+                    .headerless = true};
+  facts.info.geometry = geometry_of(facts.info.nrrd_fields);
+  return std::make_unique<PlainSamples>(std::move(facts), std::move(file),
+                                        SamplesPlace{raw.offset, raw.big_endian.value_or(false), 0});
+}
+
+}  // namespace tagrid

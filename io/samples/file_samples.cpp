@@ -1,0 +1,99 @@
+#include "io/samples/file_samples.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid {
+namespace {
+
+/// Deflate makes at most 1032 bytes of one.
+constexpr std::uint64_t max_gzip_ratio = 1040;
+
+SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows) {
+  const bool is_file = file.size().has_value();
+  facts.traits = {.again = is_file, .any_rows = is_file && any_rows, .whole_slices = false, .memory = 0};
+  return facts;
+}
+
+}  // namespace
+
+FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
+                         bool any_rows)
+    : VolumeSource(with_traits(std::move(facts), *file, any_rows)), place_(place), file_(std::move(file)) {}
+
+std::string FileSamples::expected() const {
+  const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
+  return fmt::format("{} bytes of samples are expected{} ({})", expected_bytes(), skipped,
+                     described(info().dims, info().type));
+}
+
+std::uint64_t FileSamples::present_bytes() const {
+  return *file_->size() > place_.start ? *file_->size() - place_.start : 0;
+}
+
+void FileSamples::read(std::byte* out, std::int64_t first, std::int64_t count) {
+  const std::size_t sample = size_of(info().type), size = static_cast<std::size_t>(count) * sample;
+  const std::uint64_t position = static_cast<std::uint64_t>(first) * sample;
+  if (traits().any_rows && file_->position() != place_.start + position) file_->seek(place_.start + position);
+  const std::size_t present = read_bytes(out, size);
+  if (present != size)
+    throw BrokenInput(
+        fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
+  if (place_.big_endian != (std::endian::native == std::endian::big))
+    swap_bytes_of_samples(out, static_cast<std::size_t>(count), sample);
+}
+
+void FileSamples::end() {
+  std::byte next;
+  if (read_bytes(&next, 1) != 0)
+    throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
+}
+
+PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
+    : FileSamples(std::move(facts), std::move(file), place, true) {
+  if (!file_->size()) {
+    // How long a pipe is shows when it is read.
+    file_->skip(place_.start - file_->position());
+    if (file_->position() != place_.start)
+      throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(),
+                                    place_.start));
+    return;
+  }
+  if (place_.start <= *file_->size()) file_->seek(place_.start);
+  if (present_bytes() == expected_bytes()) return;
+  // What was said of it is wrong, or it is another file than it was taken for.
+  if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
+  throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
+                  place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());
+}
+
+void PlainSamples::seek(std::int64_t z) {
+  file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
+}
+
+GzipSamples::GzipSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
+                         std::uint64_t skipped)
+    : FileSamples(std::move(facts), std::move(file), place, false), gzip_(*file_), skipped_(skipped) {
+  GzipSamples::seek(0);
+  if (file_->size() && (expected_bytes() + skipped_) / max_gzip_ratio > present_bytes())
+    throw BrokenInput(fmt::format("{}: {}, which {} bytes of gzip cannot hold", file_->name(), expected(),
+                                  present_bytes()));
+}
+
+void GzipSamples::seek(std::int64_t z) {
+  if (traits().again) file_->seek(place_.start);
+  gzip_.restart();
+  std::byte bytes[4096];
+  for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
+    const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
+    if (gzip_.read(bytes, count) != count)
+      throw BrokenInput(fmt::format("{}: {}, but it ends before", file_->name(), expected()));
+    left -= count;
+  }
+}
+
+}  // namespace tagrid

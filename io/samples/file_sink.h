@@ -1,0 +1,49 @@
+// Samples to a file or a pipe one after the other, little endian.
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "io/files/output_file.h"
+#include "io/volume/volume_sink.h"
+
+namespace tagrid {
+
+/// What the files of a volume are created with.
+OutputFileOptions output_options(const SinkOptions& options);
+
+/// A header, if there is one, and the samples after it.
+class AttachedSink : public VolumeSink {
+ public:
+  AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header = "");
+
+  bool any_order() const override { return file_->can_seek(); }
+  Place place() const override { return {file_->temporary(), file_->name(), start_}; }
+  void publish() override;
+  void keep() override { file_->keep(); }
+  std::uint64_t bytes_written() const override;
+
+ protected:
+  std::unique_ptr<OutputFile> file_;
+
+ private:
+  void write(std::int64_t first, std::span<const std::byte> samples) final;
+
+  std::uint64_t start_;
+};
+
+/// Samples alone, and a file with their header.
+class DetachedSink final : public AttachedSink {
+ public:
+  DetachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> header_file,
+               std::unique_ptr<OutputFile> samples_file, std::string_view header);
+
+  void publish() override;
+  void keep() override;
+  std::uint64_t bytes_written() const override;
+
+ private:
+  std::unique_ptr<OutputFile> header_;
+};
+
+}  // namespace tagrid
