@@ -22,6 +22,13 @@ struct BrickBytes {
   std::vector<std::uint8_t> values;
 };
 
+/// Takes the bricks of a file, or of a part of one, in the order of their numbers.
+class BrickSink {
+ public:
+  virtual ~BrickSink() = default;
+  virtual void write_brick(const BrickBytes& brick, const Statistics& statistics) = 0;
+};
+
 /// Bytes of a block besides activity and values: length, number, length of the activity, checksum.
 inline constexpr std::uint64_t block_frame_size = 4 + 8 + 4 + 8;
 

@@ -31,6 +31,9 @@ struct DecodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
+/// With the name and the bricks of `reader`, which outlives them.
+DecodeStreams streams_of(TagReader& reader);
+
 /// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
 /// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,

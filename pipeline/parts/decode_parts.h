@@ -18,7 +18,7 @@ struct DecodeOrder {
 };
 
 /// Collective. Decodes the parts and writes their samples.
-void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progress = {});
+void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progress = {});
 
 /// What decode_volume() does, with the same result, by all ranks together; from a file to a file. To be
 /// called by rank 0; the others serve().

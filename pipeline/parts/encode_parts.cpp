@@ -2,21 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "io/bytes/checksum.h"
 #include "io/files/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
 #include "io/parts/part_folder.h"
-#include "pipeline/encode/graph.h"
-#include "pipeline/encode/schedule.h"
+#include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
 #include "pipeline/parts/work_orders.h"
-#include "stages/marks/halo.h"
 
 namespace tagrid {
 namespace {
@@ -77,10 +73,7 @@ class RunInParts {
                           record_bytes_, parts_.resources, code_after_signal()};
     send_order(ranks_, order);
     if (goes_on && parts_.goes_on) tell_of_parts(folder);
-    const std::uint64_t total = sample_bytes(parameters().dims, parameters().type).value();
-    make_parts(ranks_, order, [&](std::uint64_t done) {
-      if (progress) progress(std::min(done, total), total);
-    });
+    make_parts(ranks_, order, progress);
     EncodeResult result = assemble(folder, overwrite, before_naming);
     remove_record(folder);
     return result;
@@ -202,17 +195,6 @@ class RunInParts {
     parts_.goes_on(there, parts.count());
   }
 
-  // How often a sample is read for all parts, those of earlier runs included.
-  double times_read(const PartsOfRun& parts) const {
-    double samples = 0;
-    for (const BrickRows& part : parts.rows())
-      for (const BrickRows& strip : plan_.strips(parameters().bricks(), part))
-        for (const BrickRows& rows : rows_to_encode(parameters(), strip))
-          samples += static_cast<double>(
-              EncodeSchedule(parameters(), rows, mark_halo(parameters())).samples().count());
-    return samples / static_cast<double>(parameters().domain().volume().count());
-  }
-
   // From here on the run is at its end, if `file` has its name.
   void record_result(const PartFolder& folder, const OutputFile& file) {
     const auto status = status_of(file.temporary());
@@ -229,7 +211,8 @@ class RunInParts {
     result.bytes_in = input_bytes();
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
-    result.times_read = times_read(parts) + range_was_read_;
+    // All parts, those of earlier runs included.
+    result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", output_, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
     for (std::int64_t part = 0; part < parts.count(); ++part) {

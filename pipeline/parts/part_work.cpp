@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <memory>
 
@@ -11,10 +12,9 @@
 #include "io/files/placed_file.h"
 #include "io/files/system_call.h"
 #include "io/parts/part_folder.h"
-#include "pipeline/encode/graph.h"
 #include "pipeline/encode/input_slices.h"
+#include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/until_it_fails.h"
 #include "pipeline/parts/parts.h"
 
 namespace tagrid {
@@ -49,34 +49,19 @@ class PartEncoder {
       : parts_(parts),
         parameters_(parts.header().parameters),
         reader_(open_volume(order.input, order.source)),
-        plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                            memory_besides_parts(reader_))) {
+        encoder_(parameters_,
+                 plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
+                               memory_besides_parts(reader_)),
+                 slices_of(reader_)) {
     if (reader_.info().dims != parameters_.dims || reader_.info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
     // Else what precedes a part has to be decompressed for each.
     if (!reader_.random_access() && !order.resources.spool.empty()) reader_.spool(order.resources.spool);
   }
 
-  void encode(std::int64_t part, SharedWork& shared) {
+  void encode(std::int64_t part, const Watch& watch) {
     PartWriter writer(parts_.path(part), parts_.id(part), parameters_);
-    UntilItFails output_works;
-    EncodeStreams streams;
-    streams.read_slice = [&](const Box& rows) {
-      if (shared.stop) throw Stopped();
-      return read_input_slice(reader_, rows);
-    };
-    streams.write_brick = [&](std::int64_t id, BrickCode code) {
-      if (shared.stop) throw Stopped();
-      shared.add_done(static_cast<std::int64_t>(code.statistics.samples * size_of(parameters_.type)));
-      output_works.run([&] {
-        writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-      });
-    };
-    const BrickRows& rows = parts_.rows()[static_cast<std::size_t>(part)];
-    output_works.rethrow_after([&] {
-      for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
-        run_encode_graph(parameters_, strip, plan_.budget, streams);
-    });
+    encoder_.encode(parts_.rows()[static_cast<std::size_t>(part)], writer, watch);
     writer.finish();
   }
 
@@ -84,7 +69,7 @@ class PartEncoder {
   const PartsOfRun& parts_;
   const CodingParameters& parameters_;
   VolumeReader reader_;
-  EncodePlan plan_;
+  RowEncoder encoder_;
 };
 
 void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
@@ -136,7 +121,27 @@ PartId PartsOfRun::id(std::int64_t part) const {
   return {id_, part, rows.first_brick(bricks), rows.count(bricks)};
 }
 
-void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress) {
+Watch watch_of(SharedWork& shared) {
+  const auto go_on = [&shared] {
+    if (shared.stop) throw Stopped();
+  };
+  return {[&shared, go_on](std::uint64_t bytes) {
+            go_on();
+            shared.add_done(static_cast<std::int64_t>(bytes));
+          },
+          go_on};
+}
+
+std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
+                                                   const CodingParameters& parameters) {
+  if (!progress) return {};
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
+  return [=](const SharedNumbers& numbers) {
+    progress(std::min(static_cast<std::uint64_t>(numbers.done), total), total);
+  };
+}
+
+void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress) {
   std::unique_ptr<PartsOfRun> parts;
   std::unique_ptr<PartEncoder> encoder;
   all_do(ranks, [&] {
@@ -147,15 +152,14 @@ void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress)
   });
   SharedWork shared;
   shared.count = parts->count();
+  const CodingParameters& parameters = parts->header().parameters;
   shared.work = [&](std::int64_t part) {
     if (!is_complete(*parts, part))
-      encoder->encode(part, shared);
+      encoder->encode(part, watch_of(shared));
     else
-      shared.add_done(
-          sample_bytes_of(parts->header().parameters, parts->rows()[static_cast<std::size_t>(part)]));
+      shared.add_done(sample_bytes_of(parameters, parts->rows()[static_cast<std::size_t>(part)]));
   };
-  if (progress)
-    shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };
+  shared.look = look_for(progress, parameters);
   share_out(ranks, shared);
 }
 

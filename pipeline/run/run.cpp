@@ -3,12 +3,11 @@
 #include <stdexcept>
 
 #include "io/files/errors.h"
-#include "pipeline/decode/graph.h"
+#include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
-#include "pipeline/encode/graph.h"
 #include "pipeline/encode/input_slices.h"
+#include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/until_it_fails.h"
 #include "pipeline/verify/verify.h"
 
 namespace tagrid {
@@ -27,38 +26,21 @@ EncodeResult encode_volume(const std::string& input, const SourceDescription& so
                                         reader.random_access(), reader.memory());
   EncodeResult result;
   result.memory = plan.memory;
+  const bool reads_range = takes_range_from_data(options, reader);
   result.header = {resolve(options, reader), reader.info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
   OutputFile file(output, overwrite, {.like = attributes_of(reader.files().back())});
   TagWriter writer(file, result.header);
 
-  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  std::uint64_t done = 0;
-  UntilItFails output_works;
-  reader.stop_when(output_works.failed());
   if (plan.spooled) reader.spool(resources.spool);
-  double samples_read = static_cast<double>(total) * (plan.spooled + takes_range_from_data(options, reader));
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box& rows) {
-    SliceSamples slice = read_input_slice(reader, rows);
-    samples_read += static_cast<double>(rows.count()) * static_cast<double>(size_of(parameters.type));
-    return slice;
-  };
-  streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    done += code.statistics.samples * size_of(parameters.type);
-    output_works.run([&] {
-      writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-    });
-    if (progress) progress(done, total);
-  };
-  output_works.rethrow_after([&] {
-    for (const BrickRows& strip : plan.strips(parameters.bricks(), BrickRows::all(parameters.bricks())))
-      run_encode_graph(parameters, strip, plan.budget, streams);
-  });
+  RowEncoder encoder(parameters, plan, slices_of(reader));
+  reader.stop_when(encoder.failed());
+  const BrickRows all = BrickRows::all(parameters.bricks());
+  encoder.encode(all, writer, watch_for(progress, sample_bytes(parameters.dims, parameters.type).value()));
   writer.finish();
   result.index = writer.index();
   result.bytes_in = reader.bytes_read();
-  result.times_read = samples_read / static_cast<double>(total);
+  result.times_read = times_read(parameters, plan, {all}) + plan.spooled + reads_range;
   result.file_bytes = file.position();
   result.temporary = file.temporary();
   if (before_naming) before_naming(result);
@@ -82,21 +64,11 @@ DecodeResult decode_volume(const std::string& input, const std::string& output, 
   grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
   VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), grid);
 
-  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  std::uint64_t done = 0;
-  UntilItFails output_works;
-  reader.stop_when(output_works.failed());
-  DecodeStreams streams;
-  streams.name = reader.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
   RowOutput row_output(writer, plan.spooled ? resources.spool : "", output);
-  streams.write_rows = [&](const DecodedRows& rows) {
-    output_works.run([&] { row_output.write(rows); });
-    done += rows.bytes();
-    if (progress) progress(done, total);
-  };
-  output_works.rethrow_after(
-      [&] { run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams); });
+  RowDecoder(reader, plan.budget)
+      .decode(
+          BrickRows::all(parameters.bricks()), [&](const DecodedRows& rows) { row_output.write(rows); },
+          watch_for(progress, sample_bytes(parameters.dims, parameters.type).value()));
   const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
                                writer.bytes_written(), plan.memory,    writer.vdb()};
   if (before_naming) before_naming(result);

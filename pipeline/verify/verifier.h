@@ -1,7 +1,6 @@
 // A .tag file put to the test, all at once or some rows of bricks at a time.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,8 +40,6 @@ class Verifier {
     seeks_ = true;
   }
 
-  /// Told how many bytes of samples were decoded since it was told last; what it throws ends the work.
-  using Watch = std::function<void(std::uint64_t bytes)>;
   /// Verifies the bricks of `rows`: all, unless begin_any_order() was called. What has to be right beyond
   /// them is for others to see in what is returned. Throws BrokenInput at the first thing that is wrong.
   Findings verify(const BrickRows& rows, const Watch& watch);
