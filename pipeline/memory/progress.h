@@ -25,9 +25,4 @@ inline Watch watch_for(const Progress& progress, std::uint64_t total) {
   }};
 }
 
-/// Told of a result when everything is written, just before the output gets its name: what has to succeed
-/// together with it goes here. What it throws leaves nothing of the output.
-template <class Result>
-using BeforeNaming = std::function<void(const Result&)>;
-
 }  // namespace tagrid

@@ -3,12 +3,10 @@
 #include <memory>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/errors.h"
 #include "io/files/placed_file.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/parts.h"
-#include "pipeline/parts/work_orders.h"
 
 namespace tagrid {
 namespace {
@@ -68,29 +66,6 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progre
   shared.look = look_for(progress, decoder->parameters());
   share_out(ranks, shared);
   all_do(ranks, [&] { decoder->finish(); });
-}
-
-DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
-                             VolumeFormat format, bool overwrite, const Resources& resources,
-                             const Progress& progress, const BeforeNaming<DecodeResult>& before_naming) {
-  refuse_same_file(input, output);
-  refuse_same_file(input, samples_path(output, format));
-  TagReader reader(input);
-  const CodingParameters& parameters = reader.parameters();
-  reader.read_index();
-  const VolumeInfo info = volume_info_of(reader.header());
-  const std::uint64_t memory = plan_decoding(parameters, of_this_rank(ranks, resources)).memory;
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite, attributes_of(input), {}, true);
-  const DecodeOrder order{input, writer.temporary(), samples_path(output, format), writer.samples_start(),
-                          resources};
-  send_order(ranks, order);
-  decode_parts(ranks, order, progress);
-  writer.samples_were_placed();
-  const DecodeResult result = {reader.header(),        reader.index(), reader.sizes().file,
-                               writer.bytes_written(), memory,         {}};
-  if (before_naming) before_naming(result);
-  writer.commit();
-  return result;
 }
 
 }  // namespace tagrid

@@ -95,7 +95,8 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 
 Resources of_this_rank(const Ranks& ranks, Resources given) {
   if (given.threads == 0) given.threads = available_threads();
-  given.processes = ranks.on_this_machine();
+  // One that works alone may still be one of many.
+  given.processes = std::max(given.processes, ranks.on_this_machine());
   return given;
 }
 

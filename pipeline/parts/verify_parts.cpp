@@ -2,7 +2,6 @@
 
 #include "pipeline/parts/order_members.h"
 #include "pipeline/parts/parts.h"
-#include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {
@@ -35,16 +34,6 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::unique_pt
   if (const auto bricks_that_differ = faces.first_difference())
     verifier->tell_difference(*bricks_that_differ);
   return verifier->finish(counted);
-}
-
-VerifyResult verify_by_ranks(Ranks& ranks, const std::string& input, const std::string& original,
-                             const SourceDescription& source, const Resources& resources,
-                             const Progress& progress) {
-  auto verifier = std::make_unique<Verifier>(input, original, source, of_this_rank(ranks, resources));
-  if (ranks.count() == 1 || !verifier->any_order()) return verify_all(*verifier, progress);
-  const VerifyOrder order{input, original, source, resources};
-  send_order(ranks, order);
-  return verify_parts(ranks, order, std::move(verifier), progress);
 }
 
 }  // namespace tagrid

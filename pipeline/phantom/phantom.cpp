@@ -41,18 +41,18 @@ VolumeInfo info_of(const PhantomOptions& options) {
 
 }  // namespace
 
-std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, VolumeFormat format,
-                            bool overwrite, int threads, const Progress& progress,
-                            const BeforeNaming<std::uint64_t>& before_naming) {
+Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
+  const PhantomOptions& options = run.options;
   const VolumeInfo info = info_of(options);
-  VolumeWriter writer = open_volume_writer(output, format, info, overwrite);
+  const auto writer =
+      std::make_shared<VolumeWriter>(open_volume_writer(run.output, run.format, info, run.overwrite));
   const MakeSlice make = slice_maker(options.type);
-  const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(threads, nz);
+  const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(run.threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
   const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
-  std::uint64_t done = 0;
-  oneapi::tbb::task_arena arena(threads);
+  const Watch watch = watch_for(run.progress, total);
+  oneapi::tbb::task_arena arena(run.threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);
     arena.execute([&] {
@@ -60,13 +60,10 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
         make(options, z + i, slices.data() + static_cast<std::size_t>(i) * slice_bytes);
       });
     });
-    writer.write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
-    done += static_cast<std::uint64_t>(count) * slice_bytes;
-    if (progress) progress(done, total);
+    writer->write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
+    watch.done(static_cast<std::uint64_t>(count) * slice_bytes);
   }
-  if (before_naming) before_naming(writer.bytes_written());
-  writer.commit();
-  return writer.bytes_written();
+  return {writer->bytes_written(), writer};
 }
 
 }  // namespace tagrid

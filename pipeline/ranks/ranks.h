@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
-#include <memory>
 #include <vector>
 
 namespace tagrid {
@@ -67,10 +66,6 @@ class Ranks {
  private:
   SharedNumbers numbers_;
 };
-
-/// The ranks of this process. One, where start_ranks() was not called.
-Ranks& ranks();
-void start_ranks(std::unique_ptr<Ranks> started);
 
 /// Collective: items 0 .. count - 1 are done, each by one rank. `look` is called now and then. Where one
 /// fails, or `work` of another rank does, `stop` becomes true for those that still work: they may then throw

@@ -37,7 +37,7 @@ int fail(int code, const std::string& message) {
   return code;
 }
 
-int run(int argc, char** argv) {
+int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
       "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
       "tagrid"};
@@ -67,15 +67,15 @@ int run(int argc, char** argv) {
     return fail(exit_usage, explain(app, error));
   }
   for (const auto& [command, action] : commands)
-    if (command->parsed()) action();
+    if (command->parsed()) action(ranks);
   flush_standard_output();
   return exit_ok;
 }
 
 /// The exit code of a run that may end in any way.
-int guarded_run(int argc, char** argv) {
+int guarded_run(Ranks& ranks, int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return run(ranks, argc, argv);
   } catch (const std::exception&) {
     const Failure failure = current_failure();
     return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
@@ -94,21 +94,23 @@ void tell_of_mpi(int code) {
 /// Rank 0 is the program, and speaks for all; the others do as it says.
 int run_with_mpi(int argc, char** argv) {
   int code = exit_bug;
+  std::unique_ptr<Ranks> ranks;
   try {
-    start_ranks(start_mpi());
+    ranks = start_mpi();
     // Not before: MPI has handlers of its own.
     catch_signals();
-    if (ranks().rank() > 0) {
-      code = serve(ranks(), give_back_freed_memory, obey_conversion);
+    if (ranks->rank() > 0) {
+      code =
+          serve(*ranks, give_back_freed_memory, [&](const Bytes& order) { obey_conversion(*ranks, order); });
     } else {
-      code = guarded_run(argc, argv);
-      dismiss(ranks(), code);
+      code = guarded_run(*ranks, argc, argv);
+      dismiss(*ranks, code);
     }
   } catch (const std::exception& error) {
-    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks().rank(), error.what()));
+    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks ? ranks->rank() : 0,
+                               error.what()));
     abort_mpi(exit_bug);
   }
-  start_ranks(nullptr);
   return code;
 }
 #endif
@@ -125,7 +127,8 @@ int main(int argc, char** argv) {
   return run_with_mpi(argc, argv);
 #else
   catch_signals();
-  const int code = guarded_run(argc, argv);
+  Ranks alone;
+  const int code = guarded_run(alone, argc, argv);
   tell_of_mpi(code);
   return code;
 #endif

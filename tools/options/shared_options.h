@@ -12,6 +12,7 @@
 #include "io/formats/volume_writer.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/ranks/ranks.h"
 #include "tools/options/numbers.h"
 #include "tools/report/progress.h"
 
@@ -34,7 +35,7 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// Whether somebody looks on: what is no error is said where progress is shown, and with -v.
   bool is_watched() const;
-  Resources resources() const;
+  Resources resources(const Ranks& ranks) const;
   /// The same for any rank: threads are 0 where affinity is to say.
   Resources resources_of_each_rank() const;
 };
@@ -133,7 +134,7 @@ CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
 Index3 dims_option(const std::string& dims);
 
 /// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
-void refuse_terminal(const std::string& output, const char* what);
+void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what);
 
 /// Throws UsageError if `input` is the standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);

@@ -2,6 +2,7 @@
 
 #include "io/files/errors.h"
 #include "tests/support/meshed_volume.h"
+#include "tests/support/runs.h"
 
 namespace tagrid {
 namespace {
