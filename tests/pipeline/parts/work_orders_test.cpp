@@ -136,8 +136,8 @@ TEST_F(WorkOrders, WhatIsNotCommittedLeavesNothing) {
       }
       {
         const FinishedDecode decoded =
-            decode_volume(ranks, {.input = path("one.tag"), .output = path("a.nrrd2"), .resources = 1});
-        EXPECT_FALSE(std::filesystem::exists(path("a.nrrd2")));
+            decode_volume(ranks, {.input = path("one.tag"), .output = path("b.nrrd"), .resources = 1});
+        EXPECT_FALSE(std::filesystem::exists(path("b.nrrd")));
       }
       EXPECT_EQ(names(), before) << count;
     });
