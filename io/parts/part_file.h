@@ -27,12 +27,12 @@ struct PartId {
   std::int64_t first_brick = 0, bricks = 0;
 };
 
-class PartWriter {
+class PartWriter : public BrickSink {
  public:
   /// A file at `path`, which gets this name when it is complete.
   PartWriter(const std::string& path, const PartId& id, const CodingParameters& parameters);
   /// REQUIRES: the bricks of the part come in the order of their numbers.
-  void write_brick(const BrickBytes& brick, const Statistics& statistics);
+  void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
   /// Completes the file, makes it durable and gives it its name.
   void finish();
 

@@ -22,7 +22,14 @@ struct BrickBytes {
   std::vector<std::uint8_t> values;
 };
 
-/// Bytes of a block besides its activity and values: length, number, length of the activity, checksum.
+/// Takes the bricks of a file, or of a part of one, in the order of their numbers.
+class BrickSink {
+ public:
+  virtual ~BrickSink() = default;
+  virtual void write_brick(const BrickBytes& brick, const Statistics& statistics) = 0;
+};
+
+/// Bytes of a block besides activity and values: length, number, length of the activity, checksum.
 inline constexpr std::uint64_t block_frame_size = 4 + 8 + 4 + 8;
 
 /// Largest length (the first field of a block) that a brick of a valid file has: one byte per point for the

@@ -17,13 +17,13 @@
 
 namespace tagrid {
 
-class TagWriter {
+class TagWriter : public BrickSink {
  public:
   /// Writes the header. `out` must outlive the writer.
   TagWriter(ByteSink& out, const TagHeader& header);
 
   /// REQUIRES: bricks come in the order of their numbers, from 0.
-  void write_brick(const BrickBytes& brick, const Statistics& statistics);
+  void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
   /// Writes index and footer. The caller commits the file.
   void finish();
 

@@ -75,6 +75,13 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 
 }  // namespace
 
+DecodeStreams streams_of(TagReader& reader) {
+  DecodeStreams streams;
+  streams.name = reader.name();
+  streams.read_brick = [&reader](BrickBytes& brick) { return reader.read_brick(brick); };
+  return streams;
+}
+
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {
   oneapi::tbb::task_arena arena(budget.threads);

@@ -31,8 +31,11 @@ struct DecodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Decodes the bricks of `rows`; read_brick returns the first of them first. Only bricks that have been read
-/// take memory. Throws BrokenInput if a brick cannot be decoded.
+/// With the name and the bricks of `reader`, which outlives them.
+DecodeStreams streams_of(TagReader& reader);
+
+/// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
+/// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

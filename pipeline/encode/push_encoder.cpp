@@ -5,7 +5,7 @@
 #include <cstring>
 
 #include "io/files/errors.h"
-#include "pipeline/encode/graph.h"
+#include "pipeline/encode/row_encoder.h"
 
 namespace tagrid {
 namespace {
@@ -56,20 +56,17 @@ void PushEncoder::end_work() noexcept {
 // Runs in the thread of the encoder.
 void PushEncoder::run() {
   const CodingParameters& parameters = header_.parameters;
-  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  std::uint64_t done = 0;
-  EncodeStreams streams;
-  streams.read_slice = [&](const Box&) { return take(); };
-  streams.write_brick = [&](std::int64_t id, BrickCode code) {
-    // All slices may have been fed, but the caller does not wait for the file any more.
+  Watch watch = watch_for(progress_, sample_bytes(parameters.dims, parameters.type).value());
+  watch.done = [&, done = watch.done](std::uint64_t bytes) {
+    // All slices may be there, but nobody waits for the file any more.
     if (given_up_) throw GivenUp();
-    done += code.statistics.samples * size_of(parameters.type);
-    writer_->write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-    if (progress_) progress_(done, total);
+    done(bytes);
   };
   std::exception_ptr failure;
   try {
-    run_encode_graph(parameters, BrickRows::all(parameters.bricks()), plan_.budget, streams);
+    RowEncoder(parameters, plan_, [&](const Box&) {
+      return take();
+    }).encode(BrickRows::all(parameters.bricks()), *writer_, watch);
     writer_->finish();
   } catch (...) {
     failure = std::current_exception();

@@ -32,27 +32,23 @@ void refuse_flat(const TagReader& reader, const MeshPart& part) {
 
 }  // namespace
 
-MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      const Resources& resources, const Progress& progress,
-                      const BeforeNaming<MeshResult>& before_naming) {
-  if (output != "-" && !output.ends_with(".vtu"))
-    throw UsageError(output + ": a mesh is written as VTU; its name must end in .vtu");
-  refuse_same_file(input, output);
-  check_output(output, options.overwrite);
-  TagReader reader(input);
+Finished<MeshResult> write_mesh(const MeshRun& run) {
+  if (run.output != "-" && !run.output.ends_with(".vtu"))
+    throw UsageError(run.output + ": a mesh is written as VTU; its name must end in .vtu");
+  refuse_same_file(run.input, run.output);
+  check_output(run.output, run.options.overwrite);
+  TagReader reader(run.input);
   const CodingParameters& parameters = reader.parameters();
-  const MeshPart part = {checked_level(options, parameters.cube_size), options.padded};
+  const MeshPart part = {checked_level(run.options, parameters.cube_size), run.options.padded};
   refuse_flat(reader, part);
-  // Checked before anything is written.
-  plan_decoding(parameters, resources, DecodeUse::mesh);
-  VtuWriter writer(output, parameters.type, options.overwrite);
-  mesh_all(reader, part, resources, writer, progress);
-  writer.finish();
-  const MeshResult result = {reader.header(),     reader.index(),       reader.sizes().file,
-                             writer.file_bytes(), writer.point_count(), writer.tetrahedron_count()};
-  if (before_naming) before_naming(result);
-  writer.commit();
-  return result;
+  // Before anything is written.
+  plan_decoding(parameters, run.resources, DecodeUse::mesh);
+  const auto writer = std::make_shared<VtuWriter>(run.output, parameters.type, run.options.overwrite);
+  mesh_all(reader, part, run.resources, *writer, run.progress);
+  writer->finish();
+  return {{reader.header(), reader.index(), reader.sizes().file, writer->file_bytes(), writer->point_count(),
+           writer->tetrahedron_count()},
+          writer};
 }
 
 }  // namespace tagrid

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "io/tag/file.h"
+#include "pipeline/memory/finished.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 
@@ -19,6 +20,14 @@ struct MeshOptions {
   bool overwrite = false;
 };
 
+struct MeshRun {
+  std::string input;   ///< the .tag file; "-": the standard input
+  std::string output;  ///< the .vtu file; "-": the standard output
+  MeshOptions options = {};
+  Resources resources{1};
+  Progress progress = {};
+};
+
 struct MeshResult {
   TagHeader header;
   TagIndex index;
@@ -28,8 +37,7 @@ struct MeshResult {
   std::int64_t tetrahedra = 0;
 };
 
-/// Writes the leaf tetrahedra of `input` to the .vtu file `output` ("-": the standard streams), in the order
-/// of bricks; see VtuWriter for the arrays.
+/// Writes the leaf tetrahedra of a .tag file, brick by brick in their order; see VtuWriter for the arrays.
 ///
 /// The mesh fills the box of the samples: tetrahedra that reach beyond it are cut there (see cut_at()), and
 /// their pieces keep level and type. Every point exists once, and only if a tetrahedron uses it. Its position
@@ -41,11 +49,9 @@ struct MeshResult {
 /// cut: a point outside the volume has the value of the nearest decoded sample, or the stored value. Memory:
 /// that of decoding, and the activity of one layer of bricks.
 ///
-/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu", and for a
-/// volume of one slice that is not padded, as it fills no space. Also throws BrokenInput and WorldError.
-/// After an exception, nothing is left under the name of the output.
-MeshResult write_mesh(const std::string& input, const std::string& output, const MeshOptions& options,
-                      const Resources& resources, const Progress& progress = {},
-                      const BeforeNaming<MeshResult>& before_naming = {});
+/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu" and for a
+/// volume of one slice that is not padded, as it fills no space; BrokenInput, WorldError; then nothing is
+/// left under the name of the output.
+Finished<MeshResult> write_mesh(const MeshRun& run);
 
 }  // namespace tagrid

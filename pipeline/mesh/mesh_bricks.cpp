@@ -53,9 +53,8 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
   const CodingParameters& parameters = reader.parameters();
   const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
   MeshBuilder mesh(reader.header(), part, sink);
-  const std::uint64_t total =
-      static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
-  std::uint64_t done = 0;
+  const Watch watch = watch_for(
+      progress, static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type));
   std::vector<BrickPoints> layer;
   LayerSamples samples(parameters);
 
@@ -69,9 +68,7 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
       return brick.values.data() + at * size_of(parameters.type);
     });
   };
-  DecodeStreams streams;
-  streams.name = reader.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  DecodeStreams streams = streams_of(reader);
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
   };
@@ -83,8 +80,7 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
     }
     layer.clear();
     samples.end_layer();
-    done += decoded.bytes();
-    if (progress) progress(done, total);
+    watch.done(decoded.bytes());
   };
   run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams);
 }

@@ -5,7 +5,6 @@
 
 #include "pipeline/parts/part_work.h"
 #include "pipeline/ranks/ranks.h"
-#include "pipeline/run/run.h"
 
 namespace tagrid {
 
@@ -18,13 +17,6 @@ struct DecodeOrder {
 };
 
 /// Collective. Decodes the parts and writes their samples.
-void decode_parts(Ranks& ranks, const DecodeOrder& order, const DoneBytes& progress = {});
-
-/// What decode_volume() does, with the same result, by all ranks together; from a file to a file. To be
-/// called by rank 0; the others serve().
-DecodeResult decode_by_ranks(Ranks& ranks, const std::string& input, const std::string& output,
-                             const Format& format, bool overwrite, const Resources& resources,
-                             const Progress& progress = {},
-                             const BeforeNaming<DecodeResult>& before_naming = {});
+void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progress = {});
 
 }  // namespace tagrid

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <memory>
 
 #include "io/bytes/checksum.h"
 #include "io/files/errors.h"
@@ -11,13 +11,11 @@
 #include "io/files/temporaries.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
-#include "pipeline/encode/graph.h"
-#include "pipeline/encode/schedule.h"
+#include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
 #include "pipeline/parts/work_orders.h"
-#include "stages/marks/halo.h"
 
 namespace tagrid {
 namespace {
@@ -37,73 +35,67 @@ void write_file(const std::string& path, const Bytes& bytes) {
   file.commit();
 }
 
+// From here on there is nothing to go on with.
+void remove_record(PartFolder& folder) {
+  folder.remove_parts();
+  end_signals_with(-1, "");
+  folder.remove();
+}
+
+// The file of a run, which is put together in the folder of its parts.
+struct FileOfParts {
+  std::unique_ptr<PartFolder> folder;
+  std::unique_ptr<OutputFile> file;  // none where an earlier run has named it
+
+  void commit() {
+    if (file) file->commit();
+    remove_record(*folder);
+  }
+};
+
 class RunInParts {
  public:
-  RunInParts(Ranks& ranks, const std::string& input, const SourceDescription& source,
-             const std::string& output, const PartsOptions& parts)
-      : ranks_(ranks),
-        input_(input),
-        source_(source),
-        output_(output),
-        parts_(parts),
-        volume_(open_volume(input, source)) {
-    for (const std::string& file : volume_->files()) refuse_same_file(file, output);
+  RunInParts(Ranks& ranks, const EncodeRun& run)
+      : ranks_(ranks), run_(run), volume_(open_volume(run.input, run.source)) {
+    for (const std::string& file : volume_->files()) refuse_same_file(file, run.output);
     for (const std::string& file : volume_->files()) record_.inputs.push_back(identity_of(file));
-    record_.program = parts.program;
+    record_.program = run.program;
   }
 
-  EncodeResult run(const EncodeOptions& options, bool overwrite, const Progress& progress,
-                   const BeforeNaming<EncodeResult>& before_naming) {
+  FinishedEncode finish() {
     // Nothing is made where nothing may come of it, but a run that was ended just before its end has the
     // output.
-    if (!parts_.resume || !status_of(part_folder_of(output_))) check_output(output_, overwrite);
+    if (!run_.resume || !status_of(part_folder_of(run_.output))) check_output(run_.output, run_.overwrite);
     // Before anything is read: a limit that cannot be kept is found at once.
-    plan_ = plan_encoding(parameters_but_scale(options, volume_->info()),
-                          of_this_rank(ranks_, parts_.resources), true, memory_besides_parts(*volume_));
-    PartFolder folder(output_, parts_.resume);
-    const bool goes_on = parts_.resume && read_earlier_record(folder);
-    if (!goes_on) check_output(output_, overwrite);
-    settle(goes_on ? known_range(options) : options);
+    plan_ = plan_encoding(parameters_but_scale(run_.options, volume_->info()),
+                          of_this_rank(ranks_, run_.resources), true, memory_besides_parts(*volume_));
+    const auto output = std::make_shared<FileOfParts>();
+    output->folder = std::make_unique<PartFolder>(run_.output, run_.resume);
+    PartFolder& folder = *output->folder;
+    const bool goes_on = run_.resume && read_earlier_record(folder);
+    if (!goes_on) check_output(run_.output, run_.overwrite);
+    settle(goes_on ? known_range(run_.options) : run_.options);
     if (goes_on) {
       require_same_run(folder);
-      if (is_finished()) return complete(folder, before_naming);
-      check_output(output_, overwrite);
+      // Only its record is left to be removed.
+      if (is_finished()) return {finished_result(), output};
+      check_output(run_.output, run_.overwrite);
       folder.remove_unfinished();
-    } else if (parts_.resume) {
+    } else if (run_.resume) {
       folder.clear();
     }
     record_bytes_ = serialize_record(record_);
     write_file(folder.record(), record_bytes_);
-    const PartOrder order{input_,        source_,          folder.path(),
-                          record_bytes_, parts_.resources, code_after_signal()};
+    const PartOrder order{run_.input,    run_.source,    folder.path(),
+                          record_bytes_, run_.resources, code_after_signal()};
     send_order(ranks_, order);
-    if (goes_on && parts_.goes_on) tell_of_parts(folder);
-    const std::uint64_t total = sample_bytes(parameters().dims, parameters().type).value();
-    make_parts(ranks_, order, [&](std::uint64_t done) {
-      if (progress) progress(std::min(done, total), total);
-    });
-    EncodeResult result = assemble(folder, overwrite, before_naming);
-    remove_record(folder);
-    return result;
+    if (goes_on && run_.goes_on) tell_of_parts(folder);
+    make_parts(ranks_, order, run_.progress);
+    return {assemble(*output), output};
   }
 
  private:
-  // From here on there is nothing to go on with.
-  static void remove_record(PartFolder& folder) {
-    folder.remove_parts();
-    end_signals_with(-1, "");
-    folder.remove();
-  }
-
   const CodingParameters& parameters() const { return header_.parameters; }
-
-  // Of a run that was ended after its file had got its name: what is left to do.
-  EncodeResult complete(PartFolder& folder, const BeforeNaming<EncodeResult>& before_naming) {
-    EncodeResult result = finished_result();
-    if (before_naming) before_naming(result);
-    remove_record(folder);
-    return result;
-  }
 
   bool read_earlier_record(const PartFolder& folder) {
     if (!status_of(folder.record())) return false;
@@ -136,34 +128,34 @@ class RunInParts {
   void settle(const EncodeOptions& options) {
     range_was_read_ = takes_range_from_data(options, *volume_);
     header_ = {resolve(options, *volume_), volume_->info().nrrd_fields};
-    record_.settings = settings_of(parameters(), source_);
+    record_.settings = settings_of(parameters(), run_.source);
     record_.header = serialize_header(header_);
   }
 
   void require_same_run(const PartFolder& folder) const {
     const Sentence difference = difference_of(earlier_, record_);
     if (difference.text.empty()) return;
-    Sentence refusal{"{}: {}: cannot go on: " + difference.text + "; {}", {resume, output_}};
+    Sentence refusal{"{}: {}: cannot go on: " + difference.text + "; {}", {resume, run_.output}};
     refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
     refusal.terms.push_back(advice(folder));
     throw UsageError(refusal);
   }
 
   bool is_finished() const {
-    const auto output = status_of(output_);
+    const auto output = status_of(run_.output);
     return output && earlier_.result_inode == output->st_ino &&
            earlier_.result_size == static_cast<std::uint64_t>(output->st_size);
   }
 
   EncodeResult finished_result() const {
-    TagReader reader(output_);
+    TagReader reader(run_.output);
     reader.read_index();
     EncodeResult result;
     result.header = reader.header();
     result.index = reader.index();
     result.bytes_in = input_bytes();
     result.file_bytes = reader.sizes().file;
-    result.temporary = output_;
+    result.temporary = run_.output;
     result.memory = plan_.memory;
     return result;
   }
@@ -200,18 +192,7 @@ class RunInParts {
     std::int64_t there = 0;
     for (std::int64_t part = 0; part < parts.count(); ++part)
       there += status_of(parts.path(part)).has_value();
-    parts_.goes_on(there, parts.count());
-  }
-
-  // How often a sample is read for all parts, those of earlier runs included.
-  double times_read(const PartsOfRun& parts) const {
-    double samples = 0;
-    for (const BrickRows& part : parts.rows())
-      for (const BrickRows& strip : plan_.strips(parameters().bricks(), part))
-        for (const BrickRows& rows : rows_to_encode(parameters(), strip))
-          samples += static_cast<double>(
-              EncodeSchedule(parameters(), rows, mark_halo(parameters())).samples().count());
-    return samples / static_cast<double>(parameters().domain().volume().count());
+    run_.goes_on(there, parts.count());
   }
 
   // From here on the run is at its end, if `file` has its name.
@@ -223,15 +204,16 @@ class RunInParts {
     write_file(folder.record(), serialize_record(record_));
   }
 
-  EncodeResult assemble(const PartFolder& folder, bool overwrite,
-                        const BeforeNaming<EncodeResult>& before_naming) {
+  EncodeResult assemble(FileOfParts& output) {
+    const PartFolder& folder = *output.folder;
     EncodeResult result;
     result.header = header_;
     result.bytes_in = input_bytes();
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
-    result.times_read = times_read(parts) + range_was_read_;
-    PlaceOrder order{folder.path(), record_bytes_, "", output_, {}};
+    // All parts, those of earlier runs included.
+    result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
+    PlaceOrder order{folder.path(), record_bytes_, "", run_.output, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
     for (std::int64_t part = 0; part < parts.count(); ++part) {
       order.places.push_back({position, checksum});
@@ -239,9 +221,10 @@ class RunInParts {
     }
     require_same_input();
     // In the folder, so that after a crash it goes with what was not completed there.
-    OutputFile file(
-        output_, overwrite,
-        {.like = attributes_of(volume_->files().back()), .others_write = true, .temporaries = folder.path()});
+    const OutputFileOptions beginning = {
+        .like = attributes_of(volume_->files().back()), .others_write = true, .temporaries = folder.path()};
+    output.file = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);
+    OutputFile& file = *output.file;
     file.write(record_.header);
     order.file = file.temporary();
     send_order(ranks_, order);
@@ -251,17 +234,12 @@ class RunInParts {
     file.sync();
     result.file_bytes = position + end.size();
     result.temporary = file.temporary();
-    if (parts_.resume) record_result(folder, file);
-    if (before_naming) before_naming(result);
-    file.commit();
+    if (run_.resume) record_result(folder, file);
     return result;
   }
 
   Ranks& ranks_;
-  const std::string& input_;
-  const SourceDescription& source_;
-  const std::string& output_;
-  const PartsOptions& parts_;
+  const EncodeRun& run_;
   std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
   TagHeader header_;
@@ -272,17 +250,6 @@ class RunInParts {
 
 }  // namespace
 
-bool parts_are_possible(const std::string& input, const std::string& output) {
-  return attributes_of(input).has_value() && is_regular_output(output);
-}
-
-EncodeResult encode_in_parts(Ranks& ranks, const std::string& input, const SourceDescription& source,
-                             const std::string& output, bool overwrite, const EncodeOptions& options,
-                             const PartsOptions& parts, const Progress& progress,
-                             const BeforeNaming<EncodeResult>& before_naming) {
-  options.validate();
-  refuse_same_file(input, output);
-  return RunInParts(ranks, input, source, output, parts).run(options, overwrite, progress, before_naming);
-}
+FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run) { return RunInParts(ranks, run).finish(); }
 
 }  // namespace tagrid

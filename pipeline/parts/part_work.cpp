@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <memory>
+#include <optional>
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
@@ -14,10 +16,9 @@
 #include "io/parts/part_folder.h"
 #include "io/samples/spooled.h"
 #include "io/volume/rows_of_slices.h"
-#include "pipeline/encode/graph.h"
 #include "pipeline/encode/input_slices.h"
+#include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
-#include "pipeline/memory/until_it_fails.h"
 #include "pipeline/parts/parts.h"
 
 namespace tagrid {
@@ -56,32 +57,17 @@ class PartEncoder {
                             memory_besides_parts(*volume_))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
-    if (volume_->traits().any_rows) return;
-    // Without a spool, what precedes a part is decompressed for each.
-    const std::string& spool = order.resources.spool;
-    volume_ = spool.empty() ? rows_of_slices(std::move(volume_)) : spooled(std::move(volume_), spool);
+    if (!volume_->traits().any_rows) {
+      // Without a spool, the samples before a part are decompressed once more for each part.
+      const std::string& spool = order.resources.spool;
+      volume_ = spool.empty() ? rows_of_slices(std::move(volume_)) : spooled(std::move(volume_), spool);
+    }
+    encoder_.emplace(parameters_, plan_, slices_of(*volume_));
   }
 
-  void encode(std::int64_t part, SharedWork& shared) {
+  void encode(std::int64_t part, const Watch& watch) {
     PartWriter writer(parts_.path(part), parts_.id(part), parameters_);
-    UntilItFails output_works;
-    EncodeStreams streams;
-    streams.read_slice = [&](const Box& rows) {
-      if (shared.stop) throw Stopped();
-      return read_input_slice(*volume_, rows);
-    };
-    streams.write_brick = [&](std::int64_t id, BrickCode code) {
-      if (shared.stop) throw Stopped();
-      shared.add_done(static_cast<std::int64_t>(code.statistics.samples * size_of(parameters_.type)));
-      output_works.run([&] {
-        writer.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
-      });
-    };
-    const BrickRows& rows = parts_.rows()[static_cast<std::size_t>(part)];
-    output_works.rethrow_after([&] {
-      for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
-        run_encode_graph(parameters_, strip, plan_.budget, streams);
-    });
+    encoder_->encode(parts_.rows()[static_cast<std::size_t>(part)], writer, watch);
     writer.finish();
   }
 
@@ -90,6 +76,7 @@ class PartEncoder {
   const CodingParameters& parameters_;
   std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
+  std::optional<RowEncoder> encoder_;
 };
 
 void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
@@ -115,7 +102,8 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 
 Resources of_this_rank(const Ranks& ranks, Resources given) {
   if (given.threads == 0) given.threads = available_threads();
-  given.processes = ranks.on_this_machine();
+  // One that works alone may still be one of many.
+  given.processes = std::max(given.processes, ranks.on_this_machine());
   return given;
 }
 
@@ -140,7 +128,27 @@ PartId PartsOfRun::id(std::int64_t part) const {
   return {id_, part, rows.first_brick(bricks), rows.count(bricks)};
 }
 
-void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress) {
+Watch watch_of(SharedWork& shared) {
+  const auto go_on = [&shared] {
+    if (shared.stop) throw Stopped();
+  };
+  return {[&shared, go_on](std::uint64_t bytes) {
+            go_on();
+            shared.add_done(static_cast<std::int64_t>(bytes));
+          },
+          go_on};
+}
+
+std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
+                                                   const CodingParameters& parameters) {
+  if (!progress) return {};
+  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
+  return [=](const SharedNumbers& numbers) {
+    progress(std::min(static_cast<std::uint64_t>(numbers.done), total), total);
+  };
+}
+
+void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress) {
   std::unique_ptr<PartsOfRun> parts;
   std::unique_ptr<PartEncoder> encoder;
   all_do(ranks, [&] {
@@ -151,15 +159,14 @@ void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress)
   });
   SharedWork shared;
   shared.count = parts->count();
+  const CodingParameters& parameters = parts->header().parameters;
   shared.work = [&](std::int64_t part) {
     if (!is_complete(*parts, part))
-      encoder->encode(part, shared);
+      encoder->encode(part, watch_of(shared));
     else
-      shared.add_done(
-          sample_bytes_of(parts->header().parameters, parts->rows()[static_cast<std::size_t>(part)]));
+      shared.add_done(sample_bytes_of(parameters, parts->rows()[static_cast<std::size_t>(part)]));
   };
-  if (progress)
-    shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };
+  shared.look = look_for(progress, parameters);
   share_out(ranks, shared);
 }
 

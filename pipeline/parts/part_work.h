@@ -11,6 +11,7 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"
 #include "stages/grid/brick_rows.h"
@@ -47,11 +48,14 @@ Resources of_this_rank(const Ranks& ranks, Resources given);
 /// where rows come as whole slices only, there is one of those.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
-/// Told how many bytes of samples are done, by all ranks together.
-using DoneBytes = std::function<void(std::uint64_t done)>;
+/// Looks on while this rank works: counts for all ranks together, and ends the work when another one fails.
+Watch watch_of(SharedWork& shared);
+/// Tells `progress`, which may be empty, what all ranks have done of the samples of a volume.
+std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
+                                                   const CodingParameters& parameters);
 
 /// Collective. Makes the part files that are not there yet, or not whole.
-void make_parts(Ranks& ranks, const PartOrder& order, const DoneBytes& progress = {});
+void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress = {});
 
 /// Collective. Writes all parts into the file.
 void place_parts(Ranks& ranks, const PlaceOrder& order);

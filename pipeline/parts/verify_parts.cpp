@@ -1,16 +1,13 @@
 #include "pipeline/parts/verify_parts.h"
 
-#include <algorithm>
-
 #include "pipeline/parts/order_members.h"
 #include "pipeline/parts/parts.h"
-#include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 
 namespace tagrid {
 
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::unique_ptr<Verifier> verifier,
-                          const DoneBytes& progress) {
+                          const Progress& progress) {
   all_do(ranks, [&] {
     if (!verifier)
       verifier = std::make_unique<Verifier>(order.input, order.original, order.source,
@@ -24,37 +21,19 @@ VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::unique_pt
   SharedWork shared;
   shared.count = static_cast<std::int64_t>(parts.size());
   shared.work = [&](std::int64_t part) {
-    shared.account =
-        packed_order(verifier->verify(parts[static_cast<std::size_t>(part)], [&](std::uint64_t bytes) {
-          if (shared.stop) throw Stopped();
-          shared.add_done(static_cast<std::int64_t>(bytes));
-        }));
+    shared.account = packed_order(verifier->verify(parts[static_cast<std::size_t>(part)], watch_of(shared)));
   };
   shared.take = [&](const Bytes& bytes) {
     const auto found = unpacked_order<Findings>(bytes);
     counted.add(found.counted);
     faces.add(found.open_faces);
   };
-  if (progress)
-    shared.look = [&](const SharedNumbers& numbers) { progress(static_cast<std::uint64_t>(numbers.done)); };
+  shared.look = look_for(progress, verifier->parameters());
   share_out(ranks, shared);
   if (ranks.rank() > 0) return {};
   if (const auto bricks_that_differ = faces.first_difference())
     verifier->tell_difference(*bricks_that_differ);
   return verifier->finish(counted);
-}
-
-VerifyResult verify_by_ranks(Ranks& ranks, const std::string& input, const std::string& original,
-                             const SourceDescription& source, const Resources& resources,
-                             const Progress& progress) {
-  auto verifier = std::make_unique<Verifier>(input, original, source, of_this_rank(ranks, resources));
-  if (ranks.count() == 1 || !verifier->any_order()) return verify_all(*verifier, progress);
-  const std::uint64_t total = sample_bytes(verifier->parameters().dims, verifier->parameters().type).value();
-  const VerifyOrder order{input, original, source, resources};
-  send_order(ranks, order);
-  return verify_parts(ranks, order, std::move(verifier), [&](std::uint64_t done) {
-    if (progress) progress(std::min(done, total), total);
-  });
 }
 
 }  // namespace tagrid

@@ -19,12 +19,6 @@ struct VerifyOrder {
 /// Collective. Verifies the parts; rank 0 gets what the index says of the whole verified as well. `verifier`
 /// is that of this rank, where it has one already.
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order,
-                          std::unique_ptr<Verifier> verifier = nullptr, const DoneBytes& progress = {});
-
-/// What verify_file() does, with the same result, by all ranks together where `input` and the original can be
-/// read in any order: no pipes, no compressed original. To be called by rank 0; the others serve().
-VerifyResult verify_by_ranks(Ranks& ranks, const std::string& input, const std::string& original,
-                             const SourceDescription& source, const Resources& resources,
-                             const Progress& progress = {});
+                          std::unique_ptr<Verifier> verifier = nullptr, const Progress& progress = {});
 
 }  // namespace tagrid

@@ -41,18 +41,18 @@ VolumeInfo info_of(const PhantomOptions& options) {
 
 }  // namespace
 
-std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, const Format& format,
-                            bool overwrite, int threads, const Progress& progress,
-                            const BeforeNaming<std::uint64_t>& before_naming) {
+Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
+  const PhantomOptions& options = run.options;
   const VolumeInfo info = info_of(options);
-  const auto sink = format.create(output, info, {.files = {.overwrite = overwrite}, .vdb = {}});
+  const std::shared_ptr<VolumeSink> sink =
+      run.format.create(run.output, info, {.files = {.overwrite = run.overwrite}, .vdb = {}});
   const MakeSlice make = slice_maker(options.type);
-  const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(threads, nz);
+  const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(run.threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
   const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
-  std::uint64_t done = 0;
-  oneapi::tbb::task_arena arena(threads);
+  const Watch watch = watch_for(run.progress, total);
+  oneapi::tbb::task_arena arena(run.threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);
     arena.execute([&] {
@@ -61,12 +61,9 @@ std::uint64_t write_phantom(const PhantomOptions& options, const std::string& ou
       });
     });
     sink->write_slices(std::span(slices).first(static_cast<std::size_t>(count) * slice_bytes));
-    done += static_cast<std::uint64_t>(count) * slice_bytes;
-    if (progress) progress(done, total);
+    watch.done(static_cast<std::uint64_t>(count) * slice_bytes);
   }
-  if (before_naming) before_naming(sink->bytes_written());
-  sink->commit();
-  return sink->bytes_written();
+  return {sink->bytes_written(), sink};
 }
 
 }  // namespace tagrid

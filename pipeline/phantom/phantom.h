@@ -5,6 +5,7 @@
 #include <string>
 
 #include "io/formats/formats.h"
+#include "pipeline/memory/finished.h"
 #include "pipeline/memory/progress.h"
 
 namespace tagrid {
@@ -15,11 +16,18 @@ struct PhantomOptions {
   std::uint64_t seed = 1;
 };
 
-/// Writes the phantom of stages/phantom/phantom.h to `output` ("-": standard output), with `threads` slices
-/// at a time in memory. The samples depend on the options alone. Returns the number of bytes written. Throws
-/// UsageError and WorldError; then nothing is left under the name of the output.
-std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output, const Format& format,
-                            bool overwrite, int threads, const Progress& progress = {},
-                            const BeforeNaming<std::uint64_t>& before_naming = {});
+struct PhantomRun {
+  PhantomOptions options;
+  std::string output;  ///< "-": the standard output
+  const Format& format = format_named("nrrd");
+  bool overwrite = false;
+  int threads = 1;
+  Progress progress = {};
+};
+
+/// Writes the phantom of stages/phantom/phantom.h, `threads` slices at a time in memory. The samples depend on
+/// the options alone. Returns the bytes written. Throws UsageError and WorldError; then nothing is left under
+/// the name of the output.
+Finished<std::uint64_t> write_phantom(const PhantomRun& run);
 
 }  // namespace tagrid

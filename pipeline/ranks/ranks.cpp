@@ -15,12 +15,7 @@
 namespace tagrid {
 namespace {
 
-std::unique_ptr<Ranks>& the_ranks() {
-  static std::unique_ptr<Ranks> started = std::make_unique<Ranks>();
-  return started;
-}
-
-/// How the work of a rank ended, as ranks tell each other.
+/// What ranks tell each other of how their work ended.
 struct Outcome {
   enum class State : std::uint8_t { well, stopped, failed } state = State::well;
   SortedError error;
@@ -68,9 +63,6 @@ void do_alone(SharedWork& shared) {
 }
 
 }  // namespace
-
-Ranks& ranks() { return *the_ranks(); }
-void start_ranks(std::unique_ptr<Ranks> started) { the_ranks() = std::move(started); }
 
 void Ranks::attend(const std::function<void()>& work, const std::function<void()>& look) {
   using Clock = std::chrono::steady_clock;

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
-#include <memory>
 #include <vector>
 
 namespace tagrid {
@@ -70,13 +69,10 @@ class Ranks {
   SharedNumbers numbers_;
 };
 
-/// The ranks of this process; a single one if start_ranks() was not called.
-Ranks& ranks();
-void start_ranks(std::unique_ptr<Ranks> started);
-
-/// Collective: processes items 0 .. count - 1, each by one rank. `look` is called now and then. If it throws,
-/// or `work` throws on another rank, `stop` becomes true for the ranks that still work; they may then throw
-/// anything. All ranks throw the first failure, as the same kind of exception, with the rank in its message.
+/// Collective: items 0 .. count - 1 are done, each by one rank. `look` is called now and then. Where one
+/// fails, or `work` of another rank does, `stop` becomes true for those that still work: they may then throw
+/// anything. Throws on all ranks what failed first, as the same kind of exception, with the rank in its
+/// message.
 struct SharedWork {
   std::int64_t count = 0;
   std::function<void(std::int64_t item)> work;

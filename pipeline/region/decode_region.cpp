@@ -141,12 +141,6 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Re
 
 }  // namespace
 
-bool WantedRegion::is_all() const {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (low[axis] || high[axis]) return false;
-  return step == 1;
-}
-
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
   const Index3& dims = parameters.dims;
   if (wanted.step < 1 || wanted.step > parameters.cube_size ||
@@ -172,26 +166,17 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
   return region;
 }
 
-DecodeResult decode_region(const std::string& input, const std::string& output, const Format& format,
-                           bool overwrite, const WantedRegion& wanted, const Resources& resources,
-                           const Progress& progress, const BeforeNaming<DecodeResult>& before_naming,
-                           const VdbOptions& vdb) {
-  refuse_same_file(input, output);
-  refuse_same_file(input, samples_path(output, format));
-  Blocks blocks(input);
+FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
+  Blocks blocks(run.input);
   const CodingParameters& parameters = blocks.header().parameters;
-  const Region region = region_of(wanted, parameters);
+  const Region region = region_of(run.region, parameters);
   const VolumeInfo info = info_of(blocks.header(), region);
-  const bool any_order = format.any_order && is_regular_output(output);
-  const RegionPlan plan = plan_region(region, parameters, resources, any_order, format.memory(info));
-  VdbOptions grid = vdb;
-  grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
-  const auto sink = format.create(
-      output, info, {.files = {.overwrite = overwrite, .like = attributes_of(input)}, .vdb = grid});
+  const bool any_order = run.format.any_order && is_regular_output(run.output);
+  const RegionPlan plan = plan_region(region, parameters, resources, any_order, run.format.memory(info));
+  const auto sink = open_output(run, info, parameters);
 
   const BrickGrid bricks = parameters.bricks();
-  const std::uint64_t total = sample_bytes(info.dims, info.type).value();
-  std::uint64_t done = 0;
+  const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
   std::vector<std::byte> samples;
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
@@ -208,16 +193,13 @@ DecodeResult decode_region(const std::string& input, const std::string& output, 
       const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;
       sink->write_samples(first, std::span(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
     }
-    done += samples.size();
-    if (progress) progress(done, total);
+    watch.done(samples.size());
   }
   const TagIndex& index = blocks.finish();
   DecodeResult result = {blocks.header(),       index,       blocks.sizes().file,
                          sink->bytes_written(), plan.memory, vdb_summary(*sink)};
   result.dims = info.dims;
-  if (before_naming) before_naming(result);
-  sink->commit();
-  return result;
+  return {std::move(result), sink};
 }
 
 }  // namespace tagrid

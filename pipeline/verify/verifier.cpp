@@ -72,9 +72,7 @@ ClosedSamples Verifier::low_faces(const BrickRows& rows) {
   const BrickGrid bricks = parameters().bricks();
   for (const BrickRows& below : rows_below(rows)) {
     reader_.seek_brick(below.first_brick(bricks));
-    DecodeStreams streams;
-    streams.name = reader_.name();
-    streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+    DecodeStreams streams = streams_of(reader_);
     streams.write_rows = [](const DecodedRows&) {};
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       closed.complete(bricks.position(brick.id), brick.samples);
@@ -94,9 +92,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   std::optional<ClosedSamples> closed;
   if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(rows);
 
-  DecodeStreams streams;
-  streams.name = reader_.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+  DecodeStreams streams = streams_of(reader_);
   streams.inspect_brick = [&](const DecodedBrick& brick) {
     if (const auto p =
             first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
@@ -113,7 +109,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
       against_->add_mesh(position, brick.active,
                          closed ? closed->complete(position, brick.samples) : brick.points);
     }
-    watch(brick.samples.size());
+    watch.done(brick.samples.size());
   };
   streams.write_rows = [&](const DecodedRows& decoded) {
     if (against_) against_->compare(decoded, found.counted);
@@ -133,9 +129,7 @@ void Verifier::tell_difference(const Disagreement& bricks) {
     const Index3 position = grid.position(id);
     const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
     reader_.seek_brick(row.first_brick(grid));
-    DecodeStreams streams;
-    streams.name = reader_.name();
-    streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+    DecodeStreams streams = streams_of(reader_);
     streams.write_rows = [](const DecodedRows&) {};
     streams.inspect_brick = [&](const DecodedBrick& brick) {
       if (brick.id != id) return;

@@ -1,7 +1,6 @@
 // Verifies a .tag file, all at once or some rows of bricks at a time.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,11 +40,8 @@ class Verifier {
     seeks_ = true;
   }
 
-  /// Called with the number of bytes of samples decoded since the last call; an exception that it throws ends
-  /// the work.
-  using Watch = std::function<void(std::uint64_t bytes)>;
-  /// Verifies the bricks of `rows`: all bricks, unless begin_any_order() was called. The findings hold what
-  /// the caller must check across rows. Throws BrokenInput at the first thing that is wrong.
+  /// Verifies the bricks of `rows`: all, unless begin_any_order() was called. What has to be right beyond
+  /// them is for others to see in what is returned. Throws BrokenInput at the first thing that is wrong.
   Findings verify(const BrickRows& rows, const Watch& watch);
 
   /// Throws BrokenInput for two neighbouring bricks whose common face differs, as parts have found; it says

@@ -12,12 +12,8 @@ VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& re
 
 VerifyResult verify_all(Verifier& verifier, const Progress& progress) {
   const CodingParameters& parameters = verifier.parameters();
-  const std::uint64_t total = sample_bytes(parameters.dims, parameters.type).value();
-  std::uint64_t done = 0;
-  const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), [&](std::uint64_t bytes) {
-    done += bytes;
-    if (progress) progress(done, total);
-  });
+  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  const Findings found = verifier.verify(BrickRows::all(parameters.bricks()), watch);
   return verifier.finish(found.counted);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -11,6 +12,14 @@
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {
+
+struct VerifyRun {
+  std::string input;              ///< the .tag file; "-": the standard input
+  std::string original = {};      ///< "": none
+  SourceDescription source = {};  ///< of the original
+  Resources resources{0};         ///< of each rank; 0 threads: as many as it may run on
+  Progress progress = {};
+};
 
 struct VerifyResult {
   TagHeader header;
@@ -23,15 +32,7 @@ struct VerifyResult {
   std::optional<double> mesh_error;  ///< only if the mesh of the file has a bound
 };
 
-/// Decodes all of `input` and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
-/// cannot be decoded, an activity that is not conforming, a face on which two bricks disagree, or wrong
-/// statistics. With `original` ("" for none), it also throws at a voxel whose error is above the file's
-/// bound, with its coordinates and both values, and if the error of the mesh is above its bound.
-VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const SourceDescription& source, const Resources& resources,
-                         const Progress& progress = {});
-
-/// The same for any bytes, without an original.
+/// Puts any bytes to the test, without an original; else as verify_file() in pipeline/run/run.h does.
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 

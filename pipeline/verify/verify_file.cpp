@@ -18,11 +18,4 @@ Verifier::Verifier(const std::string& input, const std::string& original, const 
   against_ = std::move(against);
 }
 
-VerifyResult verify_file(const std::string& input, const std::string& original,
-                         const SourceDescription& source, const Resources& resources,
-                         const Progress& progress) {
-  Verifier verifier(input, original, source, resources);
-  return verify_all(verifier, progress);
-}
-
 }  // namespace tagrid

@@ -4,11 +4,10 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/mesh/mesh.h"
-#include "pipeline/verify/verify.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/generous_budgets.h"
+#include "tests/support/runs.h"
 #include "tools/report/report.h"
 
 namespace tagrid::fuzz {

@@ -14,12 +14,12 @@
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
 #include "io/vdb/writer.h"
-#include "pipeline/run/run.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"
 #include "stages/phantom/phantom.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
+#include "tests/support/runs.h"
 
 namespace tagrid::fuzz {
 namespace {

@@ -5,9 +5,8 @@
 #include <iostream>
 
 #include "io/files/errors.h"
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

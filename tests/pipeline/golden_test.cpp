@@ -6,9 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
 #include "stages/phantom/phantom.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

@@ -9,8 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
+#include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"

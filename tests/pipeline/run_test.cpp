@@ -1,5 +1,4 @@
 // Whole runs: volume to file and back.
-#include "pipeline/run/run.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +6,8 @@
 
 #include "io/files/errors.h"
 #include "pipeline/encode/graph.h"
-#include "pipeline/verify/verify.h"
 #include "tests/support/generous_budgets.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

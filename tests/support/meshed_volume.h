@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/mesh/mesh.h"
-#include "pipeline/run/run.h"
 #include "stages/phantom/phantom.h"
 #include "stages/volume/sample_type.h"
 #include "tests/support/mesh_laws.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {

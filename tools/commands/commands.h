@@ -5,10 +5,12 @@
 #include <functional>
 #include <memory>
 
+#include "pipeline/ranks/ranks.h"
+
 namespace tagrid {
 
-/// What a subcommand does once the command line was parsed.
-using Action = std::function<void()>;
+/// What a subcommand does once the command line was parsed; by rank 0.
+using Action = std::function<void(Ranks&)>;
 
 /// Adds one subcommand to `app`. The returned action is run if the subcommand was given.
 Action add_encode_command(CLI::App& app);

@@ -40,7 +40,7 @@ struct ConvertCommand {
   ConversionOptions options;
   bool remove_verified = false, keep_folders = false;
 
-  void execute(const OptionTexts& given) const {
+  void execute(Ranks& ranks, const OptionTexts& given) const {
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
@@ -64,8 +64,8 @@ struct ConvertCommand {
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
     if (!remove_verified) remove_abandoned_of(own);
-    const ConversionSums sums = remove_verified ? remove_originals(own, lines, options, results)
-                                                : encode_lines(ranks(), own, options, results);
+    const ConversionSums sums = remove_verified ? remove_originals(ranks, own, lines, options, results)
+                                                : encode_lines(ranks, own, options, results);
     report.write_json(
         {{"shard", shard.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(shard)},
          {"results", results.name()},
@@ -194,7 +194,7 @@ Action add_convert_command(CLI::App& app) {
   add_json_option(*command, state->options.run);
   add_memory_option(*command, state->options.run);
   add_spool_option(*command, state->options.run);
-  return [state, command] { state->execute(encoding_options_given(*command)); };
+  return [state, command](Ranks& ranks) { state->execute(ranks, encoding_options_given(*command)); };
 }
 
 }  // namespace tagrid

@@ -4,9 +4,6 @@
 
 #include <tuple>
 
-#include "pipeline/parts/decode_parts.h"
-#include "pipeline/parts/encode_parts.h"
-#include "pipeline/region/decode_region.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -30,13 +27,13 @@ struct DecodeCommand {
   std::int64_t step = 1;
   bool remove = false;
 
-  void execute() const {
+  void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     const std::string path = output.path.empty() ? default_output() : output.path;
     // An NRRD file that is to be decoded would be told that it is its own output, and not what it is.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
-    refuse_terminal(path, "samples");
+    refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
     const WantedRegion wanted = wanted_region();
@@ -48,13 +45,14 @@ struct DecodeCommand {
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
 
-    const DecodeResult result = decode(path, chosen, wanted, [&](const DecodeResult& written) {
-      const CodingParameters& parameters = written.header.parameters;
-      nlohmann::ordered_json settings = settings_json(parameters);
-      if (written.vdb) settings["vdb"] = vdb_json(*written.vdb);
-      report.write({written.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
-                    achieved_json(written.index)});
-    });
+    FinishedDecode decoded = decode(ranks, path, chosen, wanted);
+    const DecodeResult& result = decoded.result;
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    if (result.vdb) settings["vdb"] = vdb_json(*result.vdb);
+    report.write({result.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
+                  achieved_json(result.index)});
+    decoded.commit();
     report.keep();
     if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
     if (run.verbosity > 0 && !run.quiet) {
@@ -82,17 +80,18 @@ struct DecodeCommand {
     return wanted;
   }
 
-  DecodeResult decode(const std::string& path, const Format& chosen, const WantedRegion& wanted,
-                      const BeforeNaming<DecodeResult>& before_naming) const {
+  FinishedDecode decode(Ranks& ranks, const std::string& path, const Format& chosen,
+                        const WantedRegion& wanted) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
-    if (!wanted.is_all())
-      return decode_region(input, path, chosen, output.overwrite, wanted, run.resources(), update,
-                           before_naming, vdb);
-    if (ranks().count() > 1 && chosen.any_order && parts_are_possible(input, path))
-      return decode_by_ranks(ranks(), input, path, chosen, output.overwrite, run.resources_of_each_rank(),
-                             update, before_naming);
-    return decode_volume(input, path, chosen, output.overwrite, run.resources(), update, before_naming, vdb);
+    return decode_volume(
+        ranks, {.input = input,
+                .output = path,
+                .format = chosen,
+                .overwrite = output.overwrite,
+                .region = wanted,
+                .vdb = vdb,
+                .resources = run.resources_of_each_rank(),
+                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
   }
 };
 
@@ -117,7 +116,7 @@ Action add_decode_command(CLI::App& app) {
   add_memory_option(*command, state->run);
   add_spool_option(*command, state->run);
   add_removal_options(*command, state->remove);
-  return [state] { state->execute(); };
+  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 }  // namespace tagrid

@@ -10,7 +10,6 @@
 #include "io/files/temporaries.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
-#include "pipeline/parts/encode_parts.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -31,14 +30,14 @@ struct EncodeCommand {
   EncodingOptions encoding;
   bool remove = false, trust_description = false, resume = false;
 
-  void execute() const {
+  void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
                        ": has the name of an encoded volume; to get that: tagrid decode, else give -o FILE");
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
     refuse_terminal_input(input);
-    refuse_terminal(path, "compressed bytes");
+    refuse_terminal(ranks, path, "compressed bytes");
     const Encoding asked = encoding.checked();
     if (remove) refuse_without_bound(asked.options, "--rm");
     if (trust_description && !remove)
@@ -53,12 +52,13 @@ struct EncodeCommand {
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
 
-    const EncodeResult result = encode(asked, path, [&](const EncodeResult& written) {
-      if (remove) verify_encoding(input, asked.source, written.temporary, run.resources());
-      report.write({written.header.parameters.dims, written.header.parameters.type,
-                    settings_json(written.header.parameters), written.bytes_in, written.file_bytes,
-                    achieved_json(written.index)});
-    });
+    FinishedEncode encoded = encode(ranks, asked, path);
+    const EncodeResult& result = encoded.result;
+    if (remove) verify_encoding(input, asked.source, result.temporary, run.resources(ranks));
+    report.write({result.header.parameters.dims, result.header.parameters.type,
+                  settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
+                  achieved_json(result.index)});
+    encoded.commit();
     report.keep();
     warn_of_range(run, input, asked.options, result);
     if (run.verbosity > 0 && !run.quiet) {
@@ -77,17 +77,19 @@ struct EncodeCommand {
     return files;
   }
 
-  EncodeResult encode(const Encoding& asked, const std::string& path,
-                      const BeforeNaming<EncodeResult>& before_naming) const {
+  FinishedEncode encode(Ranks& ranks, const Encoding& asked, const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    const Progress update = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); };
-    if (resume || (ranks().count() > 1 && parts_are_possible(input, path)))
-      return encode_in_parts(
-          ranks(), input, asked.source, path, output.overwrite, asked.options,
-          {resume, "tagrid " TAGRID_VERSION, run.resources_of_each_rank(), tell_of_parts()}, update,
-          before_naming);
-    return encode_volume(input, asked.source, path, output.overwrite, asked.options, run.resources(), update,
-                         before_naming);
+    return encode_volume(
+        ranks, {.input = input,
+                .source = asked.source,
+                .output = path,
+                .overwrite = output.overwrite,
+                .options = asked.options,
+                .resources = run.resources_of_each_rank(),
+                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); },
+                .resume = resume,
+                .program = "tagrid " TAGRID_VERSION,
+                .goes_on = tell_of_parts()});
   }
 
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
@@ -131,7 +133,7 @@ Action add_encode_command(CLI::App& app) {
   add_trust_option(*command, state->trust_description);
   command->add_flag("--resume", state->resume,
                     "Keep what is done in .NAME.parts, and go on with it after an interruption");
-  return [state] { state->execute(); };
+  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 }  // namespace tagrid

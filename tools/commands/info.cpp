@@ -20,7 +20,7 @@ Action add_info_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
   add_run_options(*command, state->run);
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
-  return [state] {
+  return [state](Ranks&) {
     refuse_terminal_input(state->input);
     TagReader reader(state->input);
     reader.read_index();

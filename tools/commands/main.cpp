@@ -41,7 +41,7 @@ int fail(const Failure& failure) {
   return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
 }
 
-int run(int argc, char** argv) {
+int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
       "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
       "tagrid"};
@@ -73,7 +73,7 @@ int run(int argc, char** argv) {
   for (const auto& [command, action] : commands) {
     if (!command->parsed()) continue;
     try {
-      action();
+      action(ranks);
     } catch (const std::exception&) {
       return fail(current_failure(memory_advice(*command)));
     }
@@ -83,9 +83,9 @@ int run(int argc, char** argv) {
 }
 
 /// The exit code of a run that may end in any way.
-int guarded_run(int argc, char** argv) {
+int guarded_run(Ranks& ranks, int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return run(ranks, argc, argv);
   } catch (const std::exception&) {
     return fail(current_failure());
   }
@@ -103,21 +103,23 @@ void tell_of_mpi(int code) {
 /// Rank 0 is the program, and speaks for all; the others do as it says.
 int run_with_mpi(int argc, char** argv) {
   int code = exit_bug;
+  std::unique_ptr<Ranks> ranks;
   try {
-    start_ranks(start_mpi());
+    ranks = start_mpi();
     // Not before: MPI has handlers of its own.
     catch_signals();
-    if (ranks().rank() > 0) {
-      code = serve(ranks(), give_back_freed_memory, obey_conversion);
+    if (ranks->rank() > 0) {
+      code =
+          serve(*ranks, give_back_freed_memory, [&](const Bytes& order) { obey_conversion(*ranks, order); });
     } else {
-      code = guarded_run(argc, argv);
-      dismiss(ranks(), code);
+      code = guarded_run(*ranks, argc, argv);
+      dismiss(*ranks, code);
     }
   } catch (const std::exception& error) {
-    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks().rank(), error.what()));
+    fail(exit_bug, fmt::format("rank {}: this is a bug: {}; please report it", ranks ? ranks->rank() : 0,
+                               error.what()));
     abort_mpi(exit_bug);
   }
-  start_ranks(nullptr);
   return code;
 }
 #endif
@@ -134,7 +136,8 @@ int main(int argc, char** argv) {
   return run_with_mpi(argc, argv);
 #else
   catch_signals();
-  const int code = guarded_run(argc, argv);
+  Ranks alone;
+  const int code = guarded_run(alone, argc, argv);
   tell_of_mpi(code);
   return code;
 #endif

@@ -19,32 +19,36 @@ struct MeshCommand {
   RunOptions run;
   MeshOptions options;
 
-  void execute() {
+  void execute(Ranks& ranks) {
     run.obey_memory_limit();
     const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
     refuse_terminal_input(input);
-    refuse_terminal(path, "meshes");
+    refuse_terminal(ranks, path, "meshes");
     options.overwrite = output.overwrite;
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "mesh", input, path);
-    const MeshResult result = mesh(path, [&](const MeshResult& written) {
-      const CodingParameters& parameters = written.header.parameters;
-      nlohmann::ordered_json settings = settings_json(parameters);
-      settings["points"] = written.points;
-      settings["tetrahedra"] = written.tetrahedra;
-      report.write({parameters.dims, parameters.type, settings, written.bytes_in, written.bytes_out,
-                    achieved_json(written.index)});
-    });
+    Finished<MeshResult> mesh = write(ranks, path);
+    const MeshResult& result = mesh.result;
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    settings["points"] = result.points;
+    settings["tetrahedra"] = result.tetrahedra;
+    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
+                  achieved_json(result.index)});
+    mesh.commit();
     report.keep();
     if (run.verbosity > 0 && !run.quiet)
       say_line(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra));
   }
 
-  MeshResult mesh(const std::string& path, const BeforeNaming<MeshResult>& before_naming) const {
+  Finished<MeshResult> write(const Ranks& ranks, const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
     return write_mesh(
-        input, path, options, run.resources(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+        {.input = input,
+         .output = path,
+         .options = options,
+         .resources = run.resources(ranks),
+         .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
   }
 };
 
@@ -63,7 +67,7 @@ Action add_mesh_command(CLI::App& app) {
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);
-  return [state] { state->execute(); };
+  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 }  // namespace tagrid

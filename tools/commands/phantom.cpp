@@ -17,26 +17,30 @@ struct PhantomCommand {
   OutputOptions output;
   RunOptions run;
 
-  void execute() const {
+  void execute(const Ranks& ranks) const {
     const PhantomOptions options = {dims_option(dims), sample_type_option(type), seed};
     const std::string path = output.path.empty() ? "-" : output.path;
-    refuse_terminal(path, "samples");
+    refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     remove_abandoned(run, {}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "phantom", "", path,
                      samples_path(path, chosen));
-    write(options, path, chosen, [&](std::uint64_t written) {
-      report.write({options.dims, options.type, {{"seed", seed}}, 0, written, nullptr});
-    });
+    Finished<std::uint64_t> phantom = write(options, path, chosen);
+    report.write({options.dims, options.type, {{"seed", seed}}, 0, phantom.result, nullptr});
+    phantom.commit();
     report.keep();
   }
 
-  void write(const PhantomOptions& options, const std::string& path, const Format& chosen,
-             const BeforeNaming<std::uint64_t>& before_naming) const {
+  Finished<std::uint64_t> write(const PhantomOptions& options, const std::string& path,
+                                const Format& chosen) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
-    write_phantom(
-        options, path, chosen, output.overwrite, run.thread_count(),
-        [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }, before_naming);
+    return write_phantom(
+        {.options = options,
+         .output = path,
+         .format = chosen,
+         .overwrite = output.overwrite,
+         .threads = run.thread_count(),
+         .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
   }
 };
 
@@ -55,7 +59,7 @@ Action add_phantom_command(CLI::App& app) {
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
-  return [state] { state->execute(); };
+  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 }  // namespace tagrid

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/files/errors.h"
-#include "pipeline/parts/verify_parts.h"
+#include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/raw_rows.h"
 #include "tools/options/shared_options.h"
@@ -22,7 +22,7 @@ struct VerifyCommand {
   RawOptions raw;
   std::string vdb_grid;
 
-  void execute() const {
+  void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     const auto description = raw.description();
     if (original.empty() && (description || !vdb_grid.empty()))
@@ -32,7 +32,7 @@ struct VerifyCommand {
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
-    const VerifyResult result = verify(SourceDescription(description, vdb_grid));
+    const VerifyResult result = verify(ranks, SourceDescription(description, vdb_grid));
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
@@ -48,10 +48,14 @@ struct VerifyCommand {
     if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
   }
 
-  VerifyResult verify(const SourceDescription& source) const {
+  VerifyResult verify(Ranks& ranks, const SourceDescription& source) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    return verify_by_ranks(ranks(), input, original, source, run.resources_of_each_rank(),
-                           [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+    return verify_file(
+        ranks, {.input = input,
+                .original = original,
+                .source = source,
+                .resources = run.resources_of_each_rank(),
+                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
   }
 };
 
@@ -71,7 +75,7 @@ Action add_verify_command(CLI::App& app) {
   add_memory_option(*command, state->run);
   add_spool_option(*command, state->run);
   command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
-  return [state] { state->execute(); };
+  return [state](Ranks& ranks) { state->execute(ranks); };
 }
 
 }  // namespace tagrid

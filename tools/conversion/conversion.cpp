@@ -47,7 +47,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
   // Before any of them writes to the records.
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   SharedWork shared;
-  const EncodingPass encoding(order.options, *known, shared.stop);
+  const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
@@ -84,21 +84,22 @@ ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines
   return account.sums();
 }
 
-void obey_conversion(const Bytes& bytes) {
+void obey_conversion(Ranks& ranks, const Bytes& bytes) {
   auto order = unpacked_order<ConversionOrder>(bytes);
   if (order.options.run.memory) give_back_freed_memory(*order.options.run.memory);
   order.options.run.progress = ProgressStyle::none;
   try {
-    share_lines(ranks(), order, nullptr);
+    share_lines(ranks, order, nullptr);
   } catch (const std::exception&) {
     // Rank 0 got it, too.
   }
 }
 
-ConversionSums remove_originals(const std::vector<ManifestLine>& lines, const std::vector<ManifestLine>& all,
-                                const ConversionOptions& options, LineFile& results) {
+ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
+                                const std::vector<ManifestLine>& all, const ConversionOptions& options,
+                                LineFile& results) {
   const KnownOutputs known(options.output_dir);
-  const RemovalPass removal(all, options, known);
+  const RemovalPass removal(all, options, options.run.resources(ranks), known);
   ConversionAccount account(options.run, results);
   for (const ManifestLine& line : lines) {
     LineRecord record(line);

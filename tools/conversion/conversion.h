@@ -37,11 +37,12 @@ struct ConversionSums {
 ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines,
                             const ConversionOptions& options, LineFile& results);
 /// By the other ranks, where rank 0 ordered it: see serve().
-void obey_conversion(const Bytes& order);
+void obey_conversion(Ranks& ranks, const Bytes& order);
 
 /// Encodes nothing: removes the originals of those `lines` whose outputs are found good once more. `all` are
 /// those of the manifest. Records and failures as with encode_lines(). By one rank.
-ConversionSums remove_originals(const std::vector<ManifestLine>& lines, const std::vector<ManifestLine>& all,
-                                const ConversionOptions& options, LineFile& results);
+ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
+                                const std::vector<ManifestLine>& all, const ConversionOptions& options,
+                                LineFile& results);
 
 }  // namespace tagrid

@@ -9,7 +9,7 @@
 #include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
 #include "io/tag/file.h"
-#include "pipeline/verify/verify.h"
+#include "pipeline/run/run.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/advice.h"
 #include "tools/report/report.h"
@@ -98,21 +98,25 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
   const SourceDescription& source = volume.asked.source;
   if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
-  std::uint64_t input_checksum = 0, output_checksum = 0;
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
                       std::filesystem::path(volume.input).filename().string(), 1);
-  const EncodeResult result = encode_volume(
-      volume.input, source, volume.output, overwrite, volume.asked.options, options_.run.resources(),
-      [&](std::uint64_t done, std::uint64_t total) {
-        if (stop_) throw Stopped();
-        meter.update(done, total);
-      },
-      [&](const EncodeResult& written) {
-        if (stop_) throw Stopped();
-        verify_encoding(volume.input, source, written.temporary, options_.run.resources());
-        input_checksum = checksum_of_samples(*open_volume(volume.input, source));
-        output_checksum = checksum_of_file(written.temporary);
-      });
+  Ranks alone;
+  FinishedEncode encoded = encode_volume(alone, {.input = volume.input,
+                                                 .source = source,
+                                                 .output = volume.output,
+                                                 .overwrite = overwrite,
+                                                 .options = volume.asked.options,
+                                                 .resources = resources_,
+                                                 .progress = [&](std::uint64_t done, std::uint64_t total) {
+                                                   if (stop_) throw Stopped();
+                                                   meter.update(done, total);
+                                                 }});
+  if (stop_) throw Stopped();
+  const EncodeResult& result = encoded.result;
+  verify_encoding(volume.input, source, result.temporary, resources_);
+  const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
+  const std::uint64_t output_checksum = checksum_of_file(result.temporary);
+  encoded.commit();
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes, input_checksum,
            output_checksum, record);
@@ -126,7 +130,9 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
     const TagHeader header{resolve(volume.asked.options, *original), original->info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made of another volume, or with other options");
-    const VerifyResult found = verify_file(volume.output, volume.input, source, options_.run.resources());
+    Ranks alone;
+    const VerifyResult found = verify_file(
+        alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {

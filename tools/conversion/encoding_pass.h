@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tools/conversion/conversion.h"
 #include "tools/conversion/records.h"
@@ -13,8 +14,9 @@ class EncodingPass {
  public:
   /// All outlive the pass. When `stop` becomes true its work is of no use any more: run() then throws
   /// Stopped.
-  EncodingPass(const ConversionOptions& options, const KnownOutputs& known, const std::atomic<bool>& stop)
-      : options_(options), known_(known), stop_(stop) {}
+  EncodingPass(const ConversionOptions& options, Resources resources, const KnownOutputs& known,
+               const std::atomic<bool>& stop)
+      : options_(options), resources_(std::move(resources)), known_(known), stop_(stop) {}
 
   /// Encodes the volume of `line`, and names the output once it was decoded and compared; or finds that this
   /// is not necessary. Adds what came of it to `record`. Throws what goes wrong; then there is nothing new
@@ -28,6 +30,7 @@ class EncodingPass {
   void adopt(const Volume& volume, nlohmann::ordered_json& record) const;
 
   const ConversionOptions& options_;
+  Resources resources_;
   const KnownOutputs& known_;
   const std::atomic<bool>& stop_;
 };

@@ -3,13 +3,14 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
 #include "io/tag/file.h"
-#include "pipeline/verify/verify.h"
+#include "pipeline/run/run.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/report.h"
@@ -39,8 +40,8 @@ std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* k
 }  // namespace
 
 RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
-                         const KnownOutputs& known)
-    : options_(options), known_(known) {
+                         Resources resources, const KnownOutputs& known)
+    : options_(options), resources_(std::move(resources)), known_(known) {
   for (const ManifestLine& line : lines)
     for (const std::string& file : files_of(line, known.find(line.output)))
       ++lines_with_[canonical_name(file)];
@@ -114,9 +115,13 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
                       ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
-  const VerifyResult found =
-      verify_file(output, line.input, source, options_.run.resources(),
-                  [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); });
+  Ranks alone;
+  const VerifyResult found = verify_file(
+      alone, {.input = output,
+              .original = line.input,
+              .source = source,
+              .resources = resources_,
+              .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
   if (open_volume(line.input, source)->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }

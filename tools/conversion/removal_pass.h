@@ -14,7 +14,7 @@ namespace tagrid {
 class RemovalPass {
  public:
   /// `lines` are all those of the manifest. `options` and `known` outlive the pass.
-  RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
+  RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
               const KnownOutputs& known);
 
   /// Puts the output of `line` to the test once more, and returns the files of the original, which may go.
@@ -29,6 +29,7 @@ class RemovalPass {
   std::string output_path(const ManifestLine& line) const;
 
   const ConversionOptions& options_;
+  Resources resources_;
   const KnownOutputs& known_;
   std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
 };

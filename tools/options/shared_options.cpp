@@ -12,7 +12,6 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/temporaries.h"
-#include "pipeline/ranks/ranks.h"
 #include "tools/options/raw_rows.h"
 
 namespace tagrid {
@@ -64,17 +63,17 @@ bool RunOptions::is_watched() const {
   return !quiet && (verbosity > 0 || shown_style(progress, quiet) != ProgressStyle::none);
 }
 
-Resources RunOptions::resources() const {
-  Resources resources(thread_count());
-  resources.processes = ranks().on_this_machine();
-  resources.memory = memory;
-  resources.spool = spool;
+Resources RunOptions::resources(const Ranks& ranks) const {
+  Resources resources = resources_of_each_rank();
+  resources.threads = thread_count();
+  resources.processes = ranks.on_this_machine();
   return resources;
 }
 
 Resources RunOptions::resources_of_each_rank() const {
-  Resources resources = this->resources();
-  resources.threads = threads;
+  Resources resources(threads);
+  resources.memory = memory;
+  resources.spool = spool;
   return resources;
 }
 
@@ -200,9 +199,9 @@ std::optional<RawDescription> RawOptions::description() const {
   return raw;
 }
 
-void refuse_terminal(const std::string& output, const char* what) {
+void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
   if (output != "-" || !isatty(STDOUT_FILENO)) return;
-  if (ranks().count() > 1)
+  if (ranks.count() > 1)
     throw UsageError("standard output: mpirun makes it a terminal, which changes bytes; give -o FILE");
   throw UsageError(
       fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));

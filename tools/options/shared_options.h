@@ -12,6 +12,7 @@
 #include "io/formats/formats.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/ranks/ranks.h"
 #include "tools/options/numbers.h"
 #include "tools/report/progress.h"
 
@@ -34,8 +35,8 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// True if progress is shown, or with -v: then remarks that are not errors are shown, too.
   bool is_watched() const;
-  Resources resources() const;
-  /// The same for any rank: threads are 0 if affinity decides.
+  Resources resources(const Ranks& ranks) const;
+  /// The same for any rank: threads are 0 where affinity is to say.
   Resources resources_of_each_rank() const;
 };
 
@@ -129,8 +130,8 @@ CLI::Option* add_dims_option(CLI::App& command, std::string& dims);
 /// Dims from "X,Y,Z". Throws UsageError unless each is from 1 to 2^31.
 Index3 dims_option(const std::string& dims);
 
-/// Throws UsageError if `output` is standard output and that is a terminal. `what` is binary.
-void refuse_terminal(const std::string& output, const char* what);
+/// Throws UsageError if `output` is the standard output and that is a terminal. `what` is binary.
+void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what);
 
 /// Throws UsageError if `input` is standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);

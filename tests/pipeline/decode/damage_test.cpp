@@ -4,9 +4,8 @@
 #include <iostream>
 
 #include "io/files/errors.h"
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
 #include "tests/support/frames.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

@@ -7,7 +7,7 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/run/run.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

@@ -10,10 +10,9 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
-#include "pipeline/phantom/phantom.h"
-#include "pipeline/run/run.h"
 #include "tests/support/frames.h"
 #include "tests/support/generous_budgets.h"
+#include "tests/support/runs.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"

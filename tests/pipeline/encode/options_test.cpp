@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files/errors.h"
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

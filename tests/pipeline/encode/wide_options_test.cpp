@@ -5,10 +5,8 @@
 #include <limits>
 
 #include "io/files/errors.h"
-#include "pipeline/mesh/mesh.h"
-#include "pipeline/run/run.h"
-#include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 #include "tests/support/vtu_reader.h"

@@ -4,9 +4,9 @@
 
 #include <thread>
 
-#include "pipeline/run/run.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

@@ -5,10 +5,10 @@
 #include <array>
 #include <set>
 
-#include "pipeline/mesh/mesh.h"
 #include "stages/mesh/meets.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 #include "tests/support/vtu_reader.h"

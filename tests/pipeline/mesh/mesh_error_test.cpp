@@ -6,13 +6,10 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "io/files/output_file.h"
-#include "pipeline/mesh/mesh.h"
-#include "pipeline/run/run.h"
 #include "pipeline/verify/verifier.h"
-#include "pipeline/verify/verify.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -226,7 +223,7 @@ TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   Statistics counted;
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y)
-      counted.add(verifier.verify({y, y + 1, z, z + 1}, [](std::uint64_t) {}).counted);
+      counted.add(verifier.verify({y, y + 1, z, z + 1}, {[](std::uint64_t) {}}).counted);
   EXPECT_EQ(counted.mesh_error, recorded);
   EXPECT_NO_THROW(verifier.finish(counted));
 }

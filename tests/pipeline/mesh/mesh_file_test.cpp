@@ -3,6 +3,7 @@
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
 #include "tests/support/meshed_volume.h"
+#include "tests/support/runs.h"
 
 namespace tagrid {
 namespace {

@@ -12,6 +12,7 @@
 #include "pipeline/parts/encode_parts.h"
 #include "pipeline/parts/parts.h"
 #include "tests/support/awkward_volumes.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -189,8 +190,13 @@ class InParts : public TemporaryFolder {
     encode_volume(path("in.nrrd"), {}, path("streamed.tag"), true, options, Resources(2));
     Ranks one;
     for (const bool resume : {false, true}) {
-      encode_in_parts(one, path("in.nrrd"), {}, path("parts.tag"), true, options,
-                      {resume, "test", Resources(2)});
+      committed(encode_in_parts(one, {.input = path("in.nrrd"),
+                                      .output = path("parts.tag"),
+                                      .overwrite = true,
+                                      .options = options,
+                                      .resources = 2,
+                                      .resume = resume,
+                                      .program = "test"}));
       EXPECT_TRUE(content("parts.tag") == content("streamed.tag")) << name_of(kind);
     }
     EXPECT_EQ(names(), (std::vector<std::string>{"in.nrrd", "parts.tag", "streamed.tag"}));

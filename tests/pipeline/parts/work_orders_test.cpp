@@ -4,12 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 
 #include "io/files/errors.h"
 #include "pipeline/parts/encode_parts.h"
-#include "pipeline/run/run.h"
 #include "tests/support/fake_ranks.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -49,10 +50,25 @@ class WorkOrders : public TemporaryFolder {
     EXPECT_EQ(served, count - 1);
     if (thrown) std::rethrow_exception(thrown);
   }
-  EncodeResult encode(Ranks& ranks, const std::string& output) const {
-    PartsOptions parts;
-    parts.resources = Resources(1);
-    return encode_in_parts(ranks, path("a.nrrd"), {}, output, true, options_, parts);
+  EncodeRun run_to(const std::string& output) const {
+    return {.input = path("a.nrrd"),
+            .output = path(output),
+            .overwrite = true,
+            .options = options_,
+            .resources = 1};
+  }
+  void decode(Ranks& ranks, const std::string& input) const {
+    committed(decode_volume(ranks, {.input = path(input),
+                                    .output = path("a.raw"),
+                                    .format = format_named("raw"),
+                                    .overwrite = true,
+                                    .resources = 1}));
+  }
+  VerifyResult verify(Ranks& ranks, const std::string& input, const std::string& original,
+                      const Resources& resources = 1) const {
+    return verify_file(
+        ranks,
+        {.input = path(input), .original = original.empty() ? "" : path(original), .resources = resources});
   }
 
   static constexpr Index3 dims_{50, 41, 60};
@@ -62,12 +78,11 @@ class WorkOrders : public TemporaryFolder {
 TEST_F(WorkOrders, AnyNumberOfRanksMakesTheFilesOfOneProcess) {
   for (const int count : {1, 2, 3, 8}) {
     by(count, [&](Ranks& ranks) {
-      encode(ranks, path("a.tag"));
+      committed(encode_volume(ranks, run_to("a.tag")));
       EXPECT_TRUE(content("a.tag") == content("one.tag")) << count;
-      decode_by_ranks(ranks, path("a.tag"), path("a.raw"), format_named("raw"), true, Resources(1));
+      decode(ranks, "a.tag");
       EXPECT_TRUE(content("a.raw") == content("one.raw")) << count;
-      const VerifyResult found = verify_by_ranks(ranks, path("a.tag"), path("a.nrrd"), {}, Resources(1));
-      EXPECT_EQ(found.header.parameters.dims, dims_);
+      EXPECT_EQ(verify(ranks, "a.tag", "a.nrrd").header.parameters.dims, dims_);
     });
     EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.raw", "a.tag", "one.raw", "one.tag"}));
   }
@@ -76,14 +91,13 @@ TEST_F(WorkOrders, AnyNumberOfRanksMakesTheFilesOfOneProcess) {
 TEST_F(WorkOrders, ProgressOfOneProcessIsToldWhileItWorksAndNeverFallsOrPassesTheEnd) {
   std::vector<std::uint64_t> seen;
   by(1, [&](Ranks& ranks) {
-    PartsOptions parts;
-    parts.resources = Resources(1);
-    encode_in_parts(ranks, path("a.nrrd"), {}, path("a.tag"), true, options_, parts,
-                    [&](std::uint64_t done, std::uint64_t total) {
-                      EXPECT_EQ(total, static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
-                      EXPECT_LE(done, total);
-                      seen.push_back(done);
-                    });
+    EncodeRun run = run_to("a.tag");
+    run.progress = [&](std::uint64_t done, std::uint64_t total) {
+      EXPECT_EQ(total, static_cast<std::uint64_t>(Box::of_size(dims_).count()) * 2);
+      EXPECT_LE(done, total);
+      seen.push_back(done);
+    };
+    committed(encode_in_parts(ranks, run));
   });
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
   EXPECT_GT(std::set<std::uint64_t>(seen.begin(), seen.end()).size(), 10U);
@@ -95,24 +109,46 @@ TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   file("bad.tag", bytes);
   by(3, [&](Ranks& ranks) {
-    EXPECT_THROW(
-        decode_by_ranks(ranks, path("bad.tag"), path("a.raw"), format_named("raw"), true, Resources(1)),
-        BrokenInput);
-    EXPECT_THROW(verify_by_ranks(ranks, path("bad.tag"), "", {}, Resources(1)), BrokenInput);
-    // A task after a failure is done as usual.
-    encode(ranks, path("a.tag"));
+    EXPECT_THROW(decode(ranks, "bad.tag"), BrokenInput);
+    EXPECT_THROW(verify(ranks, "bad.tag", ""), BrokenInput);
+    // What comes after a failure is done as if nothing had been.
+    committed(encode_volume(ranks, run_to("a.tag")));
     EXPECT_TRUE(content("a.tag") == content("one.tag"));
   });
   EXPECT_EQ(names(), (std::vector<std::string>{"a.nrrd", "a.tag", "bad.tag", "one.raw", "one.tag"}));
+}
+
+TEST_F(WorkOrders, WhatIsNotCommittedLeavesNothing) {
+  for (const int count : {1, 3})
+    by(count, [&](Ranks& ranks) {
+      const auto before = names();
+      for (const bool resume : {false, true}) {
+        EncodeRun run = run_to("a.tag");
+        run.resume = resume;
+        {
+          const FinishedEncode encoded = encode_volume(ranks, run);
+          // All of it is there, but not under its name.
+          EXPECT_EQ(file_content(encoded.result.temporary), content("one.tag"));
+          EXPECT_FALSE(std::filesystem::exists(path("a.tag")));
+        }
+        // A run that can be continued leaves its record alone.
+        std::filesystem::remove_all(path(".a.tag.parts"));
+        EXPECT_EQ(names(), before) << count << resume;
+      }
+      {
+        const FinishedDecode decoded =
+            decode_volume(ranks, {.input = path("one.tag"), .output = path("b.nrrd"), .resources = 1});
+        EXPECT_FALSE(std::filesystem::exists(path("b.nrrd")));
+      }
+      EXPECT_EQ(names(), before) << count;
+    });
 }
 
 TEST_F(WorkOrders, AnotherOriginalIsFoundByTheRankThatLooksAtIt) {
   auto samples = blobs<std::int16_t>(dims_, 1);
   samples[12345] = static_cast<std::int16_t>(samples[12345] + 9);
   write_nrrd(path("other.nrrd"), dims_, samples);
-  by(3, [&](Ranks& ranks) {
-    EXPECT_THROW(verify_by_ranks(ranks, path("one.tag"), path("other.nrrd"), {}, Resources(1)), BrokenInput);
-  });
+  by(3, [&](Ranks& ranks) { EXPECT_THROW(verify(ranks, "one.tag", "other.nrrd"), BrokenInput); });
 }
 
 TEST_F(WorkOrders, ALimitOnMemoryReachesTheOthersAndSoDoOrdersOfTheProgram) {
@@ -126,7 +162,7 @@ TEST_F(WorkOrders, ALimitOnMemoryReachesTheOthersAndSoDoOrdersOfTheProgram) {
     }
     Resources resources(1);
     resources.memory = std::uint64_t{1} << 30;
-    verify_by_ranks(ranks, path("one.tag"), "", {}, resources);
+    verify(ranks, "one.tag", "", resources);
     send_order(ranks, Bytes(21));
     dismiss(ranks, 0);
   });

@@ -12,8 +12,8 @@
 #include "io/files/errors.h"
 #include "io/tag/file.h"
 #include "pipeline/region/decode_region.h"
-#include "pipeline/run/run.h"
 #include "tests/support/memory_source.h"
+#include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 

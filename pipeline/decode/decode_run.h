@@ -1,0 +1,57 @@
+// What is asked of the decoding of a .tag file, and what comes of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "io/formats/formats.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
+#include "pipeline/memory/finished.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+
+namespace tagrid {
+
+/// What is wanted of a volume whose size is not known yet.
+struct WantedRegion {
+  /// Samples from `low` up to, but not including, `high` on each axis; the ends of the volume if not given.
+  std::array<std::optional<std::int64_t>, 3> low, high;
+  /// Of these, the samples whose coordinates in the whole volume are multiples of `step` on all axes.
+  std::int64_t step = 1;
+
+  /// True if it is the whole volume.
+  bool is_all() const;
+};
+
+struct DecodeRun {
+  std::string input;   ///< "-": the standard input
+  std::string output;  ///< "-": the standard output
+  const Format& format = format_named("nrrd");
+  bool overwrite = false;
+  WantedRegion region = {};
+  VdbOptions vdb = {};     ///< for OpenVDB files; its max_error does not count
+  Resources resources{0};  ///< of each rank; 0 threads: as many as it may run on
+  Progress progress = {};
+};
+
+struct DecodeResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0;            ///< of the .tag file
+  std::uint64_t bytes_out = 0;           ///< written, headers included
+  std::uint64_t memory = 0;              ///< that the plan takes at most
+  std::optional<VdbSummary> vdb;         ///< of an OpenVDB file
+  Index3 dims = header.parameters.dims;  ///< of the volume that was written
+};
+
+using FinishedDecode = Finished<DecodeResult>;
+
+/// Creates the output of `run`, a volume described by `info`. `others_write`: see SinkOptions.
+std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
+                                        const CodingParameters& parameters, bool others_write = false);
+
+}  // namespace tagrid

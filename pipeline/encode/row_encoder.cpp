@@ -1,0 +1,43 @@
+#include "pipeline/encode/row_encoder.h"
+
+#include <utility>
+
+#include "pipeline/encode/graph.h"
+#include "pipeline/encode/schedule.h"
+#include "stages/marks/halo.h"
+
+namespace tagrid {
+
+RowEncoder::RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice)
+    : parameters_(parameters), plan_(std::move(plan)), read_slice_(std::move(read_slice)) {}
+
+void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& watch) {
+  EncodeStreams streams;
+  streams.read_slice = [&](const Box& samples) {
+    if (watch.before_reading) watch.before_reading();
+    return read_slice_(samples);
+  };
+  streams.write_brick = [&](std::int64_t id, BrickCode code) {
+    output_works_.run([&] {
+      sink.write_brick({id, std::move(code.activity), std::move(code.values)}, code.statistics);
+    });
+    watch.done(code.statistics.samples * size_of(parameters_.type));
+  };
+  output_works_.rethrow_after([&] {
+    for (const BrickRows& strip : plan_.strips(parameters_.bricks(), rows))
+      run_encode_graph(parameters_, strip, plan_.budget, streams);
+  });
+}
+
+double times_read(const CodingParameters& parameters, const EncodePlan& plan,
+                  const std::vector<BrickRows>& parts) {
+  double samples = 0;
+  for (const BrickRows& part : parts)
+    for (const BrickRows& strip : plan.strips(parameters.bricks(), part))
+      for (const BrickRows& rows : rows_to_encode(parameters, strip))
+        samples +=
+            static_cast<double>(EncodeSchedule(parameters, rows, mark_halo(parameters)).samples().count());
+  return samples / static_cast<double>(parameters.domain().volume().count());
+}
+
+}  // namespace tagrid
