@@ -56,7 +56,7 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   }
   out.push_back(coded_brick);
   VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
-  RansEncoder coder(out, samples.size() + samples.size() / 16);
+  RansEncoder coder(out);
   code_parameters<T>(coder, parameters);
   run_pass(effort, coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
   coder.finish();
