@@ -25,8 +25,9 @@ struct DecodeStreams {
   /// Takes some rows of bricks after the other, in the order of their numbers; never called at the same time.
   /// Every brick of them has been decoded without an error before.
   std::function<void(const DecodedRows& rows)> write_rows;
-  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. May be empty.
-  std::function<void(const DecodedBrick&)> inspect_brick;
+  /// Takes every brick, in the order of their numbers, before write_rows takes its samples: everything else of
+  /// it may be moved away. May be empty.
+  std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
 };

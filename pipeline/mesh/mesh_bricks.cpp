@@ -72,8 +72,9 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
   DecodeStreams streams;
   streams.name = reader.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
-  streams.inspect_brick = [&](const DecodedBrick& brick) {
-    layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
+  streams.inspect_brick = [&](DecodedBrick& brick) {
+    layer.push_back(
+        {parameters.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});
   };
   streams.write_rows = [&](const DecodedRows& decoded) {
     samples.begin_layer(decoded);

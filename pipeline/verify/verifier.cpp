@@ -97,7 +97,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   DecodeStreams streams;
   streams.name = reader_.name();
   streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
-  streams.inspect_brick = [&](const DecodedBrick& brick) {
+  streams.inspect_brick = [&](DecodedBrick& brick) {
     if (const auto p =
             first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
       fail_brick(brick.id, "the grid is not conforming", *p);
@@ -111,7 +111,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
       against_->add_mesh(position, brick.active,
-                         closed ? closed->complete(position, brick.samples) : brick.points);
+                         closed ? closed->complete(position, brick.samples) : std::move(brick.points));
     }
     watch(brick.samples.size());
   };

@@ -28,6 +28,9 @@ class Forecast {
   /// What exceeds the thresholds, the lowest first: each is a subset of the one before.
   explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
 
+  /// Heap of the forecast of a box of `size` points: a byte for each bit of their LatticeBits.
+  static constexpr std::uint64_t working_bytes(Index3 size) { return 8 * LatticeBits::working_bytes(size); }
+
   /// False: nothing is forecast.
   bool exists() const { return !values_.empty(); }
   /// Of the point that has the bit `bit` in the words of a LatticeBits of the same box.
@@ -41,5 +44,10 @@ class Forecast {
 /// Beyond them a sample is that of the nearest. Safe for any values.
 template <class T>
 Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick);
+
+/// Heap that forecast_activity() takes at its peak for a closed box of `size` points, the forecast included:
+/// the samples of the box and around it, with them first the heights of wide ones, then the curvature, three
+/// sets of bits and the forecast.
+std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size);
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "stages/grid/brick_rows.h"
@@ -20,6 +21,9 @@ class ClosedSamples {
  public:
   /// For `rows`, and what lies below them.
   ClosedSamples(const CodingParameters& parameters, const BrickRows& rows);
+
+  /// Heap that they take for so many rows of bricks of one layer.
+  static std::uint64_t working_bytes(const CodingParameters& parameters, std::int64_t rows);
 
   /// The samples of the closed box of a brick, x fastest; a point outside the volume has the value of the
   /// nearest sample. `owned` are those that the brick owns. REQUIRES: bricks come in the order of their

@@ -30,6 +30,7 @@ struct Interval {
 class RansEncoder {
  public:
   static constexpr bool encoding = true;
+  static constexpr std::size_t chunk_size = 8192;  ///< events that are allocated together
 
   explicit RansEncoder(std::vector<std::uint8_t>& out) : out_(out) {}
 
@@ -69,7 +70,6 @@ class RansEncoder {
 
  private:
   using Chunk = std::unique_ptr<Interval[]>;
-  static constexpr std::size_t chunk_size = 8192;
 
   void begin_chunk();
 

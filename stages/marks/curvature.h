@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -34,6 +35,15 @@ struct CurvatureField {
     float bend;             ///< Frobenius norm of the Hessian: nor any second derivative
   };
   std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite where an entry is
+
+  /// Heap that evaluate_curvature() takes at its peak for a box of `size` points: the field and the bounds of
+  /// its rows, which stay, and six rows of sums.
+  static constexpr std::uint64_t working_bytes(Index3 size) {
+    const auto half = [](std::int64_t n) { return static_cast<std::uint64_t>(n + 1) / 2; };
+    return half(size.y) * half(size.z) *
+               (half(size.x) * component_count * sizeof(float) + sizeof(RowBounds)) +
+           static_cast<std::uint64_t>(size.x + 2) * 6 * sizeof(double);
+  }
 
   /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
   /// even x.

@@ -76,6 +76,27 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
   });
 }
 
+std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
+  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type),
+                      events = effort == Effort::best ? 17 * bytes : 17 * bytes / 4;
+  // While the models know nothing, residuals are dearer; parameters come first.
+  constexpr std::uint64_t learning = 32768;
+  return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(events + learning);
+}
+
+std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
+  const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
+  switch (effort) {
+    case Effort::fast:
+      return quiet + VoxelWindow::working_bytes(size) + sizeof(FastResidualModel);
+    case Effort::best:
+      return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
+             MixedResidualModel::working_bytes();
+    default:
+      return quiet + VoxelWindow::working_bytes(size) + sizeof(ResidualModel);
+  }
+}
+
 #define TAGRID_INSTANTIATE(T)                                                                         \
   template void encode_voxels(std::span<const T>, const Box&, const LatticeBits&, const VoxelBounds&, \
                               std::vector<std::uint8_t>&, std::span<T>, Effort);                      \
