@@ -25,8 +25,9 @@ struct DecodeStreams {
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
   /// brick in them has been decoded without an error.
   std::function<void(const DecodedRows& rows)> write_rows;
-  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. May be empty.
-  std::function<void(const DecodedBrick&)> inspect_brick;
+  /// Takes every brick, in the order of their numbers, before write_rows takes its samples: everything else of
+  /// it may be moved away. May be empty.
+  std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
 };

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <deque>
 #include <memory>
 #include <vector>
@@ -23,11 +24,16 @@ struct SliceRange {
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
-/// Copies the samples of `box` to `out`, x fastest. A point outside the volume of `dims` samples takes the
-/// value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box; `out` has room
-/// for box.count() samples.
-template <class T>
-void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
+/// The samples of `box`, x fastest, of the volume of `dims` samples of `size` bytes. A point outside the volume
+/// takes the value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box.
+inline std::vector<std::byte> gather(const SliceRange& range, Index3 dims, std::size_t size, const Box& box) {
+  std::vector<std::byte> samples(static_cast<std::size_t>(box.count()) * size);
+  std::byte* out = samples.data();
+  const auto copy = [&](const std::byte* from, std::int64_t count) {
+    const std::size_t bytes = static_cast<std::size_t>(count) * size;
+    std::memcpy(out, from, bytes);
+    out += bytes;
+  };
   const Box volume = Box::of_size(dims);
   const std::int64_t low = std::clamp<std::int64_t>(box.low.x, 0, dims.x - 1),
                      high = std::clamp<std::int64_t>(box.high.x, 0, dims.x - 1);
@@ -37,14 +43,16 @@ void gather(const SliceRange& range, Index3 dims, const Box& box, T* out) {
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
       const Index3 p = volume.nearest({0, y, z});
       assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
-      const auto* slice =
-          reinterpret_cast<const T*>((*range.slices)[static_cast<std::size_t>(p.z - range.first)].get());
       assert(p.y >= range.first_row);
-      const T* row = slice + (p.y - range.first_row) * dims.x;
-      out = std::fill_n(out, before, row[low]);
-      out = std::copy(row + low, row + high + 1, out);
-      out = std::fill_n(out, after, row[high]);
+      const std::byte* row = (*range.slices)[static_cast<std::size_t>(p.z - range.first)].get() +
+                             static_cast<std::size_t>((p.y - range.first_row) * dims.x) * size;
+      const std::byte *first = row + static_cast<std::size_t>(low) * size,
+                      *last = row + static_cast<std::size_t>(high) * size;
+      for (std::int64_t x = 0; x < before; ++x) copy(first, 1);
+      copy(first, high - low + 1);
+      for (std::int64_t x = 0; x < after; ++x) copy(last, 1);
     }
+  return samples;
 }
 
 /// The slices that have been read and may still be needed.

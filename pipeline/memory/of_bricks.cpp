@@ -2,89 +2,95 @@
 
 #include <algorithm>
 
+#include "stages/brick/closed_samples.h"
+#include "stages/brick/codec.h"
+#include "stages/brick/decode.h"
+#include "stages/grid/lattice_bits.h"
 #include "stages/marks/halo.h"
+#include "stages/marks/subdivide.h"
+#include "stages/marks/tile.h"
+#include "stages/mesh/mesh_error.h"
+#include "stages/points/field.h"
 
 namespace tagrid {
 namespace {
 
-// Sums of hostile headers need more than 64 bits.
-using Bytes = double;
+// Sums over all bricks of a hostile header need more than 64 bits; what one brick needs does not.
+using ByteCount = double;
 
 struct Sizes {
   explicit Sizes(const CodingParameters& p)
       : parameters(p),
         bricks(p.bricks()),
-        nx(static_cast<Bytes>(p.dims.x)),
-        s(static_cast<Bytes>(size_of(p.type))),
+        closed(bricks.closed_box(largest)),
+        nx(static_cast<ByteCount>(p.dims.x)),
+        s(static_cast<ByteCount>(size_of(p.type))),
         cube(p.cube_size),
-        edge(Bytes{1} * p.brick_edge * p.cube_size),
-        points(count(bricks.closed_box({0, 0, 0}))),
-        owned(count(bricks.owned_box({0, 0, 0}))),
-        brick_count(Bytes(bricks.bricks(0)) * Bytes(bricks.bricks(1)) * Bytes(bricks.bricks(2))),
-        row_count(Bytes(bricks.bricks(0))),
+        edge(ByteCount{1} * p.brick_edge * p.cube_size),
+        points(count(closed.size())),
+        owned(count(bricks.owned_box(largest).size())),
+        brick_count(ByteCount(bricks.bricks(0)) * ByteCount(bricks.bricks(1)) * ByteCount(bricks.bricks(2))),
+        row_count(ByteCount(bricks.bricks(0))),
         grid(p.mode == FileMode::grid) {}
 
-  static Bytes count(const Box& box) {
-    const Index3 n = box.size();
-    return Bytes(n.x) * Bytes(n.y) * Bytes(n.z);
-  }
+  static ByteCount count(const Index3& n) { return ByteCount(n.x) * ByteCount(n.y) * ByteCount(n.z); }
   // A brick as bytes.
-  Bytes code() const { return (grid ? points : owned) * 1.05 * s + 0.2 * points + 1024; }
-  // Bits of the points of a brick's closed box, in whole words a row.
-  Bytes bits() const {
-    const Index3 n = bricks.closed_box({0, 0, 0}).size();
-    return Bytes((n.x + 63) / 64) * 8 * Bytes(n.y) * Bytes(n.z) + 128;
-  }
+  ByteCount code() const { return static_cast<ByteCount>(most_bytes_of_code(parameters, largest)); }
+  // Bits of the points of a brick's closed box.
+  ByteCount bits() const { return static_cast<ByteCount>(LatticeBits::working_bytes(closed.size())) + 128; }
+
+  // No other brick is larger.
+  static constexpr Index3 largest{0, 0, 0};
 
   const CodingParameters& parameters;
   BrickGrid bricks;
-  Bytes nx, s, cube, edge;
-  Bytes points, owned;  ///< of the largest brick
-  Bytes brick_count, row_count;
+  Box closed;  ///< of the largest brick
+  ByteCount nx, s, cube, edge;
+  ByteCount points, owned;  ///< of the largest brick
+  ByteCount brick_count, row_count;
   bool grid;
 };
 
-Bytes work_of_marking(const Sizes& z) {
-  const bool mesh = z.parameters.bounds_interpolation();
-  const Bytes halo = mark_halo(z.parameters);
-  const Index3 n = z.bricks.closed_box({0, 0, 0}).size();
-  const Bytes samples = (Bytes(n.x) + 2 * halo) * (Bytes(n.y) + 2 * halo) * (z.cube + 1 + 2 * halo);
-  const Bytes tile = Bytes(n.x) * Bytes(n.y) * (z.cube + 1);
-  return samples * (z.s + (is_wide_type(z.parameters.type) ? 8 : 0)) + tile * (mesh ? 14 : 6);
+// What a worker takes: the stage, and the samples that are gathered for it.
+ByteCount work_of_marking(const Sizes& z) {
+  Index3 tile = z.closed.size();
+  tile.z = z.parameters.cube_size + 1;
+  const Index3 read = Box::of_size(tile).grown(mark_halo(z.parameters)).size();
+  return Sizes::count(read) * z.s + static_cast<ByteCount>(working_bytes_of_marking(z.parameters, tile));
 }
 
-// Coders note every event of a brick before they code them backwards.
-Bytes work_of_encoding(const Sizes& z) {
-  const bool narrow = !is_wide_type(z.parameters.type);
-  const Bytes per_byte = z.grid && narrow ? 96 : z.parameters.effort == Effort::best && narrow ? 112 : 28;
-  const Bytes values = per_byte * z.s * (z.grid ? z.points : z.owned);
-  return std::max(values, 8 * z.points) + 2 * z.points;
+ByteCount work_of_subdividing(const Sizes& z) {
+  // There are root cubes on every side of a brick, unless it lies at the border.
+  Index3 position;
+  for (int axis = 0; axis < 3; ++axis) position[axis] = z.bricks.bricks(axis) > 2;
+  return static_cast<ByteCount>(working_bytes_of_subdivision(z.bricks.closed_box(position), z.bricks.domain));
 }
 
-Bytes work_of_decoding(const Sizes& z) {
-  if (z.grid) return (4 * z.s + 3) * z.points;
-  const bool best = z.parameters.effort == Effort::best && !is_wide_type(z.parameters.type);
-  return 2.1 * z.s * z.owned + z.points + (best ? 3e6 : 1e5);
+ByteCount work_of_encoding(const Sizes& z) {
+  return (z.grid ? z.points : z.owned) * z.s + z.bits() +
+         static_cast<ByteCount>(working_bytes_of_encoding(z.parameters, Sizes::largest));
 }
 
-// The field of a brick, in numbers and as samples, the originals, and what lies in pieces.
-Bytes work_of_measuring(const Sizes& z) {
+ByteCount work_of_decoding(const Sizes& z, Wanted wanted) {
+  return static_cast<ByteCount>(working_bytes_of_decoding(z.parameters, Sizes::largest, wanted));
+}
+
+ByteCount work_of_measuring(const Sizes& z) {
   if (z.parameters.mesh_error < 0) return 0;
-  return z.points * ((is_wide_type(z.parameters.type) ? 8 : 4) + 3 * z.s) + 2 * z.bits();
+  return z.points * z.s +
+         static_cast<ByteCount>(working_bytes_of_mesh_error(z.parameters.type, z.closed.size()));
 }
 // What waits for being measured: the grid, and the values of the closed box twice.
-Bytes waits_for_measuring(const Sizes& z) {
+ByteCount waits_for_measuring(const Sizes& z) {
   return z.parameters.mesh_error < 0 ? 0 : z.bits() + 2 * z.points * z.s;
 }
-// See ClosedSamples.
-Bytes closed_faces(const Sizes& z, Bytes rows) {
+ByteCount closed_faces(const Sizes& z, ByteCount rows) {
   const CodingParameters& p = z.parameters;
   if (p.mesh_error < 0 || !p.mesh_has_coded_values()) return 0;
-  const Bytes face = z.edge + 1;
-  return (z.nx * std::min(Bytes(p.dims.y), (rows + 1) * z.edge + 1) + z.nx * face + face * face) * z.s;
+  return static_cast<ByteCount>(ClosedSamples::working_bytes(p, static_cast<std::int64_t>(rows)));
 }
 
-std::uint64_t whole(Bytes bytes) {
+std::uint64_t whole(ByteCount bytes) {
   // Heaps lose a little between what they give.
   return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * 1.03, 9e18));
 }
@@ -93,71 +99,80 @@ std::uint64_t whole(Bytes bytes) {
 
 std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
   const Sizes z(p);
-  const Bytes halo = mark_halo(p), around = z.cube + halo, ny = Bytes(p.dims.y), nz = Bytes(p.dims.z);
+  const ByteCount halo = mark_halo(p), around = z.cube + halo, ny = ByteCount(p.dims.y),
+                  nz = ByteCount(p.dims.z);
   const bool strips = load.rows < z.bricks.bricks(1), cropped = !p.bounds_interpolation();
-  const Bytes rows = Bytes(load.rows);
+  const ByteCount rows = ByteCount(load.rows);
 
-  const Bytes sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
-  const Bytes slices = strips ? z.edge + 2 * around + 1 : z.edge + around + Bytes(load.slices_ahead) + 2;
-  const Bytes samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + 128);
+  const ByteCount sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
+  const ByteCount slices =
+      strips ? z.edge + 2 * around + 1 : z.edge + around + ByteCount(load.slices_ahead) + 2;
+  const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + 128);
 
-  const Bytes layers = std::min(p.brick_edge + 3 + (strips ? 0 : Bytes(load.slices_ahead) / z.cube + 1),
-                                Bytes(z.bricks.domain.cubes(2)));
-  const Bytes mark_rows = std::min(
-      strips ? rows * z.edge + 2 * z.cube + 1 : Bytes(z.bricks.bricks(1)) * z.edge + 1, cropped ? ny : 9e18);
-  const Bytes mark_slices = cropped ? std::min(z.cube + 1, nz) : z.cube + 1;
-  const Bytes words =
-      z.row_count * Bytes((static_cast<std::int64_t>(std::min(z.edge, cropped ? z.nx : 9e18)) + 63) / 64) + 1;
-  const Bytes tiles = z.row_count * (rows + 2);
-  const Bytes marks = layers * (mark_rows * mark_slices * words * 8 + tiles * 250);
-  const Bytes jobs = tiles * (350 + 16.0 * 9 * (p.brick_edge + 2));
+  const ByteCount layers =
+      std::min(p.brick_edge + 3 + (strips ? 0 : ByteCount(load.slices_ahead) / z.cube + 1),
+               ByteCount(z.bricks.domain.cubes(2)));
+  const ByteCount mark_rows =
+      std::min(strips ? rows * z.edge + 2 * z.cube + 1 : ByteCount(z.bricks.bricks(1)) * z.edge + 1,
+               cropped ? ny : 9e18);
+  const ByteCount mark_slices = cropped ? std::min(z.cube + 1, nz) : z.cube + 1;
+  const ByteCount words =
+      z.row_count *
+          ByteCount((static_cast<std::int64_t>(std::min(z.edge, cropped ? z.nx : 9e18)) + 63) / 64) +
+      1;
+  const ByteCount tiles = z.row_count * (rows + 2);
+  const ByteCount marks = layers * (mark_rows * mark_slices * words * 8 + tiles * 250);
+  const ByteCount jobs = tiles * (350 + 16.0 * 9 * (p.brick_edge + 2));
 
-  const Bytes work =
-      Bytes(load.threads) * std::max({work_of_marking(z), work_of_encoding(z), work_of_measuring(z)});
-  const Bytes flight = Bytes(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
-  const Bytes run = samples + marks + jobs + work + flight + closed_faces(z, rows) + 64 * z.brick_count;
+  const ByteCount work = ByteCount(load.threads) * std::max({work_of_marking(z), work_of_subdividing(z),
+                                                             work_of_encoding(z), work_of_measuring(z)});
+  const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
+  const ByteCount run = samples + marks + jobs + work + flight + closed_faces(z, rows) + 64 * z.brick_count;
   // The index, its fields, and what compresses them.
-  const Bytes end = z.brick_count * 160 + std::min(z.brick_count * 320, 40e6);
+  const ByteCount end = z.brick_count * 160 + std::min(z.brick_count * 320, 40e6);
   return whole(std::max(run, end));
 }
 
 std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& load) {
   const Sizes z(p);
-  const Bytes rows = Bytes(load.rows), nz = Bytes(p.dims.z), ny = Bytes(p.dims.y);
-  const Bytes slice = z.nx * std::min(ny, rows * z.edge + 1) * z.s;
-  const Bytes gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * 64;
-  const Bytes pieces = 2 * std::max(Bytes{1 << 20}, z.nx * z.s);
-  const Bytes brick =
-      z.code() + 2 * z.owned * z.s + (load.inspect ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
-  const Bytes work = Bytes(load.threads) * (work_of_decoding(z) + (load.inspect ? 2 * z.points : 0));
-  const Bytes flight = Bytes(load.bricks_in_flight) * brick + 4 * z.code();
-  Bytes inspection = 0;
+  const ByteCount rows = ByteCount(load.rows), nz = ByteCount(p.dims.z), ny = ByteCount(p.dims.y);
+  const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * z.s;
+  const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * 64;
+  const ByteCount pieces = 2 * std::max(ByteCount{1 << 20}, z.nx * z.s);
+  // As bytes and as samples; and what the heap keeps when those before it are gone.
+  const bool keeps_grid = load.inspect || load.mesh;
+  const ByteCount brick =
+      z.code() + 2 * z.owned * z.s + (keeps_grid ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+  const ByteCount work =
+      ByteCount(load.threads) * work_of_decoding(z, keeps_grid ? Wanted::samples_and_grid : Wanted::samples);
+  const ByteCount flight = ByteCount(load.bricks_in_flight) * brick + 4 * z.code();
+  ByteCount inspection = 0;
   if (load.inspect) {
-    const Bytes layer = z.row_count * Bytes(z.bricks.bricks(1)), face = z.bits() / z.edge;
-    const Bytes face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
+    const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1)), face = z.bits() / z.edge;
+    const ByteCount face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
     inspection = layer * 3 * (face * 2 + face_points + 250) + z.brick_count * 32 + 2 * slice;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
     // Bricks wait for the originals of their layer.
     if (p.mesh_error >= 0)
       inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
-                    Bytes(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
+                    ByteCount(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
   }
   if (load.mesh) {
-    const Bytes layer = z.row_count * Bytes(z.bricks.bricks(1));
+    const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1));
     inspection = layer * (z.bits() + (z.grid ? z.points * z.s : 0) + 200) + z.points * 8 +
                  (z.nx + z.edge) * (ny + z.edge) * (8 + z.s) + (z.nx + z.edge) * z.edge * 8 + 16e6;
-    // The field of one brick at the border, in numbers and as samples, and the grid that it is of.
-    inspection += z.points * (8 + 3 * z.s) + z.bits();
+    // The field of one brick at the border, twice as samples, and the grid that it is of.
+    inspection += z.points * (ByteCount(field_number_bytes(p.type)) + 3 * z.s) + z.bits();
   }
-  const Bytes index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
+  const ByteCount index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
   return whole(gathered + pieces + work + flight + inspection + index);
 }
 
 std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads) {
   const Sizes z(p);
-  // The block of the brick, as it is read and taken apart, and the samples of two types.
-  const Bytes brick = 2 * z.code() + 2 * z.owned * z.s + work_of_decoding(z);
-  return whole(Bytes(threads) * brick);
+  // The block of the brick, as it is read and taken apart, and what the heap keeps of the brick before.
+  const ByteCount brick = 2 * z.code() + z.owned * z.s + work_of_decoding(z, Wanted::samples);
+  return whole(ByteCount(threads) * brick);
 }
 
 }  // namespace tagrid

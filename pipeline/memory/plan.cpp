@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "pipeline/memory/available_memory.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/within.h"
 
 namespace tagrid {
 namespace {
@@ -16,10 +16,6 @@ namespace {
 // The smallest load that can be in memory.
 constexpr EncodeLoad smallest_strip = {1, 1, 0, 1};
 EncodeLoad smallest_whole(const CodingParameters& p) { return {1, p.bricks().bricks(1), 0, 1}; }
-
-std::uint64_t share_of_memory(const Resources& resources) {
-  return available_memory() / static_cast<std::uint64_t>(resources.processes);
-}
 
 std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
 
@@ -84,20 +80,6 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
       }
     }
   return std::nullopt;
-}
-
-// Finds a load within the limit or, without one, within the available memory. If nothing fits and nothing
-// forbids it, the result is `smallest`.
-template <class Load, class Best>
-Load within(const Resources& resources, Best best, const Load& smallest) {
-  if (resources.memory) {
-    const auto found = best(*resources.memory);
-    return found ? *found : smallest;
-  }
-  const std::uint64_t available = share_of_memory(resources);
-  for (const std::uint64_t part : {4, 2})
-    if (const auto found = best(available / part)) return *found;
-  return smallest;
 }
 
 [[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,

@@ -68,9 +68,12 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
       return brick.values.data() + at * size_of(parameters.type);
     });
   };
-  DecodeStreams streams = streams_of(reader);
-  streams.inspect_brick = [&](const DecodedBrick& brick) {
-    layer.push_back({parameters.bricks().position(brick.id), brick.active, brick.points});
+  DecodeStreams streams;
+  streams.name = reader.name();
+  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.inspect_brick = [&](DecodedBrick& brick) {
+    layer.push_back(
+        {parameters.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});
   };
   streams.write_rows = [&](const DecodedRows& decoded) {
     samples.begin_layer(decoded);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <optional>
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
@@ -12,8 +13,8 @@
 #include "io/nrrd/region.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/memory/available_memory.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/within.h"
 
 namespace tagrid {
 namespace {
@@ -127,16 +128,17 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Re
            static_cast<std::uint64_t>(bricks.count()) * 48 + besides;
   };
   const std::int64_t least = any_order ? 1 : all;
-  const std::uint64_t limit =
-      resources.memory ? *resources.memory
-                       : std::max(available_memory() / 4 / static_cast<std::uint64_t>(resources.processes),
-                                  needed(1, least));
-  for (int threads = resources.threads; threads >= 1; --threads)
-    for (std::int64_t rows = all; rows >= least; rows = rows > 1 ? (rows + 1) / 2 : 0)
-      if (needed(threads, rows) <= limit) return {threads, rows, needed(threads, rows)};
+  const auto best = [&](std::uint64_t limit) -> std::optional<RegionPlan> {
+    for (int threads = resources.threads; threads >= 1; --threads)
+      for (std::int64_t rows = all; rows >= least; rows = rows > 1 ? (rows + 1) / 2 : 0)
+        if (needed(threads, rows) <= limit) return RegionPlan{threads, rows, needed(threads, rows)};
+    return std::nullopt;
+  };
+  const RegionPlan plan = within(resources, best, RegionPlan{1, least, needed(1, least)});
+  if (!resources.memory || plan.memory <= *resources.memory) return plan;
   const Index3 n = region.shape();
   throw MemoryLimit(fmt::format("decoding a region of {} x {} x {} {}", n.x, n.y, n.z, name_of(p.type)),
-                    limit, needed(1, least), {});
+                    *resources.memory, plan.memory, {});
 }
 
 }  // namespace

@@ -92,8 +92,10 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   std::optional<ClosedSamples> closed;
   if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(rows);
 
-  DecodeStreams streams = streams_of(reader_);
-  streams.inspect_brick = [&](const DecodedBrick& brick) {
+  DecodeStreams streams;
+  streams.name = reader_.name();
+  streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+  streams.inspect_brick = [&](DecodedBrick& brick) {
     if (const auto p =
             first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
       fail_brick(brick.id, "the grid is not conforming", *p);
@@ -107,7 +109,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
       against_->add_mesh(position, brick.active,
-                         closed ? closed->complete(position, brick.samples) : brick.points);
+                         closed ? closed->complete(position, brick.samples) : std::move(brick.points));
     }
     watch.done(brick.samples.size());
   };

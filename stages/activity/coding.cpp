@@ -166,6 +166,16 @@ class ActivityModel {
   std::vector<Mixer> mixers_;
 };
 
+// What is known of the points, and of how they are coded.
+std::uint64_t model_bytes(Index3 size, int cube_size, bool forecast) {
+  std::uint64_t contexts = 0;
+  for (const std::size_t size_of_kind : forecast ? sizes_with_forecast : sizes_alone)
+    contexts += size_of_kind;
+  const auto classes = static_cast<std::uint64_t>(max_level(cube_size));
+  return classes * (contexts * sizeof(AdaptiveBit) + sizeof(Mixer)) + LatticeBits::working_bytes(size) +
+         LatticeBits::working_bytes({size.x, 1, 1});
+}
+
 void set_root_corners(LatticeBits& active, int cube_size) {
   const Box& box = active.box();
   for (std::int64_t z = box.low.z; z <= box.high.z; z += cube_size)
@@ -209,6 +219,15 @@ Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& fore
   code_activity<RansDecoder>(coder, active, forecast, cube_size, max_level, nullptr);
   if (!coder.finished()) return Status::broken("the activity has the wrong number of bytes");
   return {};
+}
+
+std::uint64_t working_bytes_of_encoding_activity(Index3 size, int cube_size, bool forecast) {
+  return model_bytes(size, cube_size, forecast) + LatticeBits::working_bytes(size) +
+         RansEncoder::working_bytes(static_cast<std::uint64_t>(size.x * size.y * size.z));
+}
+
+std::uint64_t working_bytes_of_decoding_activity(Index3 size, int cube_size, bool forecast) {
+  return model_bytes(size, cube_size, forecast);
 }
 
 }  // namespace tagrid

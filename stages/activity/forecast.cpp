@@ -180,6 +180,17 @@ Forecast::Forecast(const std::array<LatticeBits, levels>& exceeding)
   }
 }
 
+std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size) {
+  const Index3 read = Box::of_size(size).grown(CurvatureField::halo).size();
+  const auto count = [](const Index3& n) { return static_cast<std::uint64_t>(n.x * n.y * n.z); };
+  const std::uint64_t heights = is_wide_type(type) ? count(size) * sizeof(double) : 0,
+                      values = count(read) * (is_wide_type(type) ? sizeof(double) : size_of(type)),
+                      bits = LatticeBits::working_bytes(size),
+                      forecast = CurvatureField::working_bytes(size) + Forecast::levels * bits +
+                                 std::max(working_bytes_of_closure(size), Forecast::working_bytes(size));
+  return values + std::max(heights, forecast);
+}
+
 template <class T>
 Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick) {
   const Box closed = parameters.bricks().closed_box(brick), owned = parameters.bricks().owned_box(brick),

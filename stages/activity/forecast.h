@@ -30,7 +30,10 @@ class Forecast {
   /// one before.
   explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
 
-  /// False if nothing is forecast.
+  /// Heap of the forecast of a box of `size` points: a byte for each bit of their LatticeBits.
+  static constexpr std::uint64_t working_bytes(Index3 size) { return 8 * LatticeBits::working_bytes(size); }
+
+  /// False: nothing is forecast.
   bool exists() const { return !values_.empty(); }
   /// The forecast of the point that has the bit `bit` in the words of a LatticeBits of the same box.
   std::size_t at(std::size_t bit) const { return values_[bit]; }
@@ -43,5 +46,10 @@ class Forecast {
 /// point beyond them has the value of the nearest of these samples. Safe for any values.
 template <class T>
 Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick);
+
+/// Heap that forecast_activity() takes at its peak for a closed box of `size` points, the forecast included:
+/// the samples of the box and around it, with them first the heights of wide ones, then the curvature, three
+/// sets of bits and the forecast.
+std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size);
 
 }  // namespace tagrid

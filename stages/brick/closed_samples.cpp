@@ -37,6 +37,13 @@ ClosedSamples::ClosedSamples(const CodingParameters& parameters, const BrickRows
     if (bricks_.bricks(axis) > 1) faces_[axis].resize(static_cast<std::size_t>(samples[axis]) * size_);
 }
 
+std::uint64_t ClosedSamples::working_bytes(const CodingParameters& parameters, std::int64_t rows) {
+  const std::int64_t nx = parameters.dims.x,
+                     edge = std::int64_t{parameters.brick_edge} * parameters.cube_size, face = edge + 1,
+                     all = std::min(parameters.dims.y, (rows + 1) * edge + 1);
+  return static_cast<std::uint64_t>(nx * all + nx * face + face * face) * size_of(parameters.type);
+}
+
 std::size_t ClosedSamples::face_offset(int axis, const Box& box, Index3 p) const {
   const std::int64_t at = axis == 0   ? (p.z - box.low.z) * box.size().y + p.y - box.low.y
                           : axis == 1 ? (p.z - box.low.z) * row_ + p.x

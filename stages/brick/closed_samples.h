@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "stages/grid/brick_rows.h"
@@ -21,9 +22,12 @@ class ClosedSamples {
   /// For `rows`, and the bricks below them.
   ClosedSamples(const CodingParameters& parameters, const BrickRows& rows);
 
-  /// Returns the samples of the closed box of a brick, x fastest; a point outside the volume has the value of
-  /// the nearest sample. `owned` holds the samples that the brick owns. REQUIRES: bricks come in the order of
-  /// their numbers, after those of rows_below(). For bricks of rows_below() the result is incomplete.
+  /// Heap that they take for so many rows of bricks of one layer.
+  static std::uint64_t working_bytes(const CodingParameters& parameters, std::int64_t rows);
+
+  /// The samples of the closed box of a brick, x fastest; a point outside the volume has the value of the
+  /// nearest sample. `owned` are those that the brick owns. REQUIRES: bricks come in the order of their
+  /// numbers, those of rows_below() first. Of these what is returned is not complete.
   std::vector<std::byte> complete(Index3 position, const std::vector<std::byte>& owned);
 
  private:

@@ -87,22 +87,20 @@ Status decode_brick_points(std::span<const std::uint8_t> bytes, const LatticeBit
 
 // The values of `box` that lie in `owned`.
 template <class T>
-std::vector<T> cut(std::span<const T> values, const Box& box, const Box& owned) {
-  std::vector<T> out(static_cast<std::size_t>(owned.count()));
+void cut(std::span<const T> values, const Box& box, const Box& owned, std::span<T> out) {
   auto to = out.begin();
   for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
     for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
       to = std::copy_n(values.begin() + box.offset({owned.low.x, y, z}), owned.size().x, to);
-  return out;
 }
 
 // All samples that the brick owns, interpolated from the values of its active points.
 template <class T>
-std::vector<T> interpolate_owned(std::span<const T> points, const LatticeBits& active,
-                                 const CodingParameters& parameters, Index3 brick) {
+void interpolate_owned(std::span<const T> points, const LatticeBits& active,
+                       const CodingParameters& parameters, Index3 brick, std::span<T> out) {
   const auto field = interpolate_points<T>(points, active, parameters.cube_size);
   const std::vector<T> samples = rounded_field<T>(field, points, active, parameters.cube_size);
-  return cut<T>(samples, active.box(), parameters.bricks().owned_box(brick));
+  cut<T>(samples, active.box(), parameters.bricks().owned_box(brick), out);
 }
 
 template <class T>
@@ -150,8 +148,11 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
   encode_brick_points<T>(points, active, parameters, code.values);
   if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
-  const std::vector<T> owned = cut<T>(original, samples.box, parameters.bricks().owned_box(brick));
-  measure_samples<T>(owned, interpolate_owned<T>(points, active, parameters, brick), code.statistics);
+  const Box box = parameters.bricks().owned_box(brick);
+  std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
+  cut<T>(original, samples.box, box, owned);
+  interpolate_owned<T>(points, active, parameters, brick, interpolated);
+  measure_samples<T>(owned, interpolated, code.statistics);
 }
 
 template <class T>
@@ -164,18 +165,15 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<cons
 
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, Index3 brick, std::vector<T>& samples,
-                           std::vector<T>& points) {
-  if (parameters.mode == FileMode::voxels) {
-    const Box owned = parameters.bricks().owned_box(brick);
-    points.clear();
-    samples.resize(static_cast<std::size_t>(owned.count()));
+                           const CodingParameters& parameters, Index3 brick, std::span<T> samples,
+                           std::span<T> points) {
+  const Box owned = parameters.bricks().owned_box(brick);
+  assert(static_cast<std::int64_t>(samples.size()) == owned.count());
+  if (parameters.mode == FileMode::voxels)
     return decode_brick_voxels<T>(bytes, owned, active, parameters, samples);
-  }
   assert(active.box() == parameters.bricks().closed_box(brick));
-  points.assign(static_cast<std::size_t>(active.box().count()), 0);
   Status status = decode_brick_points<T>(bytes, active, parameters, points);
-  if (status.ok()) samples = interpolate_owned<T>(points, active, parameters, brick);
+  if (status.ok()) interpolate_owned<T>(points, active, parameters, brick, samples);
   return status;
 }
 
@@ -216,7 +214,7 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
   template Status decode_brick_activity(std::span<const std::uint8_t>, std::span<const T>,           \
                                         const CodingParameters&, Index3, LatticeBits&);              \
   template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
-                                      const CodingParameters&, Index3, std::vector<T>&, std::vector<T>&);
+                                      const CodingParameters&, Index3, std::span<T>, std::span<T>);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

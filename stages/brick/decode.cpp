@@ -6,10 +6,10 @@
 namespace tagrid {
 namespace {
 
+// The samples that lie in some bytes.
 template <class T>
-std::vector<std::byte> bytes_of(const std::vector<T>& values) {
-  const auto bytes = std::as_bytes(std::span(values));
-  return {bytes.begin(), bytes.end()};
+std::span<T> samples_in(std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<T*>(bytes.data()), bytes.size() / sizeof(T)};
 }
 
 }  // namespace
@@ -19,21 +19,27 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
   const Index3 position = parameters.bricks().position(id);
   const bool values_first = activity_follows_values(parameters), grid = wanted == Wanted::samples_and_grid;
   Status status;
+  brick = {};
   brick.id = id;
+  const BrickGrid bricks = parameters.bricks();
+  const auto bytes_of = [&](const Box& box) {
+    return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
+  };
   with_sample_type(parameters.type, [&](auto type) {
     using T = decltype(type);
-    std::vector<T> samples, points;
     const auto decode_activity = [&] {
-      status = decode_brick_activity<T>(activity, samples, parameters, position, brick.active);
+      status = decode_brick_activity<T>(activity, samples_in<T>(brick.samples), parameters, position,
+                                        brick.active);
     };
     if (!values_first) decode_activity();
     if (!status.ok()) return;
-    status = decode_brick_values<T>(values, brick.active, parameters, position, samples, points);
-    if (!status.ok()) return;
-    if (values_first && grid) decode_activity();
-    brick.samples = bytes_of(samples);
-    if (grid) brick.points = bytes_of(points);
+    brick.samples = bytes_of(bricks.owned_box(position));
+    if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
+    status = decode_brick_values<T>(values, brick.active, parameters, position, samples_in<T>(brick.samples),
+                                    samples_in<T>(brick.points));
+    if (status.ok() && values_first && grid) decode_activity();
   });
+  if (!grid) brick.points = {};
   if (!grid) brick.active = LatticeBits();
   return status;
 }

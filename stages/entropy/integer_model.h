@@ -11,6 +11,9 @@ namespace tagrid {
 /// Codes non-negative integers without a bound known to the model: Elias' gamma code with adaptive bits.
 class IntegerModel {
  public:
+  /// The most events of a value below 2^bits - 1; a sign of code_signed() is one bit more.
+  static constexpr std::uint64_t most_events(int bits) { return 2 * static_cast<std::uint64_t>(bits) - 1; }
+
   /// Decoded values are below 2^41.
   template <class Coder>
   std::uint64_t code(Coder& coder, std::uint64_t value) {

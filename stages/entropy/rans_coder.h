@@ -30,16 +30,13 @@ struct Interval {
 class RansEncoder {
  public:
   static constexpr bool encoding = true;
+  static constexpr std::size_t chunk_size = 8192;  ///< events that are allocated together
 
-  /// `expected_events` reserves space, so that events need not be moved.
-  explicit RansEncoder(std::vector<std::uint8_t>& out, std::size_t expected_events = 0)
-      : out_(out),
-        capacity_(expected_events),
-        events_(std::make_unique_for_overwrite<Interval[]>(expected_events)) {}
+  explicit RansEncoder(std::vector<std::uint8_t>& out) : out_(out) {}
 
   void code_interval(Interval event) {
-    if (count_ == capacity_) [[unlikely]]
-      grow();
+    if (count_ == chunk_size) [[unlikely]]
+      begin_chunk();
     events_[count_++] = event;
   }
 
@@ -63,13 +60,24 @@ class RansEncoder {
 
   void finish();
 
+  /// Heap that so many events take at the peak, which is when finish() begins: the events in whole chunks and
+  /// a list of them, and a word for each event. The stream, of at most a word for each event, comes after the
+  /// events are gone, and counts as its own copy and one to grow.
+  static constexpr std::uint64_t working_bytes(std::uint64_t events) {
+    const std::uint64_t chunks = events / chunk_size + 1;
+    return chunks * (chunk_size * sizeof(Interval) + 3 * sizeof(Chunk)) + events * sizeof(std::uint16_t) + 64;
+  }
+
  private:
-  void grow();
+  using Chunk = std::unique_ptr<Interval[]>;
+
+  void begin_chunk();
 
   std::vector<std::uint8_t>& out_;
-  // Not a vector: its push_back would become a call for every event.
-  std::size_t count_ = 0, capacity_;
-  std::unique_ptr<Interval[]> events_;
+  // Chunks, so that nothing moves as events come. Only the last one is not full; at first there is none.
+  Interval* events_ = nullptr;
+  std::size_t count_ = chunk_size;
+  std::vector<Chunk> chunks_;
 };
 
 /// Reads what RansEncoder wrote. Safe on any bytes: past the end it reads zeros, and finished() returns

@@ -1,6 +1,7 @@
 #include "stages/grid/lattice_bits.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace tagrid {
 namespace {
@@ -28,6 +29,12 @@ std::vector<Piece> pieces(std::size_t from_bit, std::size_t to_bit, std::size_t 
 }
 
 }  // namespace
+
+std::uint64_t working_bytes_of_copying_bits(std::int64_t points) {
+  // In a vector that doubles.
+  const auto pieces = static_cast<std::uint64_t>(points) / 64 + 2;
+  return 3 * std::bit_ceil(pieces) * sizeof(Piece);
+}
 
 void copy_bits(const LatticeBits& from, LatticeBits& to) {
   const Box shared = intersection(from.box(), to.box());

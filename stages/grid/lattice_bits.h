@@ -23,6 +23,10 @@ class LatticeBits {
   const Box& box() const { return box_; }
   std::size_t words_per_row() const { return words_per_row_; }
   std::size_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
+  /// Heap that the bits of a box of `size` points take.
+  static constexpr std::uint64_t working_bytes(Index3 size) {
+    return static_cast<std::uint64_t>((size.x + 63) / 64 * size.y * size.z) * sizeof(std::uint64_t);
+  }
 
   /// The row of points with the given y and z.
   std::uint64_t* row(std::int64_t y, std::int64_t z) { return words_.data() + row_start(y, z); }
@@ -55,5 +59,7 @@ class LatticeBits {
 
 /// Copies the bits of the points in both boxes from `from` into `to`; other bits of `to` stay.
 void copy_bits(const LatticeBits& from, LatticeBits& to);
+/// Heap that this takes at its peak where `points` of a row are shared: how the words of a row are cut.
+std::uint64_t working_bytes_of_copying_bits(std::int64_t points);
 
 }  // namespace tagrid

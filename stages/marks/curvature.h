@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -36,8 +37,17 @@ struct CurvatureField {
   };
   std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite if an entry is
 
-  /// Offset in a component of the row of points with the (even) coordinates y and z; it has one entry for
-  /// each even x.
+  /// Heap that evaluate_curvature() takes at its peak for a box of `size` points: the field and the bounds of
+  /// its rows, which stay, and six rows of sums.
+  static constexpr std::uint64_t working_bytes(Index3 size) {
+    const auto half = [](std::int64_t n) { return static_cast<std::uint64_t>(n + 1) / 2; };
+    return half(size.y) * half(size.z) *
+               (half(size.x) * component_count * sizeof(float) + sizeof(RowBounds)) +
+           static_cast<std::uint64_t>(size.x + 2) * 6 * sizeof(double);
+  }
+
+  /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
+  /// even x.
   std::int64_t row_offset(std::int64_t y, std::int64_t z) const { return row_number(y, z) * size.x; }
   /// Index of that row in `rows`.
   std::int64_t row_number(std::int64_t y, std::int64_t z) const {

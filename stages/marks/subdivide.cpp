@@ -203,6 +203,17 @@ Box region_of_marks(const Box& closed_box, const Domain& domain) {
   return intersection(closed_box.grown(domain.cube_size), domain.padded());
 }
 
+std::uint64_t working_bytes_of_closure(Index3 size) {
+  constexpr std::uint64_t rows = 8;  // see Closure
+  return rows * LatticeBits::working_bytes({size.x, 1, 1});
+}
+
+std::uint64_t working_bytes_of_subdivision(const Box& closed_box, const Domain& domain) {
+  const Index3 region = region_of_marks(closed_box, domain).size();
+  return LatticeBits::working_bytes(region) + LatticeBits::working_bytes(closed_box.size()) +
+         std::max(working_bytes_of_closure(region), working_bytes_of_copying_bits(region.x));
+}
+
 LatticeBits subdivide(LatticeBits marks, const Box& closed_box, const Domain& domain) {
   assert(marks.box() == region_of_marks(closed_box, domain));
   close_under_parents(marks, domain.cube_size);

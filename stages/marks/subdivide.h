@@ -1,6 +1,7 @@
 // Subdivision without cracks: finds the active points from the marks around a brick.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "stages/grid/domain.h"
@@ -26,5 +27,11 @@ Box region_of_marks(const Box& closed_box, const Domain& domain);
 
 /// The active points of `closed_box`. REQUIRES: marks.box() == region_of_marks(closed_box, domain).
 LatticeBits subdivide(LatticeBits marks, const Box& closed_box, const Domain& domain);
+
+/// Heap that close_under_parents() takes at its peak for bits of `size` points: a few rows of bits.
+std::uint64_t working_bytes_of_closure(Index3 size);
+/// Heap that subdivide() takes at its peak: the marks that it is given, and the bits that it returns; how the
+/// pieces of a row are copied takes as much as a few rows.
+std::uint64_t working_bytes_of_subdivision(const Box& closed_box, const Domain& domain);
 
 }  // namespace tagrid

@@ -154,6 +154,11 @@ double largest_mesh_error(std::span<const T> points, const LatticeBits& active, 
   return measure.worst();
 }
 
+std::uint64_t working_bytes_of_mesh_error(SampleType type, Index3 size) {
+  return static_cast<std::uint64_t>(size.x * size.y * size.z) * (field_number_bytes(type) + size_of(type)) +
+         LatticeBits::working_bytes(size);
+}
+
 #define TAGRID_INSTANTIATE(T)                                                                               \
   template double largest_mesh_error(std::span<const T>, const LatticeBits&, const Samples<T>&, const Box&, \
                                      Index3, int);

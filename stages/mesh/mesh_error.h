@@ -2,10 +2,12 @@
 // sample.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/sample_type.h"
 #include "stages/volume/samples.h"
 
 namespace tagrid {
@@ -25,5 +27,9 @@ namespace tagrid {
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
                           const Box& measured, Index3 dims, int cube_size);
+
+/// Heap that largest_mesh_error() takes at its peak for a brick of `size` points: the field, and where the
+/// border of the volume cuts tetrahedra, the same as samples and a bit for each point.
+std::uint64_t working_bytes_of_mesh_error(SampleType type, Index3 size);
 
 }  // namespace tagrid

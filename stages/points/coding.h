@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
 
 namespace tagrid {
@@ -30,5 +31,11 @@ void encode_points(std::span<const T> values, const LatticeBits& active, int cub
 template <class T>
 Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
                      std::int64_t point_error, std::span<T> values);
+
+/// Heap that encode_points() takes at its peak for a box of `size` points, the bytes that it appends included:
+/// the models, and the events, of which no values make more.
+std::uint64_t working_bytes_of_encoding_points(SampleType type, Index3 size);
+/// The same of decode_points(): the models.
+std::uint64_t working_bytes_of_decoding_points(Index3 size);
 
 }  // namespace tagrid

@@ -2,6 +2,7 @@
 // points.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -17,8 +18,15 @@ template <class T>
 using FieldNumber = std::conditional_t<std::is_floating_point_v<T>, double,
                                        std::conditional_t<is_wide<T>, std::int64_t, std::int32_t>>;
 
-/// The field at all points of `active.box()`, x fastest. `points`: values of the same points; only those of
-/// active points are read. REQUIRES: see interpolate().
+/// Bytes of a FieldNumber for samples of a type.
+constexpr std::uint64_t field_number_bytes(SampleType type) {
+  return is_float_type(type)  ? sizeof(FieldNumber<double>)
+         : is_wide_type(type) ? sizeof(FieldNumber<std::int32_t>)
+                              : sizeof(FieldNumber<std::int16_t>);
+}
+
+/// The field at all points of `active.box()`, x fastest. `points`: values of the same points, of which those
+/// of the active ones are read. REQUIRES: as interpolate().
 template <class T>
 std::vector<FieldNumber<T>> interpolate_points(std::span<const T> points, const LatticeBits& active,
                                                int cube_size);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <limits>
+#include <type_traits>
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/points/order.h"
@@ -67,8 +68,10 @@ class PointLattice {
 template <class T, class Sum, class Coder>
 class WidePointModel {
  public:
+  using Value = std::conditional_t<Coder::encoding, const T, T>;
+
   WidePointModel(Coder& coder, const LatticeBits& active, int cube_size, const PointLattice<T>& lattice,
-                 T* values)
+                 Value* values)
       : coder_(coder),
         active_(active),
         cube_size_(cube_size),
@@ -119,8 +122,8 @@ class WidePointModel {
     if constexpr (!Coder::encoding) values_[at] = lattice_.value_of(number(at));
   }
 
-  // Codes the bits of a value that is not on the lattice. Often they are those of the escaped value before.
-  void code_escaped(T& value) {
+  // The bits of a value that is not on the lattice; often those of the one before.
+  void code_escaped(Value& value) {
     if (!code_adaptive(coder_, bits_of(value) == last_escaped_, repeats_, 250))
       last_escaped_ = static_cast<BitsOf<T>>(code_raw_bits(coder_, bits_of(value), 8 * sizeof(T)));
     if constexpr (!Coder::encoding) value = std::bit_cast<T>(last_escaped_);
@@ -130,8 +133,8 @@ class WidePointModel {
   const LatticeBits& active_;
   int cube_size_;
   const PointLattice<T>& lattice_;
-  T* values_;
-  std::vector<std::int64_t> numbers_;  ///< of the known points; an escaped point has its guess
+  Value* values_;
+  std::vector<std::int64_t> numbers_;  ///< of the points that are known; an escaped one has its guess
   std::vector<WideResidualModel> models_;
   bool escapes_ = false;
   std::array<AdaptiveBit, 2> escape_{};
@@ -141,8 +144,8 @@ class WidePointModel {
 };
 
 template <class T, class Coder>
-void run_model(Coder& coder, const LatticeBits& active, int cube_size, double point_error, T* values,
-               bool escapes) {
+void run_model(Coder& coder, const LatticeBits& active, int cube_size, double point_error,
+               std::conditional_t<Coder::encoding, const T, T>* values, bool escapes) {
   const PointLattice<T> lattice(point_error);
   if constexpr (sizeof(T) == 8)
     if (point_error == 0)
@@ -181,8 +184,7 @@ void encode_wide_points(std::span<const T> values, const LatticeBits& active, in
         }
   }
   RansEncoder coder(out);
-  // The model writes to its values only when it decodes.
-  run_model<T>(coder, active, cube_size, point_error, const_cast<T*>(values.data()), escapes);
+  run_model<T>(coder, active, cube_size, point_error, values.data(), escapes);
   coder.finish();
 }
 
@@ -194,6 +196,20 @@ Status decode_wide_points(std::span<const std::uint8_t> bytes, const LatticeBits
   run_model<T>(coder, active, cube_size, point_error, values.data(), false);
   if (!coder.finished()) return Status::broken("the values of the grid have the wrong number of bytes");
   return {};
+}
+
+std::uint64_t working_bytes_of_encoding_wide_points(SampleType type, Index3 size) {
+  const auto points = static_cast<std::uint64_t>(size.x * size.y * size.z);
+  // Residuals of integers or keys have a bit more than samples, those of numbers on a lattice 48.
+  const int bits = static_cast<int>(8 * size_of(type)) + 1;
+  const bool floats = is_float_type(type);
+  const std::uint64_t events = WideResidualModel::most_events(floats ? std::max(bits, 48) : bits) + floats;
+  return working_bytes_of_decoding_wide_points(size) + RansEncoder::working_bytes(points * events + 1);
+}
+
+std::uint64_t working_bytes_of_decoding_wide_points(Index3 size) {
+  return static_cast<std::uint64_t>(size.x * size.y * size.z) * sizeof(std::int64_t) +
+         diamond_kinds * sizeof(WideResidualModel) + LatticeBits::working_bytes({size.x, 1, 1});
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                        \

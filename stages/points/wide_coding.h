@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
 
 namespace tagrid {
@@ -29,5 +30,11 @@ void encode_wide_points(std::span<const T> values, const LatticeBits& active, in
 template <class T>
 Status decode_wide_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
                           double point_error, std::span<T> values);
+
+/// Heap that encode_wide_points() takes at its peak for a box of `size` points, the bytes that it appends
+/// included: the numbers of the points, the models, and the events, of which no values make more.
+std::uint64_t working_bytes_of_encoding_wide_points(SampleType type, Index3 size);
+/// The same of decode_wide_points(): the numbers and the models.
+std::uint64_t working_bytes_of_decoding_wide_points(Index3 size);
 
 }  // namespace tagrid

@@ -56,7 +56,7 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
   }
   out.push_back(coded_brick);
   VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
-  RansEncoder coder(out, samples.size() + samples.size() / 16);
+  RansEncoder coder(out);
   code_parameters<T>(coder, parameters);
   run_pass(effort, coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
   coder.finish();
@@ -74,6 +74,27 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
       return Status::broken("values end too soon");
     return Status();
   });
+}
+
+std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
+  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type),
+                      events = effort == Effort::best ? 17 * bytes : 17 * bytes / 4;
+  // While the models know nothing, residuals are dearer; parameters come first.
+  constexpr std::uint64_t learning = 32768;
+  return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(events + learning);
+}
+
+std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
+  const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
+  switch (effort) {
+    case Effort::fast:
+      return quiet + VoxelWindow::working_bytes(size) + sizeof(FastResidualModel);
+    case Effort::best:
+      return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
+             MixedResidualModel::working_bytes();
+    default:
+      return quiet + VoxelWindow::working_bytes(size) + sizeof(ResidualModel);
+  }
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                         \

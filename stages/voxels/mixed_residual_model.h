@@ -29,6 +29,13 @@ struct MixedContext {
 class MixedResidualModel : public FlatResidualModel {
  public:
   MixedResidualModel();
+  /// Heap of its tables.
+  static constexpr std::uint64_t working_bytes() {
+    std::uint64_t contexts = 0;
+    for (const std::uint32_t size : mixed_context_sizes) contexts += size;
+    return events * (contexts * sizeof(AdaptiveBit) + (64 + 256) * sizeof(MixerWeights) +
+                     64 * sizeof(std::array<std::uint16_t, refinement_steps>));
+  }
 
   /// Codes a residual of magnitude at most `largest`; decoded values keep this limit, too.
   template <class Coder>

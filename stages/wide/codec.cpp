@@ -248,6 +248,24 @@ Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned,
   });
 }
 
+std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds) {
+  const auto voxels = static_cast<std::uint64_t>(size.x * size.y * size.z);
+  const bool floats = is_float_type(type);
+  // Differences of keys, which have a bit more than samples, or of numbers on a lattice, which have 48.
+  const int bits = static_cast<int>(8 * size_of(type)) + 1;
+  std::uint64_t events = WideResidualModel::most_events(floats ? std::max(bits, 48) : bits);
+  if (floats) ++events;                                                                     // escaped?
+  if (floats && bounds.surface_error == 0) events += WideResidualModel::most_events(bits);  // corrected
+  const std::uint64_t numbers = voxels * (sizeof(std::int64_t) + sizeof(std::uint8_t));
+  // Before the first voxel a few hundred say the parameters.
+  return numbers + std::max(floats ? numbers : 0, working_bytes_of_decoding_wide_voxels(size) +
+                                                      RansEncoder::working_bytes(voxels * events + 1024));
+}
+
+std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size) {
+  return WideWindow<std::int64_t>::working_bytes(size) + 2 * sizeof(WideResidualModel);
+}
+
 #define TAGRID_INSTANTIATE(T)                                                                             \
   template void encode_wide_voxels(std::span<const T>, const Box&, const LatticeBits&, const WideBounds&, \
                                    std::vector<std::uint8_t>&, std::span<T>);                             \

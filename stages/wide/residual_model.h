@@ -70,7 +70,13 @@ class OpinionMixer {
 
 class WideResidualModel {
  public:
-  /// When encoding, returns `residual`; when decoding, ignores it and returns the coded one.
+  /// The most events that a residual of so many bits makes: two and a sign, the number of its digits, the three
+  /// after the first, and the others, sixteen at a time.
+  static constexpr std::uint64_t most_events(int bits) {
+    return 2 + 1 + 6 + 3 + (static_cast<std::uint64_t>(bits) + 11) / 16;
+  }
+
+  /// Encoding, returns `residual`; decoding, ignores it and returns what was coded.
   template <class Coder>
   WideResidual code(Coder& coder, WideResidual residual, const WideContext& context) {
     if (!code_step(coder, residual.magnitude > 0, 0, context)) return {};

@@ -60,7 +60,14 @@ bool is_within(T value, T original, double error) {
   return error > 0 && std::abs(static_cast<long double>(value) - static_cast<long double>(original)) <= error;
 }
 
-/// Encodes the decoded samples of the box that encode_brick() reads.
+std::size_t samples_of(const CodingParameters& p, Index3 position) {
+  return static_cast<std::size_t>(p.bricks().owned_box(position).count());
+}
+std::size_t points_of(const CodingParameters& p, Index3 position) {
+  return p.mode == FileMode::grid ? static_cast<std::size_t>(p.bricks().closed_box(position).count()) : 0;
+}
+
+/// What was decoded, of the box that encode_brick() wants, is encoded again.
 template <class T>
 void values_come_back(const std::vector<T>& values, const LatticeBits& active, const CodingParameters& given,
                       Index3 position) {
@@ -74,7 +81,7 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
     if (error == 0) p.surface_error = -1;
     BrickCode code;
     encode_brick<T>({box, values.data()}, active, p, position, code);
-    std::vector<T> samples, points;
+    std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
     claim(decode_brick_values<T>(code.values, active, p, position, samples, points).ok(),
           "values that were written are read");
     LatticeBits active_again;
@@ -104,8 +111,8 @@ void brick(Bytes bytes) {
   with_sample_type(p.type, [&](auto type) {
     using T = decltype(type);
     LatticeBits active;
-    // If there are no values, the activity is read nevertheless.
-    std::vector<T> samples(static_cast<std::size_t>(p.bricks().owned_box(position).count())), points;
+    // Where there are no values, they do not keep the activity from being read.
+    std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
       return decode_brick_values<T>(values, active, p, position, samples, points).ok();
@@ -119,8 +126,6 @@ void brick(Bytes bytes) {
     count_active(active, p, position, statistics);
     if (values.empty() || (!values_first && !decode_values())) return;
     activity_comes_back(active, p);
-    claim(samples.size() == static_cast<std::size_t>(p.bricks().owned_box(position).count()),
-          "a brick has the samples that it owns");
     values_come_back<T>(p.mode == FileMode::voxels ? samples : points, active, p, position);
   });
 }

@@ -46,7 +46,10 @@ struct DecodedBrick {
 template <class T>
 DecodedBrick decoded_brick(const BrickCode& code, const CodingParameters& parameters, Index3 brick) {
   DecodedBrick d;
-  std::vector<T> samples, points;
+  const BrickGrid bricks = parameters.bricks();
+  std::vector<T> samples(static_cast<std::size_t>(bricks.owned_box(brick).count())), points;
+  if (parameters.mode == FileMode::grid)
+    points.resize(static_cast<std::size_t>(bricks.closed_box(brick).count()));
   const auto decode_activity = [&] {
     RC_ASSERT(decode_brick_activity<T>(code.activity, samples, parameters, brick, d.active).ok());
   };
@@ -251,10 +254,10 @@ TEST(BrickCodec, DamagedBricksNeverCrash) {
     };
     for (int i = 0; i < 300; ++i) {
       LatticeBits active;
-      std::vector<std::int16_t> samples, points;
+      std::vector<std::int16_t> samples(static_cast<std::size_t>(p.bricks().owned_box({0, 0, 0}).count())),
+          points(static_cast<std::size_t>(p.bricks().closed_box({0, 0, 0}).count()));
       const bool values_first = activity_follows_values(p);
       const auto decode_activity = [&] {
-        if (values_first) samples.resize(static_cast<std::size_t>(p.bricks().owned_box({0, 0, 0}).count()));
         static_cast<void>(
             decode_brick_activity<std::int16_t>(damaged(code.activity), samples, p, {0, 0, 0}, active).ok());
       };

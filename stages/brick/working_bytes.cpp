@@ -1,0 +1,93 @@
+// What the stages of a brick take together: each says what it takes itself.
+#include <algorithm>
+
+#include "stages/activity/coding.h"
+#include "stages/activity/forecast.h"
+#include "stages/brick/codec.h"
+#include "stages/brick/decode.h"
+#include "stages/points/coding.h"
+#include "stages/points/field.h"
+#include "stages/points/wide_coding.h"
+#include "stages/voxels/codec.h"
+#include "stages/wide/codec.h"
+
+namespace tagrid {
+namespace {
+
+struct Sizes {
+  Sizes(const CodingParameters& parameters, Index3 brick)
+      : type(parameters.type),
+        wide(is_wide_type(type)),
+        grid(parameters.mode == FileMode::grid),
+        closed(parameters.bricks().closed_box(brick).size()),
+        owned(parameters.bricks().owned_box(brick).size()),
+        points(count(closed)),
+        voxels(count(owned)),
+        point_bytes(points * size_of(type)),
+        voxel_bytes(voxels * size_of(type)) {}
+
+  static std::uint64_t count(const Index3& n) { return static_cast<std::uint64_t>(n.x * n.y * n.z); }
+
+  SampleType type;
+  bool wide, grid;
+  Index3 closed, owned;
+  std::uint64_t points, voxels, point_bytes, voxel_bytes;
+};
+
+// The field, and the same as samples.
+std::uint64_t interpolation(const Sizes& z) { return z.points * field_number_bytes(z.type) + z.point_bytes; }
+
+// What is forecast is there before the activity is coded.
+std::uint64_t with_forecast(const Sizes& z, const CodingParameters& parameters, std::uint64_t activity) {
+  if (!activity_follows_values(parameters)) return activity;
+  return std::max(working_bytes_of_forecast(z.type, z.closed), Forecast::working_bytes(z.closed) + activity);
+}
+
+// Rows of bits that count_active() makes.
+constexpr std::uint64_t counting = 16384;
+
+}  // namespace
+
+std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick) {
+  const Sizes z(p, brick);
+  const std::uint64_t code = most_bytes_of_code(p, brick),
+                      activity = working_bytes_of_encoding_activity(z.closed, p.cube_size,
+                                                                    activity_follows_values(p));
+  const std::uint64_t decoded = p.mesh_error >= 0 ? z.point_bytes : 0;
+  if (z.grid) {
+    const std::uint64_t values = z.wide ? working_bytes_of_encoding_wide_points(z.type, z.closed)
+                                        : working_bytes_of_encoding_points(z.type, z.closed);
+    return counting +
+           std::max(activity, z.point_bytes + std::max(values + code, code + decoded + 2 * z.voxel_bytes +
+                                                                          interpolation(z)));
+  }
+  const WideBounds bounds = {p.max_error, p.surface_error};
+  const std::uint64_t values = z.wide ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds)
+                                      : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort);
+  return counting + z.voxel_bytes + std::max({values, code + with_forecast(z, p, activity), code + decoded});
+}
+
+std::uint64_t most_bytes_of_code(const CodingParameters& p, Index3 brick) {
+  const Sizes z(p, brick);
+  return (z.grid ? z.point_bytes : z.voxel_bytes) * 21 / 20 + z.points / 5 + 1024;
+}
+
+std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick, Wanted wanted) {
+  const Sizes z(p, brick);
+  const bool grid = wanted == Wanted::samples_and_grid;
+  const std::uint64_t bits = LatticeBits::working_bytes(z.closed),
+                      activity = working_bytes_of_decoding_activity(z.closed, p.cube_size,
+                                                                    activity_follows_values(p));
+  if (z.grid) {
+    const std::uint64_t values =
+        z.wide ? working_bytes_of_decoding_wide_points(z.closed) : working_bytes_of_decoding_points(z.closed);
+    return bits + std::max(activity, z.point_bytes + z.voxel_bytes + std::max(values, interpolation(z)));
+  }
+  const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.owned)
+                                      : working_bytes_of_decoding_voxels(z.owned, p.effort);
+  if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
+  if (!grid) return z.voxel_bytes + values;
+  return z.voxel_bytes + std::max(values, bits + with_forecast(z, p, activity));
+}
+
+}  // namespace tagrid

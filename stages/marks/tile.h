@@ -1,0 +1,23 @@
+// The marks of one tile: what both criteria say of the points of a few root cubes.
+#pragma once
+
+#include <cstdint>
+
+#include "stages/grid/box.h"
+#include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
+#include "stages/volume/samples.h"
+
+namespace tagrid {
+
+/// The marks of the points of `marked`; those without a box where there is nothing to mark. `cubes`: whole
+/// root cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
+template <class T>
+LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
+                      const CodingParameters& parameters);
+
+/// Heap that mark_tile() takes at its peak for root cubes of `cubes` points, halo not included: the marks and
+/// the curvature, and with them the heights of wide samples, then the mesh criterion.
+std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes);
+
+}  // namespace tagrid
