@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/output_file.h"
 #include "pipeline/verify/verifier.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"

@@ -194,7 +194,7 @@ class InParts : public TemporaryFolder {
                                       .output = path("parts.tag"),
                                       .overwrite = true,
                                       .options = options,
-                                      .resources = 2,
+                                      .resources = Resources(2),
                                       .resume = resume,
                                       .program = "test"}));
       EXPECT_TRUE(content("parts.tag") == content("streamed.tag")) << name_of(kind);

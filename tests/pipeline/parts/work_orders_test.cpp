@@ -55,17 +55,17 @@ class WorkOrders : public TemporaryFolder {
             .output = path(output),
             .overwrite = true,
             .options = options_,
-            .resources = 1};
+            .resources = Resources(1)};
   }
   void decode(Ranks& ranks, const std::string& input) const {
     committed(decode_volume(ranks, {.input = path(input),
                                     .output = path("a.raw"),
                                     .format = format_named("raw"),
                                     .overwrite = true,
-                                    .resources = 1}));
+                                    .resources = Resources(1)}));
   }
   VerifyResult verify(Ranks& ranks, const std::string& input, const std::string& original,
-                      const Resources& resources = 1) const {
+                      const Resources& resources = Resources(1)) const {
     return verify_file(
         ranks,
         {.input = path(input), .original = original.empty() ? "" : path(original), .resources = resources});
@@ -136,8 +136,8 @@ TEST_F(WorkOrders, WhatIsNotCommittedLeavesNothing) {
         EXPECT_EQ(names(), before) << count << resume;
       }
       {
-        const FinishedDecode decoded =
-            decode_volume(ranks, {.input = path("one.tag"), .output = path("b.nrrd"), .resources = 1});
+        const FinishedDecode decoded = decode_volume(
+            ranks, {.input = path("one.tag"), .output = path("b.nrrd"), .resources = Resources(1)});
         EXPECT_FALSE(std::filesystem::exists(path("b.nrrd")));
       }
       EXPECT_EQ(names(), before) << count;
