@@ -22,7 +22,10 @@ nlohmann::ordered_json text_or_null(const std::string& text) {
 bool same_name(const std::string& a, const std::string& b) {
   // A relative name of which nothing exists would stay as it is: "x" is "./x".
   const auto canonical = [](const std::string& name) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(name));
+    std::error_code error;
+    auto path = std::filesystem::weakly_canonical(std::filesystem::absolute(name), error);
+    if (error) throw world_error("cannot look up", name, error.value());
+    return path;
   };
   return canonical(a) == canonical(b);
 }
