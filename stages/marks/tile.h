@@ -16,8 +16,8 @@ template <class T>
 LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters);
 
-/// Heap that mark_tile() takes at its peak for root cubes of `cubes` points, halo not included: the marks and
-/// the curvature, and with them the heights of wide samples, then the mesh criterion.
+/// The peak of the heap that mark_tile() takes for root cubes of `cubes` points, not including the halo: the
+/// marks and the curvature, with the heights of wide samples first, and then with the mesh criterion.
 std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes);
 
 }  // namespace tagrid
