@@ -10,8 +10,8 @@
 
 namespace tagrid {
 
-/// The marks of the points of `marked`; those without a box where there is nothing to mark. `cubes`: whole
-/// root cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
+/// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: whole root
+/// cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
 template <class T>
 LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters);

@@ -114,7 +114,7 @@ class VoxelWindow {
  protected:
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
-  /// What is noted of each voxel of a row: largest_ to class_.
+  /// The values stored for each voxel of a row: largest_ to class_.
   static constexpr std::uint64_t row_bytes =
       2 * sizeof(Value) + sizeof(std::int32_t) + sizeof(std::uint16_t) + sizeof(std::uint8_t);
   static constexpr int textures = 24;
