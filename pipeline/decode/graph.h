@@ -35,8 +35,8 @@ struct DecodeStreams {
 /// The streams of `reader`: its name and its bricks. `reader` must outlive them.
 DecodeStreams streams_of(TagReader& reader);
 
-/// Decodes the bricks of `rows`; read_brick must give the first of them first. Memory never exceeds that for
-/// the bricks that were read so far. Throws BrokenInput if a brick does not decode.
+/// Decodes the bricks of `rows`; read_brick must give the first of them first. At most the bricks that were
+/// read so far are in memory. Throws BrokenInput if a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

@@ -14,8 +14,9 @@
 
 namespace tagrid {
 
-/// True if the mesh has values on the low faces of a brick that depend on the bricks below. Without loss they
-/// are samples, and a grid-only file stores them twice, so they do not.
+/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. They
+/// do not without loss, because they are samples then, nor in a grid-only file, which stores them in both
+/// bricks.
 inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
   return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
 }

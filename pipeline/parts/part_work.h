@@ -45,7 +45,7 @@ struct PlaceOrder {
 Resources of_this_rank(const Ranks& ranks, Resources given);
 
 /// Memory that reading the parts of a volume takes, besides their samples. The volume is open twice, the
-/// second time to control the run. If only whole slices can be read, one slice is buffered.
+/// second time to control the run. If its rows cannot be read in any order, one slice is buffered.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.

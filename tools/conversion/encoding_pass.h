@@ -18,9 +18,9 @@ class EncodingPass {
                const std::atomic<bool>& stop)
       : options_(options), resources_(std::move(resources)), known_(known), stop_(stop) {}
 
-  /// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Does
-  /// nothing if a record shows that this is not necessary. Adds the result to `record`. If it throws, nothing
-  /// new is left under the name of the output.
+  /// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips
+  /// this if a record or an existing output shows that it is not necessary. Adds the result to `record`. If
+  /// it throws, nothing new is left under the name of the output.
   void run(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:
