@@ -1,4 +1,4 @@
-/* Makes a ball in a volume, slice by slice, and encodes it: in memory are a few slices, not the volume.
+/* Makes a ball in a volume, slice by slice, and encodes it. Only a few slices are in memory at once.
  *
  *     encode_slices ball.tag
  */
@@ -13,7 +13,7 @@ static int write_bytes(void* user, const void* bytes, size_t count) {
   return fwrite(bytes, 1, count, (FILE*)user) == count ? 0 : 1;
 }
 
-/* Another program would show a bar; anything but 0 would cancel. */
+/* Another program would show a progress bar. Any other value than 0 would cancel the call. */
 static int show_progress(void* user, uint64_t done, uint64_t total) {
   *(double*)user = (double)done / (double)total;
   return 0;
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   options.dims[2] = nz;
   options.type = TAGRID_INT16;
   options.geometry = &geometry;
-  options.max_error = 2; /* no sample is further off; leave it out to keep every sample exactly */
+  options.max_error = 2; /* the largest error of a sample; the default, 0, keeps every sample exactly */
   tagrid_call_init(&call);
   tagrid_info_init(&info);
   call.progress = show_progress;
@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
     make_slice(z, slice);
     status = tagrid_encoder_write(encoder, slice, 1, NULL);
   }
-  /* Without this the file is not whole. */
+  /* The file is complete only after this call. */
   if (status == TAGRID_OK) status = tagrid_encoder_finish(encoder, &info);
   if (status != TAGRID_OK)
     fprintf(stderr, "%s: %s\n", tagrid_status_text(status), tagrid_encoder_message(encoder));

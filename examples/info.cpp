@@ -1,4 +1,4 @@
-// What a .tag file is, where its largest brick lies, and how many tetrahedra its grid has.
+// Prints the description of a .tag file, its largest brick, and the number of tetrahedra in its grid.
 //
 //     info scan.tag
 #include <algorithm>
@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: info FILE\n");
     return 2;
   }
-  // Every call throws tagrid::Error, which has a message and a status.
+  // Every call may throw tagrid::Error, which has a message and a status.
   try {
     const tagrid::Reader reader(argv[1]);
     const tagrid_info info = reader.info();

@@ -1,4 +1,4 @@
-/* Reads a box of samples of a .tag file, and says what their mean is.
+/* Reads a box of samples of a .tag file, and prints their mean.
  *
  *     read_region scan.tag 100 100 40  164 164 104
  */
@@ -22,7 +22,7 @@ static double sample_at(const void* samples, tagrid_type type, size_t i) {
   return 0;
 }
 
-/* Fails with the message of the reader. */
+/* Ends the program with the message of the reader. */
 static int fail(tagrid_reader* reader, tagrid_status status, void* samples) {
   fprintf(stderr, "%s: %s\n", tagrid_status_text(status), tagrid_reader_message(reader));
   free(samples);
@@ -50,14 +50,14 @@ int main(int argc, char** argv) {
     box.high[axis] = strtoll(argv[5 + axis], NULL, 10);
   }
 
-  /* The reader says what failed, also where it could not be opened. */
+  /* The reader has a message even if it could not be opened. */
   status = tagrid_reader_open_file(argv[1], &reader);
   if (status != TAGRID_OK) return fail(reader, status, NULL);
   tagrid_info_init(&info);
   status = tagrid_reader_info(reader, &info);
   if (status != TAGRID_OK) return fail(reader, status, NULL);
 
-  /* The library checks the box, but memory for it is taken before. */
+  /* The library checks the box, too, but memory is allocated before that. */
   for (axis = 0; axis < 3; ++axis) {
     if (box.low[axis] < 0 || box.low[axis] >= box.high[axis] || box.high[axis] > info.dims[axis]) {
       fprintf(stderr, "the volume has %" PRId64 " x %" PRId64 " x %" PRId64 " samples\n", info.dims[0],
@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
     return 1;
   }
 
-  /* Every sample (NULL: steps of 1), close together (NULL: no strides), on two threads. */
+  /* Every sample (NULL: steps of 1), without gaps (NULL: no strides), on two threads. */
   tagrid_call_init(&call);
   call.threads = 2;
   status = tagrid_reader_read(reader, &box, NULL, samples, NULL, &call);

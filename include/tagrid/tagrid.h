@@ -20,17 +20,17 @@
  *   Units       Errors and ranges are in units of the samples; spacing, origin and directions in those of the
  *               scan, mostly mm. Sizes are in bytes. Samples in memory have the byte order of the machine.
  *   Errors      Every function that can fail returns a tagrid_status. A message in English, with file, place
- *               and numbers, is kept: see tagrid_reader_message(), tagrid_encoder_message().
- *   Structs     A struct that begins with `struct_size` must be set up by its init function before it is passed
- *               to the library, also if the library fills it. It may grow in later versions; a program that was
- *               built with an older version keeps working.
+ *               and numbers, is kept: see tagrid_reader_message() and tagrid_encoder_message().
+ *   Structs     A struct that begins with `struct_size` must be set up by its init function before it is
+ *               passed to the library, even if the library fills it. It may grow in later versions; a program
+ *               that was built with an older version keeps working.
  *   Threads     Any number of handles may be used at once. One reader may be used by several threads at once,
  *               one encoder by one thread at a time. Callbacks are called by threads of the library, unless
  *               stated otherwise.
  *   The process The library has no state of its own besides its handles and the last message of each thread
- *               that uses readers. It installs no signal handler, writes
- *               to no stream, reads no environment variable, changes no setting of the process and never ends
- *               it. Equal input gives equal bytes, whatever the number of threads.
+ *               that uses readers. It installs no signal handler, writes to no stream, reads no environment
+ *               variable, changes no setting of the process and never ends it. Equal input gives equal bytes,
+ *               for any number of threads.
  */
 #ifndef TAGRID_TAGRID_H
 #define TAGRID_TAGRID_H
@@ -68,13 +68,13 @@ TAGRID_API const char* tagrid_version(void);
 /* How a call ended. Values are never reused. */
 typedef enum tagrid_status TAGRID_INT {
   TAGRID_OK = 0,
-  /* An argument or an option makes no sense, or cannot be combined with another one. */
+  /* An argument or an option is invalid, or cannot be combined with another one. */
   TAGRID_INVALID_ARGUMENT = 1,
-  /* The file is damaged, truncated, or not a .tag file. No samples of a damaged brick are handed out. */
+  /* The file is damaged, truncated, or not a .tag file. No samples of a damaged brick are returned. */
   TAGRID_BROKEN_INPUT = 2,
   /* A file cannot be opened or read, or a callback reported a failure. */
   TAGRID_IO_ERROR = 3,
-  /* The memory limit of the call cannot be kept; the message says which limit can. */
+  /* The memory limit of the call cannot be kept. The message gives a limit that can. */
   TAGRID_MEMORY_LIMIT = 4,
   /* Memory ran out. */
   TAGRID_OUT_OF_MEMORY = 5,
@@ -110,7 +110,7 @@ typedef struct tagrid_box {
   int64_t high[3];
 } tagrid_box;
 
-/* Where the samples lie in the world. Sample (x, y, z) is at
+/* The position of the samples in the world. Sample (x, y, z) is at
  *     origin + x * directions[0] + y * directions[1] + z * directions[2].
  * If the source gave only spacings, the directions are those of the axes. */
 typedef struct tagrid_geometry {
@@ -132,7 +132,7 @@ typedef struct tagrid_call {
   int threads;              /* largest number of threads; 0: one for each core of the process (its affinity).
                              * oneTBB gives all calls of a process together as many threads as the machine has
                              * cores, besides the calling threads; a global_control of the process changes that. */
-  uint64_t memory_limit;    /* bytes for the work of the call, not including its results. 0: none is set; then
+  uint64_t memory_limit;    /* bytes for the work of the call, without its results. 0: no limit is given; then
                              * the work aims at a quarter of the memory that the machine has for this process
                              * (that of its control group), and takes more if it needs more. Only an encoding
                              * that needs more than all of it is refused, with TAGRID_MEMORY_LIMIT. */
@@ -163,8 +163,8 @@ TAGRID_API void tagrid_input_init(tagrid_input* input);
 
 /* Opens a file: reads its header, its index and its footer, and checks their checksums.
  *
- * `*reader` is always set, also on failure, unless memory runs out, so that tagrid_reader_message() can say
- * what failed; it must always be closed. `path` is passed to the operating system as it is. */
+ * `*reader` is always set, even on failure, unless memory runs out, so that tagrid_reader_message() can say
+ * what failed. It must always be closed. `path` is passed to the operating system as it is. */
 TAGRID_API tagrid_status tagrid_reader_open_file(const char* path, tagrid_reader** reader);
 
 /* The same for any input. The callbacks must stay valid until the reader is closed; the struct itself need
@@ -232,7 +232,7 @@ typedef struct tagrid_brick {
 
 TAGRID_API void tagrid_brick_init(tagrid_brick* brick);
 
-/* Fills `*brick`. The brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
+/* Fills `*brick` for the brick with this number: 0 up to bricks[0] * bricks[1] * bricks[2] - 1, x fastest. */
 TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number,
                                              tagrid_brick* brick);
 
@@ -244,9 +244,9 @@ TAGRID_API tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_
  * for samples without gaps, x fastest. Strides may be negative; even then, `samples` points to the first
  * sample.
  *
- * Reads and decodes only the bricks that hold one of these samples. Memory: some MB for each thread, whatever
- * the size of the volume. Every brick is checked before its samples are handed out; if the call fails,
- * `samples` may be partly filled. */
+ * Reads and decodes only the bricks that hold one of these samples. Memory: some MB for each thread, for any
+ * size of the volume. Every brick is checked before its samples are returned; if the call fails, `samples`
+ * may be partly filled. */
 TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box,
                                             const int64_t* step, void* samples, const int64_t* strides,
                                             const tagrid_call* call);
@@ -271,7 +271,7 @@ typedef struct tagrid_mesh_sink {
 
 TAGRID_API void tagrid_mesh_sink_init(tagrid_mesh_sink* sink);
 
-/* Which part of the mesh. */
+/* The part of the mesh. */
 typedef struct tagrid_mesh_options {
   size_t struct_size;
   int level;             /* the grid up to this level, for a coarser mesh; -1: all of it */
@@ -299,12 +299,12 @@ typedef enum tagrid_effort TAGRID_INT {
   TAGRID_EFFORT_BEST = 2
 } tagrid_effort;
 
-/* What is encoded, and how. dims and type must be set; the rest has defaults. */
+/* The volume to encode, and the settings. dims and type must be set; the rest has defaults. */
 typedef struct tagrid_encode_options {
   size_t struct_size;
   int64_t dims[3];
   tagrid_type type;
-  const tagrid_geometry* geometry; /* NULL: nothing is known */
+  const tagrid_geometry* geometry; /* NULL: unknown */
   const char*
       metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
@@ -355,7 +355,7 @@ TAGRID_API void tagrid_encoder_close(tagrid_encoder* encoder);
 /* The message of the last failed call; "" if none failed. */
 TAGRID_API const char* tagrid_encoder_message(const tagrid_encoder* encoder);
 
-/* The smallest memory_limit that an encoder with these options can keep; 0 if the options make no sense. */
+/* The smallest memory_limit that an encoder with these options can keep; 0 if the options are invalid. */
 TAGRID_API uint64_t tagrid_encode_memory(const tagrid_encode_options* options);
 
 #ifdef __cplusplus

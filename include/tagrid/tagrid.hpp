@@ -3,7 +3,7 @@
 //     tagrid::Reader scan("scan.tag");
 //     const std::vector<std::int16_t> part = scan.read<std::int16_t>({{100, 100, 40}, {164, 164, 104}});
 //
-// See tagrid.h for what each call does, units, axis order and threads.
+// See tagrid.h for the calls, units, axis order and threads.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@
 #include "tagrid/tagrid.h"
 
 namespace tagrid {
-// Part of the name of every function, so that it never clashes with one from a library that was built with
-// another version of this file.
+// This is part of the name of every function, so that it never clashes with a function from a library that
+// was built with another version of this file.
 inline namespace v0_1 {
 
 /// A call that failed: what() is its message, status() its kind.
@@ -70,7 +70,7 @@ struct Box {
 /// Limits of a call, and its progress; the defaults are those of tagrid_call_init().
 struct Call {
   int threads = 0;                 ///< 0: one for each core of the process
-  std::uint64_t memory_limit = 0;  ///< bytes; 0: no limit
+  std::uint64_t memory_limit = 0;  ///< bytes; 0: no limit, see tagrid_call
   /// Takes the bytes of samples that are done, and their total; returns false to cancel. Its exceptions are
   /// rethrown.
   std::function<bool(std::uint64_t done, std::uint64_t total)> progress = {};
@@ -141,7 +141,7 @@ class Reader {
     const tagrid_status status = tagrid_reader_open_file(path.c_str(), &reader_);
     own(status);
   }
-  /// `input` outlives the reader.
+  /// `input` must outlive the reader.
   explicit Reader(Input& input, const std::string& name = "input") {
     tagrid_input c;
     tagrid_input_init(&c);

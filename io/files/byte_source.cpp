@@ -13,7 +13,7 @@
 namespace tagrid {
 
 FileSource::FileSource(const std::string& path) : name_(path) {
-  // Not to wait for whoever writes to a pipe: it is refused anyway.
+  // O_NONBLOCK: opening a pipe must not wait for a writer, as a pipe is refused anyway.
   descriptor_ = uninterrupted([&] { return open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (descriptor_ < 0) throw world_error("cannot open", name_, errno);
   struct stat status = {};

@@ -45,7 +45,7 @@ Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64
 ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,
                       std::optional<std::uint64_t> needed_with_spool) {
   ErrorDetail detail{Problem::memory_limit, "", sentence_of(work, allowed, needed), {needed, allowed}};
-  // What gains nothing is no advice.
+  // A setting is suggested only if it reduces the memory.
   if (needed_with_spool && mebibytes(*needed_with_spool) < mebibytes(needed))
     detail.numbers.push_back(*needed_with_spool);
   return detail;

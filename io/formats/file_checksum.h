@@ -8,11 +8,11 @@
 
 namespace tagrid {
 
-/// `xxhsum -H3` prints the same. Throws WorldError.
+/// The checksum of a file, as `xxhsum -H3` prints it. Throws WorldError.
 std::uint64_t checksum_of_file(const std::string& path);
 
-/// Of all samples of a volume, in their order and the byte order of memory, whatever the volume is in. Throws
-/// BrokenInput, WorldError. REQUIRES: nothing was read yet.
+/// The checksum of all samples of a volume, in raster order and the byte order of memory. It does not depend
+/// on the format of the volume. Throws BrokenInput, WorldError. REQUIRES: nothing was read yet.
 std::uint64_t checksum_of_samples(VolumeSource& source);
 
 }  // namespace tagrid

@@ -30,7 +30,7 @@ std::vector<Format> all_formats() {
          return create_nrrd(path, info, options.files);
        },
        .any_order = true},
-      // Read as NRRD, too.
+      // The row "nrrd" reads these files.
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, samples in a .raw beside it",

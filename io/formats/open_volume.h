@@ -8,10 +8,11 @@
 
 namespace tagrid {
 
-/// Opens the volume at `path`, or on the standard input for "-". What begins as an NRRD file is read as one
-/// (unless `source.raw` has an offset), and must then agree with what `raw` says, if given: another size is
-/// BrokenInput, another type, spacing or order of bytes UsageError. What begins as an OpenVDB file is read as
-/// one, and must be a file. Anything else needs `raw`. The sizes of files are checked at once.
+/// Opens the volume at `path`, or on the standard input for "-". A file that begins as an NRRD file is read
+/// as NRRD (unless `source.raw` has an offset). It must then agree with `raw`, if given: a different size is
+/// BrokenInput; a different type, spacing or byte order is UsageError. A file that begins as an OpenVDB file
+/// is read as OpenVDB; it must be a regular file, not a pipe. Anything else needs `raw`. File sizes are
+/// checked at once.
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source = {});
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Files that are not volumes to tagrid, but that people have: what to do with them.
+// Common files that tagrid does not read as volumes, and what users can do with them.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace tagrid {
 
-/// Rows of the table that are only recognised.
+/// The rows of the table for formats that are only recognised.
 std::vector<Format> other_formats();
 
 }  // namespace tagrid

@@ -17,7 +17,7 @@ using Fields = std::map<std::string_view, std::string_view>;
 
 Fields fields_of(std::string_view nrrd_fields) {
   Fields fields;
-  // Otherwise they would not come back from a header that they are put into.
+  // Otherwise a header that contains these lines would not give them back.
   if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
     throw BrokenInput("NRRD header: lines must end with a line feed alone here");
   while (!nrrd_fields.empty()) {
@@ -36,7 +36,7 @@ std::optional<std::string_view> find(const Fields& fields, std::string_view name
   return found == fields.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Three numbers, each of which may be NaN for unknown.
+/// Three numbers; NaN means unknown.
 Vector three_numbers(std::string_view field, std::string_view value) {
   const auto words = words_of(value);
   Vector numbers = {};
@@ -55,7 +55,7 @@ Vector three_numbers(std::string_view field, std::string_view value) {
       "NRRD header: {} with \"none\" is not supported: each of the three axes must be one of space", field));
 }
 
-/// Removes and returns the vector "(a,b,c)" in front of `rest`. One that is not known is of NaN in each number.
+/// Removes and returns the vector "(a,b,c)" in front of `rest`. An unknown vector is three NaNs.
 Vector take_vector(std::string_view field, std::string_view& rest) {
   const std::size_t open = rest.find_first_not_of(" \t");
   if (open != rest.npos && lower_case(rest.substr(open, 4)) == "none") refuse_none(field);
@@ -112,10 +112,10 @@ void check_space(const Fields& fields) {
     throw BrokenInput("NRRD header: the space " + quoted(space) + " has four dimensions; 3 are supported");
 }
 
-/// A volume has one number at each position, and each of its axes is one of positions. The standard's other
-/// kinds say what the samples along an axis are instead: parts of one value (colors, vectors, tensors,
-/// complex numbers), members of a list, or moments. A grid across these would interpolate between red and
-/// green. "none" and "???" say nothing, like a header without kinds; "domain" is what writers use for space.
+/// A volume has one number at each position, and each of its axes is spatial. With the other kinds of the
+/// standard, an axis goes through the parts of one value (colors, vectors, tensors, complex numbers), the
+/// members of a list, or moments in time. A grid across such an axis would interpolate between red and green.
+/// "none" and "???" give no information, like a header without kinds; writers use "domain" for spatial axes.
 void check_kinds(std::string_view value) {
   const auto kinds = words_of(value);
   if (kinds.size() != 3)
@@ -132,7 +132,7 @@ void check_kinds(std::string_view value) {
   }
 }
 
-/// Strings in quotes, with \\" for a quote in them. What is not such a list says nothing: units are not
+/// Reads strings in quotes; \\" is a quote in a string. Anything else is ignored, because units are not
 /// needed to place a sample.
 void read_units(std::string_view value, Geometry& geometry) {
   std::array<std::string, 3> units;
@@ -151,7 +151,7 @@ void read_units(std::string_view value, Geometry& geometry) {
   if (words_of(value).empty()) geometry.units = units;
 }
 
-/// Axis mins are where the first sample begins, unless samples are said to be points.
+/// An axis min is the low edge of the first sample, unless the header says that samples are points.
 void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geometry) {
   const Vector mins = three_numbers("axis mins", value);
   const auto centers = words_of(find(fields, "centers").value_or(""));
@@ -174,7 +174,7 @@ Geometry geometry_of(std::string_view nrrd_fields) {
   if (const auto value = find(fields, "spacings")) read_spacings(*value, geometry);
   if (const auto value = find(fields, "space directions")) read_directions(*value, geometry);
   geometry.space = find(fields, "space").value_or("");
-  // Those of the axes are of their spacings; with directions, lengths are in units of the space.
+  // "units" are those of the spacings; with directions, lengths are in "space units".
   if (const auto value = find(fields, geometry.has_directions ? "space units" : "units"))
     read_units(*value, geometry);
   if (const auto value = find(fields, "space origin")) {

@@ -114,7 +114,8 @@ bool big_endian_of(const Fields& fields, SampleType type) {
   return name == "big";
 }
 
-/// True for a list of files after the line, or a pattern of names with its first, last and step.
+/// True if a list of files follows the line, or if the value is a pattern of names with its first, last and
+/// step.
 bool names_several_files(std::string_view value) {
   const auto words = words_of(value);
   if (words.empty()) return false;
@@ -188,7 +189,7 @@ std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file)
   bool needs_version_5 = false;
   for (std::string_view rest = info.nrrd_fields; !rest.empty();)
     needs_version_5 |= parse_nrrd_line(take_line(rest)).field == "measurement frame";
-  // Fields with a value for each axis must come after the dimension; so the source's lines come last.
+  // Fields with a value for each axis must come after the dimension, so the source's lines come last.
   std::string text =
       fmt::format("NRRD000{}\ntype: {}\ndimension: 3\nsizes: {} {} {}\nencoding: raw\n",
                   needs_version_5 ? 5 : 4, nrrd_name_of(info.type), info.dims.x, info.dims.y, info.dims.z);

@@ -12,7 +12,7 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-// As NRRD spells it: what is not known, or no number that a reader takes, is NaN.
+// In NRRD's spelling: an unknown number, or one that a reader would refuse, is NaN.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "nan"; }
 std::string vector(const Vector& v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); }
 
@@ -24,7 +24,7 @@ class RegionLines {
  public:
   RegionLines(std::string_view fields, Index3 low, Index3 step)
       : fields_(fields), whole_(geometry_of(fields)), low_(low), step_(step), origin_(to_world(whole_, low)) {
-    // Nobody knows how far samples are that are an unknown distance apart.
+    // If the spacing is unknown, so is the distance to any other sample.
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (is_moved(axis) && std::isnan(whole_.spacing[axis])) origin_[axis] = Geometry::unknown;
   }
@@ -51,7 +51,7 @@ class RegionLines {
       has_origin_line_ = true;
       return axis_mins(words_of(parsed.value));
     }
-    // They would be wrong, and nothing else depends on them.
+    // They would be wrong in the region, and nothing else depends on them.
     if (parsed.field == "axis mins" || parsed.field == "axis maxs") return "";
     return fmt::format("{}\n", line);
   }
@@ -62,7 +62,7 @@ class RegionLines {
       line += ' ' + number(whole_.spacing[static_cast<std::size_t>(axis)] * static_cast<double>(step_[axis]));
     return line + '\n';
   }
-  // A vector has no word for what is not known.
+  // NRRD has no notation for an unknown vector.
   std::string directions() const {
     std::string line = "space directions:";
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -76,7 +76,7 @@ class RegionLines {
   std::string space_origin() const {
     return is_finite(origin_) ? fmt::format("space origin: {}\n", vector(origin_)) : "";
   }
-  // `whole` are those of the whole volume, where it has them.
+  // `whole` are the axis mins of the whole volume, if it has them.
   std::string axis_mins(const std::vector<std::string_view>& whole = {}) const {
     std::string line = "axis mins:";
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -85,18 +85,20 @@ class RegionLines {
   }
   std::string changed_min(std::size_t axis, std::string_view of_whole) const {
     const bool is_known = !std::isnan(number_of(of_whole).value_or(Geometry::unknown));
-    // The same sample, and it is not known how far around it reaches.
+    // The origin is the same sample, and its extent is unknown.
     if (is_known && !is_moved(axis) && std::isnan(whole_.spacing[axis])) return std::string(of_whole);
     return number(is_known ? axis_min(axis) : Geometry::unknown);
   }
-  // Where the first sample that is kept begins, or lies where samples are points. Without directions.
+  // The low edge of the first sample that is kept, or its position if samples are points. Only without
+  // directions.
   double axis_min(std::size_t axis) const {
     if (at_point_[axis]) return origin_[axis];
     return origin_[axis] - static_cast<double>(step_[static_cast<int>(axis)]) * whole_.spacing[axis] / 2;
   }
   bool is_moved(std::size_t axis) const { return low_[static_cast<int>(axis)] != 0; }
 
-  // The first sample of the whole was at the origin without a word; the first one of a region has to say where it is.
+  // Without an origin in its header, the first sample of the whole volume was at (0, 0, 0). A region must
+  // state the position of its first sample.
   std::string missing_origin() const {
     if (has_origin_line_) return "";
     bool is_elsewhere = false;
@@ -119,7 +121,7 @@ class RegionLines {
   std::string_view fields_;
   Geometry whole_;
   Index3 low_, step_;
-  Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is not known
+  Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is unknown
   std::array<bool, 3> at_point_ = {};
   bool has_origin_line_ = false;
 };

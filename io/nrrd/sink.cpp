@@ -10,13 +10,13 @@
 namespace tagrid {
 namespace {
 
-/// A header names the file of its samples in a line of text, without quotes: some names mean something else
+/// A header names the file of its samples in a line of text, without quotes. Some names have another meaning
 /// there.
 void require_name_in_header(const VolumeInfo& info, const std::string& data_file) {
   try {
     if (parse_nrrd_header(nrrd_header_text(info, data_file)).data_file == data_file) return;
   } catch (const BrokenInput&) {
-    // Then it is not what a header can say.
+    // The name cannot be stored in a header.
   }
   throw UsageError(tagrid::quoted(data_file) +
                    ": a detached header cannot name such a file; choose another name");

@@ -1,4 +1,4 @@
-// Volumes to NRRD files, attached or detached, and to files of samples alone.
+// Writes volumes to NRRD files, attached or detached, and to files of samples alone.
 #pragma once
 
 #include <memory>
@@ -8,16 +8,16 @@
 
 namespace tagrid {
 
-/// The header and the samples in the file at `path`, or on the standard output for "-".
+/// Writes the header and the samples to the file at `path`, or to the standard output for "-".
 std::unique_ptr<VolumeSink> create_nrrd(const std::string& path, const VolumeInfo& info,
                                         const SinkOptions& options);
 
-/// The header at `path`, and the samples at `samples_path`, in the same folder. Throws UsageError where a
+/// Writes the header to `path`, and the samples to `samples_path` in the same folder. Throws UsageError if a
 /// header cannot name that file.
 std::unique_ptr<VolumeSink> create_nhdr(const std::string& path, const std::string& samples_path,
                                         const VolumeInfo& info, const SinkOptions& options);
 
-/// The samples alone.
+/// Writes the samples alone.
 std::unique_ptr<VolumeSink> create_raw(const std::string& path, const VolumeInfo& info,
                                        const SinkOptions& options);
 

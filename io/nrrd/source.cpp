@@ -34,7 +34,7 @@ NrrdHeader read_header(FileBytes& file) {
   }
 }
 
-/// What the caller says of an NRRD file must be what its header says.
+/// Checks the user's description of an NRRD file against its header.
 void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) {
   const VolumeInfo& info = header.info;
   const std::string both = fmt::format("{}: its NRRD header says {}, its description {}", name,
@@ -54,13 +54,15 @@ void check_against(const RawDescription& raw, const NrrdHeader& header, const st
   }
 }
 
-/// A header may come from anybody. What it names must be a file, not something that talks to this process or
-/// waits for another: not the standard input (which is what "-" means to teem), no pipe, no device.
+/// A header is untrusted input. The file that it names must be a regular file, because anything else could
+/// interact with this process or block it: the standard input (the meaning of "-" in teem), a pipe, or a
+/// device.
 void require_plain_file(const std::string& header_name, const std::string& data_file,
                         const std::string& path) {
   const auto status = status_of(path);
   const bool plain =
-      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // others: open() says why
+      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // open() reports missing files and
+                                                                        // folders
   if (data_file == "-" || !plain)
     throw BrokenInput(
         fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,
@@ -91,7 +93,7 @@ void skip_lines(FileBytes& file, std::int64_t count) {
   }
 }
 
-/// The byte where samples begin that are not compressed, after the lines that are skipped.
+/// The byte at which uncompressed samples begin, after the lines that are skipped.
 std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header) {
   if (header.byte_skip >= 0) return file.position() + static_cast<std::uint64_t>(header.byte_skip);
   if (!file.size())

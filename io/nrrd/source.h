@@ -9,12 +9,13 @@
 
 namespace tagrid {
 
-/// `file` was opened at `path`, and stands where its NRRD header begins. Where `source.raw` is given, it must
-/// agree with the header: another size is BrokenInput, another type, spacing or order of bytes UsageError.
+/// `file` was opened at `path`, and is at the beginning of its NRRD header. If `source.raw` is given, it must
+/// agree with the header: a different size is BrokenInput; a different type, spacing or byte order is
+/// UsageError.
 std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source);
 
-/// A file that says nothing of itself. REQUIRES: source.raw.
+/// A file without a header. REQUIRES: source.raw.
 std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,
                                        const SourceDescription& source);
 

@@ -10,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-/// Deflate makes at most 1032 bytes of one.
+/// Deflate expands one byte to at most 1032.
 constexpr std::uint64_t max_gzip_ratio = 1040;
 
 SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows) {
@@ -56,7 +56,7 @@ void FileSamples::end() {
 PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place)
     : FileSamples(std::move(facts), std::move(file), place, true) {
   if (!file_->size()) {
-    // How long a pipe is shows when it is read.
+    // The length of a pipe is known only after reading it.
     file_->skip(place_.start - file_->position());
     if (file_->position() != place_.start)
       throw BrokenInput(fmt::format("{}: ends before byte {}, where the samples should begin", file_->name(),
@@ -65,7 +65,7 @@ PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, c
   }
   if (place_.start <= *file_->size()) file_->seek(place_.start);
   if (present_bytes() == expected_bytes()) return;
-  // What was said of it is wrong, or it is another file than it was taken for.
+  // The description is wrong, or this is not the intended file.
   if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
   throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),
                   place_.start == 0 ? file_->peek(FileBytes::peek_limit) : std::string_view());

@@ -1,4 +1,4 @@
-// Samples that lie in a file or a pipe one after the other: as they are, or in gzip.
+// Samples stored in order in a file or a pipe, uncompressed or in gzip.
 #pragma once
 
 #include <memory>
@@ -12,36 +12,37 @@
 
 namespace tagrid {
 
-/// The size of a file is not that of its samples: it may be another file than it was taken for.
+/// The size of the file does not fit the samples: it may not be the intended file.
 class WrongSize : public BrokenInput {
  public:
   WrongSize(const std::string& message, std::string_view bytes) : BrokenInput(message), beginning(bytes) {}
 
-  std::string beginning;  ///< Of the file; "" where samples do not begin there.
+  std::string beginning;  ///< The first bytes of the file; "" if samples do not begin at byte 0.
 };
 
-/// Where samples lie, and how.
+/// Where the samples are in a file, and how they are stored.
 struct SamplesPlace {
-  std::uint64_t start = 0;  ///< The byte of their file where they begin, or the gzip stream that they are in.
+  std::uint64_t start = 0;  ///< The byte of the file at which the samples begin, or the gzip stream that
+                            ///< contains them.
   bool big_endian = false;
-  std::uint64_t header_bytes = 0;  ///< Read before, of another file: a detached header.
+  std::uint64_t header_bytes = 0;  ///< Bytes that were already read from another file: a detached header.
 };
 
-/// What both kinds have in common.
+/// The common part of both kinds.
 class FileSamples : public VolumeSource {
  public:
   std::uint64_t bytes_read() const override { return place_.header_bytes + file_->position(); }
   void stop_when(const std::atomic<bool>& stop) override { file_->stop_when(stop); }
 
  protected:
-  /// `any_rows`: of a file, not of a pipe.
+  /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
   FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows);
-  /// The next bytes of samples, less only at their end.
+  /// Reads the next bytes of samples; fewer than `size` only at the end.
   virtual std::size_t read_bytes(std::byte* out, std::size_t size) = 0;
-  /// For messages: how many bytes there should be, and why.
+  /// For messages: the expected number of bytes, and the reason for it.
   std::string expected() const;
   std::uint64_t expected_bytes() const { return *sample_bytes(info().dims, info().type); }
-  /// Bytes of the file from `start` on. REQUIRES: the file has a size.
+  /// The number of bytes of the file after `start`. REQUIRES: the file has a size.
   std::uint64_t present_bytes() const;
 
   const SamplesPlace place_;
@@ -52,8 +53,8 @@ class FileSamples : public VolumeSource {
   void end() final;
 };
 
-/// Samples as they are. The constructor throws WrongSize where a file has more or less than them from `start`
-/// on, and BrokenInput where a pipe ends before.
+/// Uncompressed samples. The constructor throws WrongSize if a file does not have exactly as many bytes after
+/// `start` as the samples need, and BrokenInput if a pipe ends before `start`.
 class PlainSamples : public FileSamples {
  public:
   PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place);
@@ -63,8 +64,8 @@ class PlainSamples : public FileSamples {
   void seek(std::int64_t z) override;
 };
 
-/// Samples in a gzip stream that reaches to the end of the file, after `skipped` decompressed bytes. The
-/// constructor throws BrokenInput where the file is too small for them.
+/// Samples in a gzip stream that extends to the end of the file, after `skipped` decompressed bytes. The
+/// constructor throws BrokenInput if the file is too small for them.
 class GzipSamples final : public FileSamples {
  public:
   GzipSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,

@@ -49,7 +49,7 @@ std::uint64_t DetachedSink::bytes_written() const {
 
 void DetachedSink::publish() {
   header_->sync();
-  // A header without samples would be taken for a volume, samples without a header are not.
+  // The samples get their name first: a header without samples would be mistaken for a volume.
   AttachedSink::publish();
   try {
     header_->publish();
@@ -60,7 +60,7 @@ void DetachedSink::publish() {
 }
 
 void DetachedSink::keep() {
-  // One whose older file cannot be removed must not lose the other its name.
+  // If an older file cannot be removed, the other file must still keep its name.
   try {
     AttachedSink::keep();
   } catch (...) {

@@ -1,4 +1,4 @@
-// Samples to a file or a pipe one after the other, little endian.
+// Writes samples to a file or a pipe in order, little endian.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,10 @@
 
 namespace tagrid {
 
-/// What the files of a volume are created with.
+/// The options with which the files of a volume are created.
 OutputFileOptions output_options(const SinkOptions& options);
 
-/// A header, if there is one, and the samples after it.
+/// A file with a header, if there is one, followed by the samples.
 class AttachedSink : public VolumeSink {
  public:
   AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header = "");
@@ -32,7 +32,7 @@ class AttachedSink : public VolumeSink {
   std::uint64_t start_;
 };
 
-/// Samples alone, and a file with their header.
+/// A file of samples, and a separate file for the header.
 class DetachedSink final : public AttachedSink {
  public:
   DetachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> header_file,

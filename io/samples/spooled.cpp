@@ -18,7 +18,7 @@ class SpooledSamples final : public PlainSamples {
   std::uint64_t bytes_read() const override { return bytes_read_; }
 
  private:
-  std::uint64_t bytes_read_;  ///< of the source
+  std::uint64_t bytes_read_;  ///< of the original source
 };
 
 }  // namespace

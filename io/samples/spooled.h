@@ -8,8 +8,9 @@
 
 namespace tagrid {
 
-/// Copies all samples into a nameless file in `folder`, and gives a source of any rows that reads from there.
-/// What else is known of the volume stays. REQUIRES: nothing was read of `source`, or rewind().
+/// Copies all samples to an unnamed temporary file in `folder`, and returns a source that reads any rows from
+/// it. All other facts about the volume stay the same. REQUIRES: nothing was read of `source`, or it was
+/// rewound.
 std::unique_ptr<VolumeSource> spooled(std::unique_ptr<VolumeSource> source, const std::string& folder);
 
 }  // namespace tagrid

@@ -64,7 +64,7 @@ inline constexpr std::size_t index_head_size = 4 + 8 + 8;
 /// Finds the beginning of the index from the footer. Broken if `footer` is not a footer.
 Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start);
 
-/// What must be known of a file to read its index and footer.
+/// The facts about a file that are needed to read its index and footer.
 struct FileEnd {
   const CodingParameters& parameters;
   std::uint64_t header_size, header_checksum;

@@ -1,13 +1,14 @@
-// What is said of the end of a .tag file, however it is read.
+// Messages about the end of a .tag file, shared by all ways of reading it.
 #pragma once
 
 namespace tagrid {
 
-/// Where the footer would have to be. What follows a whole file looks like this, too, to whoever begins at the end.
+/// For the place at which the footer should be. A reader that begins at the end cannot tell a damaged file
+/// from a complete one that is followed by other bytes.
 inline constexpr const char* no_footer =
     "the file does not end with a footer: it is truncated, damaged, was never finished, or bytes follow "
     "after its end";
-/// To whoever has read all of the file before.
+/// For a reader that has read the complete file before.
 inline constexpr const char* bytes_follow = "bytes follow after the end of the file";
 
 }  // namespace tagrid

@@ -35,8 +35,8 @@ bool convert(From value, To& to) {
   }
 }
 
-/// The box of the samples: as tagrid wrote it, if no active voxel is outside; otherwise that of the active
-/// voxels.
+/// The box of the samples: the one that tagrid recorded, if no active voxel is outside it; otherwise the box
+/// of the active voxels.
 Box box_of(const VdbBytes& bytes, const VdbGridHead& head, const Index3& low,
            const std::optional<Box>& active) {
   std::optional<Box> box = active;
@@ -72,7 +72,7 @@ std::optional<std::string> fields_before(const VdbGridHead& head, const Box& box
     if (vdb_place_of(text->second).low == box.low && vdb_transform_of(geometry, box.low) == *head.transform)
       return text->second;
   } catch (const BrokenInput&) {
-    // Then another program wrote it.
+    // Another program wrote the grid.
   }
   return std::nullopt;
 }
@@ -82,7 +82,7 @@ Index3 low_before(const VdbGridHead& head) {
   return text == head.texts.end() ? Index3{} : vdb_place_of(text->second).low;
 }
 
-/// The window into a file, and the file, which has to stay where it is.
+/// The window into a file, and the file, which must not move.
 struct OpenVdb {
   explicit OpenVdb(std::unique_ptr<FileBytes> the_file) : file(std::move(the_file)), bytes(*file) {}
 
@@ -106,7 +106,7 @@ class VdbSource final : public VolumeSource {
       out += slice_bytes();
     }
   }
-  void seek(std::int64_t) override {}  // it goes wherever a slice is
+  void seek(std::int64_t) override {}  // read() finds any slice
   void end() override {}
 
   void copy_slice(const std::vector<T>& slice, std::int64_t z, std::byte* out) const {
@@ -149,7 +149,7 @@ std::unique_ptr<VolumeSource> open_tree(std::unique_ptr<OpenVdb> open, const std
   info.geometry = geometry_of(info.nrrd_fields);
   VdbSlices<T> slices(open->bytes, packing, std::move(tree), box);
   const auto slice = static_cast<std::uint64_t>(info.dims.x * info.dims.y) * size_of(info.type);
-  // What else is in the file: which voxels are active, and more.
+  // An OpenVDB file holds more than these samples: the active state of voxels, for example.
   return std::make_unique<VdbSource<T>>(
       SourceFacts{std::move(info), {path}, {true, false, true, slices.memory() + slice}, true, false},
       std::move(open), std::move(slices), box.low.z);

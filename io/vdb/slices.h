@@ -30,8 +30,8 @@ class VdbSlices {
   VdbTree<T> tree_;
   Box box_;
   std::vector<T> slice_;
-  /// The layer of leaves that was read last: where it begins, its leaves, their voxels, and the tiles that
-  /// reach into it.
+  /// The layer of leaves that was read last: its first z, its leaves, their voxels, and the tiles that extend
+  /// into it.
   std::int64_t layer_ = INT64_MIN;
   std::vector<VdbLeaf> leaves_;
   std::vector<T> voxels_;

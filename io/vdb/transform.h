@@ -31,16 +31,17 @@ void put_vdb_transform(FieldWriter& out, const VdbTransform& transform);
 /// The transform of a volume whose first sample is voxel `low`. Unknown parts of its geometry count as 1.
 VdbTransform vdb_transform_of(const Geometry& geometry, const Index3& low);
 
-/// Other properties of a grid that a .tag file keeps as NRRD key-value pairs, so that decoding restores them.
+/// Other properties of a grid, which a .tag file keeps as NRRD key-value pairs so that decoding restores
+/// them.
 struct VdbPlace {
   Index3 low;                        ///< The voxel that is the first sample.
-  std::string grid;                  ///< "" if there is none that a header could hold.
+  std::string grid;                  ///< "" if there is none, or if a header cannot hold it.
   std::optional<double> background;  ///< Value of the inactive voxels.
 };
 
-/// The lines of an NRRD header for both.
+/// The NRRD header lines for the transform and the place.
 std::string nrrd_fields_of(const std::optional<VdbTransform>& transform, const VdbPlace& place);
-/// Reads those lines among others. Missing or meaningless ones have the values of VdbPlace{}.
+/// Reads those lines; other lines are ignored. Missing or invalid values are those of VdbPlace{}.
 VdbPlace vdb_place_of(std::string_view nrrd_fields);
 
 }  // namespace tagrid

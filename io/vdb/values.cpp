@@ -39,7 +39,7 @@ float float_of_half(std::uint16_t half) {
 /// The description of inactive values, before the packed values.
 template <class T, std::size_t count>
 struct Head {
-  T inactive[2];  ///< `second` says which of them an inactive value is
+  T inactive[2];  ///< `second` tells which of them an inactive value is
   Mask<count> second;
   std::size_t stored = count;
 };
@@ -105,7 +105,7 @@ std::size_t stored_size(const VdbPacking& packing) {
   return packing.half && !std::is_integral_v<T> ? 2 : sizeof(T);
 }
 
-/// Halves are written only if there are any.
+/// In files with halves, a node without stored values has no packed block.
 bool has_values(const VdbPacking& packing, std::size_t stored) { return !packing.half || stored > 0; }
 
 }  // namespace

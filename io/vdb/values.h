@@ -24,7 +24,7 @@ template <class T, std::size_t count>
 void read_vdb_values(VdbBytes& bytes, const VdbPacking& packing, const vdb::Mask<count>& active, T background,
                      T* values);
 
-/// Skips such values.
+/// Skips values that are stored in this way.
 template <class T, std::size_t count>
 void skip_vdb_values(VdbBytes& bytes, const VdbPacking& packing, const vdb::Mask<count>& active);
 

@@ -46,7 +46,7 @@ void VdbVoxels<T>::add(std::int64_t z, std::int64_t count, const T* voxels) {
     }
 }
 
-/// Copies the voxels that lie in a leaf to leaf_; all other voxels of leaf_ become background.
+/// Copies the voxels that lie in a leaf to leaf_; the rest of leaf_ is background.
 template <class T>
 void VdbVoxels<T>::gather(const Box& leaf, const Box& voxels_of, const T* voxels) {
   const Box part = intersection(leaf, voxels_of);

@@ -1,5 +1,5 @@
-// Voxels on their way to an OpenVDB file: packed leaves in a temporary file, and the list that is needed to
-// put them in order.
+// Voxels on their way to an OpenVDB file: packed leaves in a temporary file, and the list that puts them in
+// order.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace tagrid {
 
-/// A leaf of 8^3 voxels, or a tile: as many voxels, all active and of one value.
+/// A leaf of 8^3 voxels, or a tile, which is 8^3 active voxels of one value.
 struct VdbSlot {
   std::int32_t x = 0, y = 0, z = 0;  ///< The lowest voxel.
   std::uint32_t size = 0;            ///< Size of a leaf in the temporary file; 0: a tile.
@@ -33,10 +33,10 @@ class VdbVoxels {
 
   T background() const { return background_; }
   std::vector<VdbSlot>& slots() { return slots_; }
-  /// The box of the active voxels; their number.
+  /// The box of the active voxels, and their number.
   const std::optional<Box>& active() const { return active_; }
   std::uint64_t active_count() const { return active_count_; }
-  /// Checksum of all leaves, in the order in which they came.
+  /// The checksum of all leaves, in the order of arrival.
   std::uint64_t checksum() const { return checksum_; }
 
  private:

@@ -46,7 +46,7 @@ bool is_number_of(SampleType type, double number) {
   });
 }
 
-/// The voxel of the first sample: as in the grid from which the volume came, if there is room.
+/// The voxel of the first sample: the same as in the grid from which the volume came, if it fits.
 Index3 low_of(const Index3& dims, const Index3& wanted) {
   for (int axis = 0; axis < 3; ++axis)
     if (wanted[axis] + dims[axis] - 1 > std::numeric_limits<std::int32_t>::max()) return {};
@@ -98,7 +98,7 @@ class GridSink : public VolumeSink {
   SpoolFile spool_;
   VdbSummary summary_;
   Box box_;
-  std::int64_t next_z_ = 0;  ///< The first slice that has not gone to a leaf.
+  std::int64_t next_z_ = 0;  ///< The first slice that has not been passed to a leaf.
 };
 
 /// T is the type of the grid.
@@ -174,7 +174,7 @@ class GridSinkOf final : public GridSink {
     buffered.flush();
   }
 
-  /// Joins many small pieces to a few large ones.
+  /// Joins many small pieces into a few large ones.
   class BufferedSink {
    public:
     explicit BufferedSink(const VdbSink& to) : to_(to) {}
@@ -194,7 +194,7 @@ class GridSinkOf final : public GridSink {
     std::vector<std::byte> buffer_;
   };
 
-  /// Everything up to the grid's own head, with the positions of what follows.
+  /// Everything before the head of the grid, with the positions of what follows.
   std::vector<std::byte> head_of_file(std::span<const std::byte> head, std::uint64_t topology,
                                       std::uint64_t buffers) const {
     FieldWriter out;

@@ -1,4 +1,4 @@
-// Any rows of a volume that is otherwise read in whole slices, or in order only.
+// Reads any rows of a volume whose source reads only whole slices, or reads only in order.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,9 @@
 
 namespace tagrid {
 
-/// A source of any rows, which reads the whole slice that they are in, and what precedes it where that is not
-/// the next one. Its memory is that of `source` and one slice. REQUIRES: source->traits().again.
+/// A source of any rows. It reads the whole slice that contains them. If this is not the next slice, the
+/// source may have to read everything before it. Memory: that of `source`, and one slice. REQUIRES:
+/// source->traits().again.
 std::unique_ptr<VolumeSource> rows_of_slices(std::unique_ptr<VolumeSource> source);
 
 }  // namespace tagrid

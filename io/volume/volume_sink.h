@@ -1,4 +1,4 @@
-// Where samples go: files of any format, or a pipe.
+// Destinations of samples: files of any format, or a pipe.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,19 @@
 
 namespace tagrid {
 
-/// What the files of a volume are like, whatever their format.
+/// Properties of a volume's files, in any format.
 struct SinkOptions {
-  /// Older files give way; otherwise one is a UsageError.
+  /// Replaces existing files. Otherwise an existing file is a UsageError.
   bool overwrite = false;
-  /// Whose permissions and times the files get.
+  /// The permissions and times that the files get.
   std::optional<FileAttributes> like = std::nullopt;
-  /// Other processes write the samples: see VolumeSink::place().
+  /// Other processes write the samples; see VolumeSink::place().
   bool others_write = false;
 };
 
-/// A volume that is written in raster order, or, with any_order(), in any order, and appears when it is
-/// complete. Samples are of info().type in the machine's byte order, x fastest. All functions throw WorldError.
+/// A volume that is written in raster order or, if any_order(), in any order. Its files appear when it is
+/// complete. Samples have the type info().type and the machine's byte order, x fastest. All functions throw
+/// WorldError.
 class VolumeSink {
  public:
   virtual ~VolumeSink() = default;
@@ -32,39 +33,39 @@ class VolumeSink {
 
   const VolumeInfo& info() const { return info_; }
 
-  /// Writes the next samples, in pieces of any whole number of them.
+  /// Writes the next samples. Each call may pass any whole number of samples.
   void write_slices(std::span<const std::byte> samples) { write_samples(next_, samples); }
-  /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or any_order();
-  /// none is written twice.
+  /// Writes samples from number `first` on, in raster order. REQUIRES: they are the next ones, or
+  /// any_order(); no sample is written twice.
   void write_samples(std::int64_t first, std::span<const std::byte> samples);
 
-  /// Whether samples can be written in any order.
+  /// True if samples can be written in any order.
   virtual bool any_order() const = 0;
-  /// Where all samples lie, little endian.
+  /// The place of all samples in a file, little endian.
   struct Place {
-    std::string file;  ///< a temporary one, until publish()
-    std::string name;  ///< what it will be called
+    std::string file;  ///< a temporary file, until publish()
+    std::string name;  ///< its final name
     std::uint64_t start = 0;
   };
-  /// For other processes that write all samples. REQUIRES: any_order(); SinkOptions::others_write.
+  /// For other processes, which write all samples. REQUIRES: any_order(); SinkOptions::others_write.
   virtual Place place() const = 0;
-  /// To be called once they have.
+  /// To be called when the other processes have written all samples.
   void samples_were_placed() { bytes_left_ = 0; }
 
-  /// Makes the files durable and gives them their names: all or none. Without keep() they lose them again.
-  /// See OutputFile. REQUIRES: all samples were written.
+  /// Makes the files durable and gives them their names: either all of them or none. If keep() is not called
+  /// afterwards, the names are removed again. See OutputFile. REQUIRES: all samples were written.
   virtual void publish() = 0;
   virtual void keep() = 0;
   void commit() {
     publish();
     keep();
   }
-  /// Bytes of all files so far, headers included.
+  /// The total size of all files so far, including headers.
   virtual std::uint64_t bytes_written() const = 0;
 
  protected:
   explicit VolumeSink(const VolumeInfo& info);
-  /// Of samples that were not written yet.
+  /// Bytes of the samples that have not been written yet.
   std::uint64_t bytes_left() const { return bytes_left_; }
 
  private:

@@ -1,4 +1,4 @@
-// Where samples come from: a file of any format, a pipe, or another source.
+// Sources of samples: a file of any format, a pipe, or another source.
 #pragma once
 
 #include <atomic>
@@ -16,27 +16,28 @@ namespace tagrid {
 
 /// How a source can be read.
 struct SourceTraits {
-  bool again = false;         ///< Any slice can become the next one, as often as wanted: a file, not a pipe.
-  bool any_rows = false;      ///< Any rows can be read, not only the next ones; implies `again`.
-  bool whole_slices = false;  ///< Samples can be read in whole slices only.
-  std::uint64_t memory = 0;   ///< Bytes that reading takes besides the samples that are asked for.
+  bool again = false;         ///< Any slice can be read next, any number of times. True for a file, false for
+                              ///< a pipe.
+  bool any_rows = false;      ///< Any rows can be read, not only the next ones. Implies `again`.
+  bool whole_slices = false;  ///< Only whole slices can be read.
+  std::uint64_t memory = 0;   ///< Bytes of memory that reading takes, besides the requested samples.
 };
 
-/// What is known of a source before a sample is read.
+/// The facts about a source that are known before a sample is read.
 struct SourceFacts {
   VolumeInfo info;
-  /// The files that it is in: its own, and that of the samples where the header is detached. "-" for the
-  /// standard input.
+  /// The files of the source: its own file and, if the header is detached, the file of the samples. "-" is
+  /// the standard input.
   std::vector<std::string> files;
   SourceTraits traits = {};
-  /// The files hold more than a header and these samples: bytes that are skipped.
+  /// The files contain other bytes, besides a header and these samples; they are skipped.
   bool holds_other_bytes = false;
-  /// Somebody else had to say how the samples lie: nothing in the file did.
+  /// The layout of the samples was given by the user, because the file does not say it.
   bool headerless = false;
 };
 
-/// A volume that is read in raster order, or, where its traits allow, in any order. Samples are of info().type
-/// in the machine's byte order, x fastest. All functions throw BrokenInput and WorldError.
+/// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type
+/// info().type and the machine's byte order, x fastest. All functions throw BrokenInput and WorldError.
 class VolumeSource {
  public:
   virtual ~VolumeSource() = default;
@@ -55,24 +56,25 @@ class VolumeSource {
   std::uint64_t slice_bytes() const {
     return static_cast<std::uint64_t>(slice_samples()) * size_of(info().type);
   }
-  /// The number of the sample that comes next, in raster order.
+  /// The number of the next sample, in raster order.
   std::int64_t next_sample() const { return next_sample_; }
 
-  /// Reads the next `count` samples to `out`. REQUIRES: the volume has as many left; they are whole slices if
-  /// traits().whole_slices.
+  /// Reads the next `count` samples to `out`. REQUIRES: at least `count` samples are left; they form whole
+  /// slices if traits().whole_slices.
   void read_samples(std::byte* out, std::int64_t count);
   void read_slices(std::byte* out, std::int64_t count) { read_samples(out, count * slice_samples()); }
-  /// Reads `rows`, whole rows of one slice: any if traits().any_rows, else those that come next.
+  /// Reads `rows`, which are whole rows of one slice: any rows if traits().any_rows, otherwise the next ones.
   void read_rows(std::byte* out, const Box& rows);
   /// Makes slice `z` the next one. REQUIRES: traits().again, 0 <= z <= dims.z.
   void seek_slice(std::int64_t z);
   void rewind() { seek_slice(0); }
-  /// To be called after the last sample: throws BrokenInput if anything follows it.
+  /// To be called after the last sample. Throws BrokenInput if anything follows it.
   void finish();
 
-  /// Bytes of all files that were read since the last rewind, or all that they have.
+  /// Bytes of all files read since the last rewind, or the total size of the files.
   virtual std::uint64_t bytes_read() const = 0;
-  /// From now on a read that waits ends with a WorldError once `stop` is true. `stop` must outlive the reads.
+  /// From now on, a read that waits throws WorldError as soon as `stop` is true. `stop` must outlive the
+  /// reads.
   virtual void stop_when(const std::atomic<bool>& /*stop*/) {}
 
  protected:
@@ -87,7 +89,7 @@ class VolumeSource {
   std::int64_t next_sample_ = 0;
 };
 
-/// Reads all samples that are left, a MiB or a slice at a time, and finishes.
+/// Reads all remaining samples, one MiB or one slice at a time, and calls finish().
 void read_to_end(VolumeSource& source, const std::function<void(std::span<std::byte> samples)>& use);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// What is asked of the decoding of a .tag file, and what comes of it.
+// The request for the decoding of a .tag file, and its result.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@
 
 namespace tagrid {
 
-/// What is wanted of a volume whose size is not known yet.
+/// The requested region of a volume whose size is not known yet.
 struct WantedRegion {
   /// Samples from `low` up to, but not including, `high` on each axis; the ends of the volume if not given.
   std::array<std::optional<std::int64_t>, 3> low, high;
-  /// Of these, the samples whose coordinates in the whole volume are multiples of `step` on all axes.
+  /// Only samples whose coordinates in the whole volume are multiples of `step` on all axes.
   std::int64_t step = 1;
 
   /// True if it is the whole volume.
@@ -33,8 +33,8 @@ struct DecodeRun {
   const Format& format = format_named("nrrd");
   bool overwrite = false;
   WantedRegion region = {};
-  VdbOptions vdb = {};     ///< for OpenVDB files; its max_error does not count
-  Resources resources{0};  ///< of each rank; 0 threads: as many as it may run on
+  VdbOptions vdb = {};     ///< for OpenVDB files; its max_error is ignored
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 };
 
@@ -43,8 +43,8 @@ struct DecodeResult {
   TagIndex index;
   std::uint64_t bytes_in = 0;            ///< of the .tag file
   std::uint64_t bytes_out = 0;           ///< written, headers included
-  std::uint64_t memory = 0;              ///< that the plan takes at most
-  std::optional<VdbSummary> vdb;         ///< of an OpenVDB file
+  std::uint64_t memory = 0;              ///< the plan's upper limit
+  std::optional<VdbSummary> vdb;         ///< only for an OpenVDB file
   Index3 dims = header.parameters.dims;  ///< of the volume that was written
 };
 

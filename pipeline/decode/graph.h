@@ -25,18 +25,18 @@ struct DecodeStreams {
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
   /// brick in them has been decoded without an error.
   std::function<void(const DecodedRows& rows)> write_rows;
-  /// Takes every brick, in the order of their numbers, before write_rows takes its samples: everything else of
-  /// it may be moved away. May be empty.
+  /// Takes every brick, in the order of their numbers, before write_rows takes its samples. It may move
+  /// everything else out of the brick. May be empty.
   std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// With the name and the bricks of `reader`, which outlives them.
+/// The streams of `reader`: its name and its bricks. `reader` must outlive them.
 DecodeStreams streams_of(TagReader& reader);
 
-/// Decodes the bricks of `rows`, of which read_brick gives the first one first. In memory is never more than
-/// the bricks that were read so far. Throws BrokenInput where a brick does not decode.
+/// Decodes the bricks of `rows`; read_brick must give the first of them first. At most the bricks that were
+/// read so far are in memory. Throws BrokenInput if a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

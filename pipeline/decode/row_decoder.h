@@ -1,4 +1,4 @@
-// Rows of bricks of a .tag file, decoded into whatever takes samples.
+// Decodes rows of bricks of a .tag file for any consumer of samples.
 #pragma once
 
 #include <functional>
@@ -12,16 +12,16 @@
 
 namespace tagrid {
 
-/// Decodes the bricks of a file: all of them, or one part of them after the other.
+/// Decodes the bricks of a file: all at once, or one part after the other.
 class RowDecoder {
  public:
-  /// `reader` outlives the decoder, and is not read after it. A reader that waits gives up when samples
-  /// cannot be written.
+  /// `reader` must outlive the decoder, and must not be read after it. A reader that waits gives up if
+  /// samples cannot be written.
   RowDecoder(TagReader& reader, const DecodeBudget& budget);
 
-  /// Decodes `rows`; their first brick is the one that the reader gives next. Rows go to `write` in the order
-  /// of their bricks. Throws what reading, `write` and `watch` throw; what `write` throws counts where several
-  /// do.
+  /// Decodes `rows`; `reader` must be at their first brick. Passes rows to `write` in the order of their
+  /// bricks. Throws the exceptions of reading, `write` and `watch`. If several fail, the exception of `write`
+  /// is thrown.
   void decode(const BrickRows& rows, const std::function<void(const DecodedRows&)>& write,
               const Watch& watch);
 

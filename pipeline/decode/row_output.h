@@ -14,7 +14,8 @@ namespace tagrid {
 /// file that holds one layer of bricks.
 class RowOutput {
  public:
-  /// `spool_folder`: folder of the temporary file; "" if rows come in the order that the sink takes.
+  /// `spool_folder`: the folder of the temporary file; "" if rows come in the order in which the sink takes
+  /// them.
   RowOutput(VolumeSink& sink, const std::string& spool_folder, const std::string& name);
 
   /// REQUIRES: rows come in the order of their bricks.

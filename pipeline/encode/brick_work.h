@@ -1,4 +1,4 @@
-// What a worker of the flow graph does: from the slices and marks of a job to the stages of one tile or brick.
+// The work of one job of the flow graph: slices and marks are passed to the stages of one tile or brick.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +14,9 @@
 
 namespace tagrid {
 
-/// Whether the values of the mesh on the low faces of a brick follow from the bricks below: without loss they
-/// are samples, and a grid stores them twice.
+/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. They
+/// do not without loss, because they are samples then, nor in a grid-only file, which stores them in both
+/// bricks.
 inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
   return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
 }
@@ -26,25 +27,25 @@ struct SubdividedBrick {
   LatticeBits active;
 };
 
-/// What the error of the mesh in a brick follows from.
+/// The input for measuring the error of the mesh in a brick.
 struct MeshedBrick {
   SubdividedBrick of;
-  std::vector<std::byte> values;  ///< of its closed box, as the mesh has them; empty: the original ones
+  std::vector<std::byte> values;  ///< of the mesh, in the brick's closed box; empty: the original samples
 };
 
 struct EncodedBrick {
   std::int64_t id = 0;
   std::shared_ptr<BrickCode> code;
-  std::shared_ptr<MeshedBrick> mesh;  ///< where its error has to be measured
+  std::shared_ptr<MeshedBrick> mesh;  ///< only if its error has to be measured
 };
 
 MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const EncodeSchedule& schedule);
 SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
 EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters);
-/// Moves on to `mesh` what the mesh has of a brick as it was coded, completed from the bricks below where there
-/// is `closed`. REQUIRES: brick.mesh; bricks come in the order of their numbers.
+/// Moves the mesh's values of an encoded brick to `mesh`, completed from the bricks below if `closed` is
+/// given. REQUIRES: brick.mesh; bricks come in the order of their numbers.
 void take_mesh_values(EncodedBrick& brick, const CodingParameters& parameters, ClosedSamples* closed);
-/// Sets the error of the mesh, and forgets what it follows from. REQUIRES: brick.mesh.
+/// Sets the error of the mesh, and frees the input for it. REQUIRES: brick.mesh.
 void measure_mesh(EncodedBrick& brick, const CodingParameters& parameters);
 
 }  // namespace tagrid

@@ -14,8 +14,8 @@ class FileBytes;
 bool fits(FileBytes& file, const RawDescription& raw);
 
 /// Another order of raw.dims that fits the file's samples far better: in the right order, neighbours along y
-/// and z differ little. Nothing if there is none, if the file's size does not fit, if the file cannot seek,
-/// or if it begins as an NRRD file. Reads a few hundred short stretches of the file.
+/// and z differ little. Nothing if there is no such order, if the file's size does not fit, if the file
+/// cannot seek, or if it begins as an NRRD file. Reads a few hundred short stretches of the file.
 std::optional<Index3> likelier_dims(const std::string& path, const RawDescription& raw);
 
 }  // namespace tagrid

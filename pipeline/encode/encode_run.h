@@ -1,4 +1,4 @@
-// What is asked of the encoding of a volume, and what comes of it.
+// The request for the encoding of a volume, and its result.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +21,15 @@ struct EncodeRun {
   std::string output;  ///< "-": the standard output
   bool overwrite = false;
   EncodeOptions options = {};
-  Resources resources{0};  ///< of each rank; 0 threads: as many as it may run on
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 
-  /// Go on with the run that `.NAME.parts/` beside the output is the record of, or begin one that can be
-  /// continued. Without, nothing is left of a run that fails.
+  /// Continues the run recorded in `.NAME.parts/` beside the output, or begins a run that can be continued.
+  /// If false, a run that fails leaves nothing.
   bool resume = false;
-  /// Who encodes, with its version: another one may make other bytes. For the record.
+  /// The name and version of the encoding program, for the record: another program may produce other bytes.
   std::string program = {};
-  /// Told once, where an earlier run is gone on with: how many of its parts are there.
+  /// Called once if an earlier run is continued, with the number of its complete parts.
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
 };
 
@@ -38,9 +38,9 @@ struct EncodeResult {
   TagIndex index;
   std::uint64_t bytes_in = 0;    ///< read, headers included
   std::uint64_t file_bytes = 0;  ///< written
-  std::string temporary;         ///< where the file is before it gets its name; "" for pipes and devices
-  std::uint64_t memory = 0;      ///< that the plan takes at most
-  double times_read = 0;         ///< how often a sample was read to be encoded, on average
+  std::string temporary;         ///< the file's path before it gets its name; "" for pipes and devices
+  std::uint64_t memory = 0;      ///< the plan's upper limit
+  double times_read = 0;         ///< how often a sample was read for encoding, on average
 };
 
 using FinishedEncode = Finished<EncodeResult>;

@@ -104,7 +104,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
 }
 
-// Nothing is written that a reader would refuse.
+// Refuses to write a file that a reader would refuse.
 void require_valid(const Status& status, const std::string& volume) {
   require(status.ok(), {"{} cannot be encoded so: {}", {volume, status.what()}});
 }

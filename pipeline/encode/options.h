@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// The settings by name and in words. Records of runs use the names, too.
+/// The settings by name and in words. Records of runs use these names, too.
 namespace setting {
 inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};

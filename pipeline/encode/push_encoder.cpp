@@ -10,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-// Only ends the work: the caller has given up and does not see it.
+// Ends the work. The caller has given up and does not see this exception.
 struct GivenUp {};
 
 std::uint64_t slice_bytes(const CodingParameters& parameters) {
@@ -58,7 +58,7 @@ void PushEncoder::run() {
   const CodingParameters& parameters = header_.parameters;
   Watch watch = watch_for(progress_, sample_bytes(parameters.dims, parameters.type).value());
   watch.done = [&, done = watch.done](std::uint64_t bytes) {
-    // All slices may be there, but nobody waits for the file any more.
+    // All slices may be available, but the caller no longer wants the file.
     if (given_up_) throw GivenUp();
     done(bytes);
   };
@@ -87,8 +87,8 @@ SliceSamples PushEncoder::take() {
   return slice;
 }
 
-// There is room until this thread fills it: nobody else feeds slices. One that is copied before would be one more than
-// the plan counts.
+// Only this thread adds slices, so the room remains until it adds one. A slice that was copied before the
+// wait would be one more than the plan counts.
 void PushEncoder::wait_for_room() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return ended_ || waiting_.size() < most_waiting; });

@@ -21,15 +21,15 @@
 
 namespace tagrid {
 
-/// Encodes, on its own threads, the slices that one thread feeds. Bytes of the file go to a sink, which one
-/// thread at a time calls.
+/// Encodes, on its own threads, the slices that one thread feeds. The bytes of the file go to a sink, which
+/// is called by one thread at a time.
 class PushEncoder {
  public:
   /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. Throws UsageError
   /// if the volume does not allow the options, or if the limit on memory cannot be kept.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
               Progress progress);
-  /// Ends the work, complete or not.
+  /// Ends the work, whether it is complete or not.
   ~PushEncoder();
   PushEncoder(const PushEncoder&) = delete;
   PushEncoder& operator=(const PushEncoder&) = delete;
@@ -37,9 +37,9 @@ class PushEncoder {
   /// The smallest limit on memory that can be kept.
   static std::uint64_t smallest_memory(const VolumeInfo& info, const EncodeOptions& options);
 
-  /// Takes the next slices, whose samples lie according to `strides`, and copies them. Waits while enough
-  /// slices are waiting. Throws the failure of the encoding, and UsageError for more slices than the volume
-  /// has.
+  /// Takes the next slices, whose samples are laid out according to `strides`, and copies them. Waits while
+  /// enough slices are queued. Throws the failure of the encoding, and UsageError for more slices than the
+  /// volume has.
   void write(const std::byte* samples, std::int64_t slices, const Strides& strides);
   /// Waits for the end of the file. Throws the failure of the encoding, and UsageError if slices are missing.
   void finish();

@@ -1,4 +1,4 @@
-// Parameters that depend on the samples of a volume: the only part of them that reads formats of volumes.
+// Parameters that depend on the samples of a volume. Only this part of them reads volumes.
 #include <algorithm>
 #include <cmath>
 

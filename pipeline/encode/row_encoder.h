@@ -1,4 +1,4 @@
-// Rows of bricks, from whatever gives samples to whatever takes bricks.
+// Encodes rows of bricks, from any source of samples to any sink of bricks.
 #pragma once
 
 #include <atomic>
@@ -15,19 +15,19 @@
 
 namespace tagrid {
 
-/// Encodes the bricks of a volume as a plan says: all of them, or one part of them after the other.
+/// Encodes the bricks of a volume according to a plan: all at once, or one part after the other.
 class RowEncoder {
  public:
-  /// Reads whole rows of one slice, of one z after the other.
+  /// Reads whole rows of one slice. Slices come in the order of z.
   using ReadSlice = std::function<SliceSamples(const Box& rows)>;
 
-  /// `parameters` outlive the encoder.
+  /// `parameters` must outlive the encoder.
   RowEncoder(const CodingParameters& parameters, EncodePlan plan, ReadSlice read_slice);
 
-  /// Encodes `rows` into `sink`. Throws what reading, the sink and `watch` throw; what the sink throws counts
-  /// where several do.
+  /// Encodes `rows` into `sink`. Throws the exceptions of reading, of the sink and of `watch`. If several
+  /// fail, the exception of the sink is thrown.
   void encode(const BrickRows& rows, BrickSink& sink, const Watch& watch);
-  /// Becomes true when a sink fails: a source that waits for samples may then give up.
+  /// Becomes true when a sink fails. A source that waits for samples may then give up.
   const std::atomic<bool>& failed() const { return output_works_.failed(); }
 
  private:
@@ -37,7 +37,7 @@ class RowEncoder {
   UntilItFails output_works_;
 };
 
-/// How often a sample of a volume is read to encode all `parts` of it, on average.
+/// How often a sample of a volume is read, on average, to encode all `parts`.
 double times_read(const CodingParameters& parameters, const EncodePlan& plan,
                   const std::vector<BrickRows>& parts);
 

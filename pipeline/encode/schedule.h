@@ -37,7 +37,7 @@ struct MarkedTile {
 struct BrickJob {
   Index3 brick;
   SliceRange slices;
-  std::vector<std::shared_ptr<const LatticeBits>> marks;  ///< of the tiles around, in any order
+  std::vector<std::shared_ptr<const LatticeBits>> marks;  ///< of the surrounding tiles, in any order
 };
 
 class EncodeSchedule {

@@ -24,8 +24,9 @@ struct SliceRange {
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
-/// The samples of `box`, x fastest, of the volume of `dims` samples of `size` bytes. A point outside the volume
-/// takes the value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the box.
+/// The samples of `box`, x fastest, from a volume of `dims` samples of `size` bytes each. A point outside the
+/// volume takes the value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the
+/// box.
 inline std::vector<std::byte> gather(const SliceRange& range, Index3 dims, std::size_t size, const Box& box) {
   std::vector<std::byte> samples(static_cast<std::size_t>(box.count()) * size);
   std::byte* out = samples.data();

@@ -13,8 +13,8 @@
 
 namespace tagrid::library {
 
-/// Reads a struct of the caller, who may have been compiled with an older or a newer header: members that it
-/// lacks get their default, members that this library does not know are ignored. `first_size` is the size of
+/// Reads a struct of the caller, who may have been compiled with an older or a newer header. Members that it
+/// lacks get their default; members that this library does not know are ignored. `first_size` is the size of
 /// the struct's first version.
 template <class Struct>
 Struct taken_over(const Struct* given, void (*init)(Struct*), std::size_t first_size) {
@@ -27,7 +27,7 @@ Struct taken_over(const Struct* given, void (*init)(Struct*), std::size_t first_
   return result;
 }
 
-/// The reverse: writes a result, as far as the caller's struct can hold it.
+/// The reverse: writes as much of a result as the caller's struct can hold.
 template <class Struct>
 void hand_over(Struct result, Struct* to, std::size_t first_size) {
   require(to != nullptr, "there is no struct to be filled");
@@ -39,13 +39,13 @@ void hand_over(Struct result, Struct* to, std::size_t first_size) {
 tagrid_call settings_of(const tagrid_call* call);
 /// The limits on threads and memory for the call.
 Resources resources_of(const tagrid_call& call);
-/// The caller's function, or none. Throws Cancelled if the caller asks to stop.
+/// The caller's function, or an empty one. Throws Cancelled if the caller asks to stop.
 Progress progress_of(const tagrid_call& call);
 
 /// A half-open box of the caller within a volume of `dims` samples, with both ends included. Throws
 /// BadArgument.
 Box box_of(const tagrid_box& box, const Index3& dims);
-/// `strides`; without them, those of `shape` samples without gaps.
+/// `strides`; if null, those of `shape` samples without gaps.
 Strides strides_of(const std::int64_t* strides, const Index3& shape, std::size_t sample_size);
 
 }  // namespace tagrid::library

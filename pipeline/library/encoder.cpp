@@ -77,7 +77,7 @@ tagrid_encode_options taken_over_options(const tagrid_encode_options* options) {
 struct tagrid_encoder {
   std::unique_ptr<CallbackSink> sink;
   std::unique_ptr<PushEncoder> work;
-  // Threads may take turns with it.
+  // Threads may take turns with the encoder.
   SharedMessage messages;
 };
 

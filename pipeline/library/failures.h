@@ -1,4 +1,4 @@
-// Exceptions of the program as statuses of the library, with their messages.
+// Translates exceptions of the program to status codes of the library, with their messages.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace tagrid::library {
 
-/// The messages of a handle that one thread at a time uses: the last one is for whoever asks.
+/// The messages of a handle that is used by one thread at a time. The last message is returned to any thread.
 class SharedMessage {
  public:
   void set(std::string text) noexcept { text_ = std::move(text); }
@@ -19,29 +19,29 @@ class SharedMessage {
   std::string text_;
 };
 
-/// The messages of a handle that threads share: each thread reads its own. A thread keeps its last message alone, of
-/// whatever handle, so that nothing grows with the number of threads or handles.
+/// The messages of a handle that threads share: each thread reads its own. A thread keeps only its last
+/// message, of any handle, so memory does not grow with the number of threads or handles.
 class MessageOfEachThread {
  public:
   MessageOfEachThread();
 
   void set(std::string text) noexcept;
-  /// "" where the last message of this thread is of another handle.
+  /// "" if the last message of this thread belongs to another handle.
   const char* get() const;
 
  private:
-  std::uint64_t handle_;  ///< no other one ever has this number
+  std::uint64_t handle_;  ///< unique: no other handle ever has this number
 };
 
-/// An argument of a call that makes no sense.
+/// An invalid argument of a call.
 struct BadArgument {
   std::string what;
 };
 
-/// Thrown where a callback of the caller asks to stop.
+/// Thrown if a callback of the caller asks to stop.
 struct Cancelled {};
 
-/// The exception that is being handled: its status, and its message, "" where there is no memory for it.
+/// The status of the exception that is being handled, and its message; "" if there is no memory for it.
 tagrid_status sorted_failure(std::string& message) noexcept;
 
 /// Does the work of one call.

@@ -1,4 +1,4 @@
-// Versions, words and defaults of the library.
+// Versions, texts and defaults of the library.
 #include <cmath>
 
 #include "pipeline/encode/options.h"

@@ -15,14 +15,15 @@ using namespace tagrid::library;
 
 struct tagrid_reader {
   std::shared_ptr<const ByteSource> source;
-  std::unique_ptr<TagBricks> file;  ///< None where opening failed.
-  SharedMessage of_opening;         ///< Only whoever opens it has the handle.
+  std::unique_ptr<TagBricks> file;  ///< Null if opening failed.
+  SharedMessage of_opening;         ///< Until the reader is open, only the thread that opens it has the
+                                    ///< handle.
   mutable MessageOfEachThread messages;
 };
 
 namespace {
 
-// What the caller reads from.
+// The source that the caller provides.
 class CallbackSource : public ByteSource {
  public:
   explicit CallbackSource(const tagrid_input& input)
@@ -45,7 +46,7 @@ class CallbackSource : public ByteSource {
   std::uint64_t size_ = 0;
 };
 
-// Takes the mesh for the caller.
+// Passes the mesh to the caller.
 class CallbackMesh : public MeshSink {
  public:
   CallbackMesh(const tagrid_mesh_sink& sink, std::size_t sample_size) : sink_(sink), size_(sample_size) {}
@@ -157,7 +158,7 @@ tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* 
     Region region{box_of(*box, parameters.dims)};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
       require(step[axis] >= 1, "a step must be 1 or more");
-      // A larger step has the same samples, the first alone, and must not overflow on the way.
+      // A larger step selects the same sample, the first one, but could overflow in between.
       region.step[axis] = std::min(step[axis], region.box.size()[axis]);
     }
     const tagrid_call settings = settings_of(given);

@@ -46,7 +46,7 @@ std::string nrrd_fields_of(const tagrid_geometry& geometry) {
       geometry.has_origin ? "space origin: " + vector(geometry.origin) + "\n" : std::string();
   bool is_known = geometry.has_spacing;
   for (const double spacing : geometry.spacing) is_known &= !std::isnan(spacing);
-  // Directions would say how far samples are apart, where nobody knows.
+  // Directions would state a distance between samples, but it is unknown.
   if (!geometry.has_directions && !is_known) {
     const auto& s = geometry.spacing;
     return (geometry.has_spacing ? spacings_line({s[0], s[1], s[2]}) : "") + "space dimension: 3\n" + origin;

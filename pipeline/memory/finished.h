@@ -1,4 +1,4 @@
-// What a run returns before its output has a name.
+// The result of a run whose output does not have its name yet.
 #pragma once
 
 #include <functional>
@@ -7,12 +7,12 @@
 
 namespace tagrid {
 
-/// The end of a run that went well: everything is written, but the output has no name yet. What has to succeed
-/// together with the run comes before commit(). Without commit() the output is removed.
+/// The result of a successful run: everything is written, but the output does not have its name yet. Steps
+/// that must succeed together with the run come before commit(). Without commit() the output is removed.
 template <class Result>
 class [[nodiscard]] Finished {
  public:
-  /// `output` has commit(), and its destructor removes what was not committed.
+  /// `output` has commit(). Its destructor removes the output if it was not committed.
   template <class Output>
   Finished(Result result_of_run, std::shared_ptr<Output> output)
       : result(std::move(result_of_run)), commit_([output = std::move(output)] { output->commit(); }) {}

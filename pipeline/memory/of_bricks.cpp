@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-// Sums over all bricks of a hostile header need more than 64 bits; what one brick needs does not.
+// For a hostile header, sums over all bricks need more than 64 bits. The memory of one brick does not.
 using ByteCount = double;
 
 struct Sizes {
@@ -34,9 +34,9 @@ struct Sizes {
         grid(p.mode == FileMode::grid) {}
 
   static ByteCount count(const Index3& n) { return ByteCount(n.x) * ByteCount(n.y) * ByteCount(n.z); }
-  // A brick as bytes.
+  // The bytes of an encoded brick.
   ByteCount code() const { return static_cast<ByteCount>(most_bytes_of_code(parameters, largest)); }
-  // Bits of the points of a brick's closed box.
+  // The activity of a brick's closed box.
   ByteCount bits() const { return static_cast<ByteCount>(LatticeBits::working_bytes(closed.size())) + 128; }
 
   // No other brick is larger.
@@ -51,7 +51,7 @@ struct Sizes {
   bool grid;
 };
 
-// What a worker takes: the stage, and the samples that are gathered for it.
+// The memory of a worker: that of the stage, and the samples gathered for it.
 ByteCount work_of_marking(const Sizes& z) {
   Index3 tile = z.closed.size();
   tile.z = z.parameters.cube_size + 1;
@@ -60,7 +60,7 @@ ByteCount work_of_marking(const Sizes& z) {
 }
 
 ByteCount work_of_subdividing(const Sizes& z) {
-  // There are root cubes on every side of a brick, unless it lies at the border.
+  // Root cubes surround a brick, unless it lies at the border of the domain.
   Index3 position;
   for (int axis = 0; axis < 3; ++axis) position[axis] = z.bricks.bricks(axis) > 2;
   return static_cast<ByteCount>(working_bytes_of_subdivision(z.bricks.closed_box(position), z.bricks.domain));
@@ -80,7 +80,7 @@ ByteCount work_of_measuring(const Sizes& z) {
   return z.points * z.s +
          static_cast<ByteCount>(working_bytes_of_mesh_error(z.parameters.type, z.closed.size()));
 }
-// What waits for being measured: the grid, and the values of the closed box twice.
+// A brick that waits for measuring: the grid, and the values of the closed box twice.
 ByteCount waits_for_measuring(const Sizes& z) {
   return z.parameters.mesh_error < 0 ? 0 : z.bits() + 2 * z.points * z.s;
 }
@@ -91,7 +91,7 @@ ByteCount closed_faces(const Sizes& z, ByteCount rows) {
 }
 
 std::uint64_t whole(ByteCount bytes) {
-  // Heaps lose a little between what they give.
+  // A heap loses a little memory between its blocks.
   return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * 1.03, 9e18));
 }
 
@@ -128,7 +128,7 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
                                                              work_of_encoding(z), work_of_measuring(z)});
   const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
   const ByteCount run = samples + marks + jobs + work + flight + closed_faces(z, rows) + 64 * z.brick_count;
-  // The index, its fields, and what compresses them.
+  // The index, its fields, and the memory for compressing them.
   const ByteCount end = z.brick_count * 160 + std::min(z.brick_count * 320, 40e6);
   return whole(std::max(run, end));
 }
@@ -139,7 +139,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * z.s;
   const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * 64;
   const ByteCount pieces = 2 * std::max(ByteCount{1 << 20}, z.nx * z.s);
-  // As bytes and as samples; and what the heap keeps when those before it are gone.
+  // The encoded bytes, the samples, and freed samples that the heap still holds.
   const bool keeps_grid = load.inspect || load.mesh;
   const ByteCount brick =
       z.code() + 2 * z.owned * z.s + (keeps_grid ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
@@ -152,7 +152,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const ByteCount face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
     inspection = layer * 3 * (face * 2 + face_points + 250) + z.brick_count * 32 + 2 * slice;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
-    // Bricks wait for the originals of their layer.
+    // Bricks wait for the original samples of their layer.
     if (p.mesh_error >= 0)
       inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
                     ByteCount(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
@@ -161,7 +161,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
     const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1));
     inspection = layer * (z.bits() + (z.grid ? z.points * z.s : 0) + 200) + z.points * 8 +
                  (z.nx + z.edge) * (ny + z.edge) * (8 + z.s) + (z.nx + z.edge) * z.edge * 8 + 16e6;
-    // The field of one brick at the border, twice as samples, and the grid that it is of.
+    // The field of one brick at the border, two copies of it as samples, and the grid of the field.
     inspection += z.points * (ByteCount(field_number_bytes(p.type)) + 3 * z.s) + z.bits();
   }
   const ByteCount index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
@@ -170,7 +170,7 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
 
 std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads) {
   const Sizes z(p);
-  // The block of the brick, as it is read and taken apart, and what the heap keeps of the brick before.
+  // The block of the brick, as read and as parsed, and the freed memory of the brick before it.
   const ByteCount brick = 2 * z.code() + z.owned * z.s + work_of_decoding(z, Wanted::samples);
   return whole(ByteCount(threads) * brick);
 }

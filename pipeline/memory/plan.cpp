@@ -40,7 +40,7 @@ std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t 
   const std::int64_t all = p.bricks().bricks(1), edge = std::int64_t{p.brick_edge} * p.cube_size;
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
-    // With a single thread, work prepared ahead of time only takes memory.
+    // With one thread, preparing work ahead of time only takes memory.
     const EncodeLoad most = t == 1 ? EncodeLoad{1, all, 4, 4} : EncodeLoad{t, all, edge, 16 * t};
     const EncodeLoad whole[] = {most,
                                 {t, all, edge, 4 * t},

@@ -9,13 +9,13 @@ namespace tagrid {
 
 struct Resources {
   int threads = 1;
-  /// Peak resident memory of the whole process. If not given, the aim is a quarter of the memory available to
-  /// each process, and nothing is refused that the machine can hold.
+  /// Peak resident memory of the whole process. If not given, the target is a quarter of the memory available
+  /// to each process, and a run is refused only if the machine cannot hold it.
   std::optional<std::uint64_t> memory = std::nullopt;
   /// Number of such processes that share the machine.
   int processes = 1;
   /// The folder for a temporary file of samples, if a stream must be read or written in a different order;
-  /// "": there is none.
+  /// "": no such folder.
   std::string spool = {};
 
   explicit Resources(int thread_count) : threads(thread_count) {}

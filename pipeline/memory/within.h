@@ -1,4 +1,4 @@
-// The load of a run within its limit on memory.
+// Finds the load of a run that fits into its limit on memory.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,14 @@
 
 namespace tagrid {
 
-/// What there is for each of the processes that share the machine.
+/// The memory available to each of the processes that share the machine.
 inline std::uint64_t share_of_memory(const Resources& resources) {
   return available_memory() / static_cast<std::uint64_t>(resources.processes);
 }
 
-/// best(limit) within the limit, or where none is given, within a quarter of what there is, or half of it;
-/// `smallest` where that finds nothing. `best` returns a std::optional<Load>.
+/// Returns best(limit) for the given limit. If no limit is given, tries a quarter of this process's share of
+/// memory, and then half of it. Returns `smallest` if `best` finds nothing. `best` returns a
+/// std::optional<Load>.
 template <class Load, class Best>
 Load within(const Resources& resources, Best best, const Load& smallest) {
   if (resources.memory) return best(*resources.memory).value_or(smallest);

@@ -41,7 +41,7 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   const CodingParameters& parameters = reader.parameters();
   const MeshPart part = {checked_level(run.options, parameters.cube_size), run.options.padded};
   refuse_flat(reader, part);
-  // Before anything is written.
+  // Checked before anything is written.
   plan_decoding(parameters, run.resources, DecodeUse::mesh);
   const auto writer = std::make_shared<VtuWriter>(run.output, parameters.type, run.options.overwrite);
   mesh_all(reader, part, run.resources, *writer, run.progress);

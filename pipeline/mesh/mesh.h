@@ -13,7 +13,8 @@
 namespace tagrid {
 
 struct MeshOptions {
-  /// The prefix of the grid at this level: no point of a higher level. All of the grid if not given.
+  /// The prefix of the grid up to this level: points of higher levels are left out. The whole grid if not
+  /// given.
   std::optional<int> level;
   /// Fills whole root cubes, instead of ending at the last samples.
   bool padded = false;

@@ -15,9 +15,9 @@
 
 namespace tagrid {
 
-/// Which part of the mesh.
+/// The part of the mesh that is built.
 struct MeshPart {
-  /// The prefix of the grid at this level: no point of a higher level.
+  /// The prefix of the grid up to this level: points of higher levels are left out.
   int level = 0;
   /// Fills whole root cubes, instead of ending at the last samples.
   bool padded = false;

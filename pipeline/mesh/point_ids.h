@@ -16,8 +16,8 @@ namespace tagrid {
 /// faces of the last row of bricks, and the z faces of the last layer. Each brick takes over the ids that are
 /// known on its low faces, and leaves all ids on its high faces. So among the earlier bricks that contain a
 /// point, the last one knows every id that the others knew. This is the brick on the other side of the x face
-/// if the point lies on that face, else of the y face, else of the z face. Therefore faces are taken over in
-/// the order z, y, x, and one plane for each axis is enough.
+/// if the point lies on that face; otherwise of the y face; otherwise of the z face. Therefore faces are
+/// taken over in the order z, y, x, and one plane for each axis is enough.
 ///
 /// Memory, from the first brick on: 8 bytes for every point of one brick and of one slice of all bricks.
 class PointIds {
@@ -48,7 +48,7 @@ class PointIds {
   Index3 position_;                     ///< of the current brick
   Box box_;                             ///< its closed box
   std::vector<std::int64_t> ids_;       ///< of all points of box_, x fastest
-  std::vector<std::int64_t> faces_[3];  ///< left by the bricks before, by axis
+  std::vector<std::int64_t> faces_[3];  ///< of the bricks before, by axis
 };
 
 }  // namespace tagrid

@@ -11,7 +11,7 @@
 namespace tagrid {
 namespace {
 
-// The file and the volume as this rank sees them.
+// The file and the output volume, as opened by this rank.
 class PartDecoder {
  public:
   PartDecoder(const Ranks& ranks, const DecodeOrder& order)

@@ -1,4 +1,4 @@
-// A .tag file decoded by several processes, each of which writes its rows at their place in the one volume.
+// Decodes a .tag file with several processes. Each process writes its rows at their place in the one volume.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ namespace tagrid {
 
 struct DecodeOrder {
   std::string input;
-  std::string file;         ///< that the samples are written into, and that gets its name later
-  std::string name;         ///< its name, for messages
-  std::uint64_t start = 0;  ///< where the samples begin there
-  Resources resources{0};   ///< of each rank; 0 threads: as many as it may run on
+  std::string file;         ///< the file that the samples are written into; it gets its name later
+  std::string name;         ///< its final name, for messages
+  std::uint64_t start = 0;  ///< the byte at which the samples begin
+  Resources resources{0};   ///< per rank; 0 threads: all that the rank may use
 };
 
 /// Collective. Decodes the parts and writes their samples.

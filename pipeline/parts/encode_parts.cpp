@@ -35,17 +35,17 @@ void write_file(const std::string& path, const Bytes& bytes) {
   file.commit();
 }
 
-// From here on there is nothing to go on with.
+// After this, the run can no longer be continued.
 void remove_record(PartFolder& folder) {
   folder.remove_parts();
   end_signals_with(-1, "");
   folder.remove();
 }
 
-// The file of a run, which is put together in the folder of its parts.
+// The output of a run, which is assembled in the folder of its parts.
 struct FileOfParts {
   std::unique_ptr<PartFolder> folder;
-  std::unique_ptr<OutputFile> file;  // none where an earlier run has named it
+  std::unique_ptr<OutputFile> file;  // none if an earlier run has already given it its name
 
   void commit() {
     if (file) file->commit();
@@ -63,10 +63,10 @@ class RunInParts {
   }
 
   FinishedEncode finish() {
-    // Nothing is made where nothing may come of it, but a run that was ended just before its end has the
-    // output.
+    // Fails early if the output may not be written. A run that was interrupted just before its end may have
+    // written it already, so a run that continues checks later.
     if (!run_.resume || !status_of(part_folder_of(run_.output))) check_output(run_.output, run_.overwrite);
-    // Before anything is read: a limit that cannot be kept is found at once.
+    // Checked before anything is read: a limit that cannot be kept is reported at once.
     plan_ = plan_encoding(parameters_but_scale(run_.options, volume_->info()),
                           of_this_rank(ranks_, run_.resources), true, memory_besides_parts(*volume_));
     const auto output = std::make_shared<FileOfParts>();
@@ -77,7 +77,7 @@ class RunInParts {
     settle(goes_on ? known_range(run_.options) : run_.options);
     if (goes_on) {
       require_same_run(folder);
-      // Only its record is left to be removed.
+      // Only the record of the run remains to be removed.
       if (is_finished()) return {finished_result(), output};
       check_output(run_.output, run_.overwrite);
       folder.remove_unfinished();
@@ -109,7 +109,7 @@ class RunInParts {
     return fmt::format("remove {} to begin anew", folder.path());
   }
 
-  // The range of an input that has not changed need not be searched again.
+  // If the input has not changed, its range need not be searched again.
   EncodeOptions known_range(EncodeOptions options) const {
     TagHeader header;
     std::uint64_t checksum;
@@ -166,7 +166,7 @@ class RunInParts {
     return sum;
   }
 
-  // Parts may have been made of an input that was written to meanwhile.
+  // The input may have been changed while parts were made of it.
   void require_same_input() const {
     for (const FileIdentity& was : record_.inputs) {
       const auto now = status_of(was.path);
@@ -176,7 +176,7 @@ class RunInParts {
     }
   }
 
-  // Adds a part to the index; returns its blocks' size and moves on the checksum.
+  // Adds a part to the index, returns the size of its blocks, and continues the checksum.
   std::uint64_t survey(const PartsOfRun& parts, std::int64_t part, std::uint64_t& checksum,
                        TagIndex& index) const {
     const PartReader reader(parts.path(part), parts.id(part), parameters());
@@ -195,7 +195,7 @@ class RunInParts {
     run_.goes_on(there, parts.count());
   }
 
-  // From here on the run is at its end, if `file` has its name.
+  // After this, the run is complete if `file` has its name.
   void record_result(const PartFolder& folder, const OutputFile& file) {
     const auto status = status_of(file.temporary());
     if (!status) throw WorldError(file.temporary() + ": has been removed by another process");
@@ -211,7 +211,7 @@ class RunInParts {
     result.bytes_in = input_bytes();
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
-    // All parts, those of earlier runs included.
+    // For all parts, including those of earlier runs.
     result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", run_.output, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
@@ -220,7 +220,8 @@ class RunInParts {
       position += survey(parts, part, checksum, result.index);
     }
     require_same_input();
-    // In the folder, so that after a crash it goes with what was not completed there.
+    // The file is created in the folder, so that after a crash it is removed together with the incomplete
+    // parts.
     const OutputFileOptions beginning = {
         .like = attributes_of(volume_->files().back()), .others_write = true, .temporaries = folder.path()};
     output.file = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);

@@ -1,5 +1,4 @@
-// A volume encoded in parts: by several processes, and so that a run that was interrupted goes on where it
-// was.
+// Encodes a volume in parts: with several processes, and so that an interrupted run can continue.
 #pragma once
 
 #include "pipeline/encode/encode_run.h"
@@ -7,7 +6,7 @@
 
 namespace tagrid {
 
-/// Encodes a volume in parts that all ranks make together; see encode_volume().
+/// Encodes a volume in parts, on which all ranks work together; see encode_volume().
 FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run);
 
 }  // namespace tagrid

@@ -24,7 +24,7 @@
 namespace tagrid {
 namespace {
 
-// Whether the part is there and whole; what is there and is not whole goes.
+// True if the part file exists and is intact. A damaged one is deleted.
 bool is_complete(const PartsOfRun& parts, std::int64_t part) {
   const std::string path = parts.path(part);
   if (!status_of(path)) return false;
@@ -46,7 +46,7 @@ std::int64_t sample_bytes_of(const CodingParameters& parameters, const BrickRows
   return Box{first.low, last.high}.count() * static_cast<std::int64_t>(size_of(parameters.type));
 }
 
-// The input as this rank sees it.
+// The input, as opened by this rank.
 class PartEncoder {
  public:
   PartEncoder(const Ranks& ranks, const PartOrder& order, const PartsOfRun& parts)
@@ -58,7 +58,7 @@ class PartEncoder {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run began with");
     if (!volume_->traits().any_rows) {
-      // Without a spool, the samples before a part are decompressed once more for each part.
+      // Without a spool, the samples before a part are decompressed again for each part.
       const std::string& spool = order.resources.spool;
       volume_ = spool.empty() ? rows_of_slices(std::move(volume_)) : spooled(std::move(volume_), spool);
     }
@@ -102,7 +102,7 @@ void place_part(PartReader& part, PartPlace place, PlacedFile& file) {
 
 Resources of_this_rank(const Ranks& ranks, Resources given) {
   if (given.threads == 0) given.threads = available_threads();
-  // One that works alone may still be one of many.
+  // A process that works alone may still be one of many on the machine.
   given.processes = std::max(given.processes, ranks.on_this_machine());
   return given;
 }

@@ -1,4 +1,4 @@
-// What all ranks do of an encoding in parts: making the parts, and placing them in the one file.
+// The work of all ranks in an encoding in parts: they make the parts, and then place them in the output file.
 #pragma once
 
 #include <functional>
@@ -18,17 +18,17 @@
 
 namespace tagrid {
 
-/// What every rank has to know of an encoding in parts.
+/// The data that every rank needs for an encoding in parts.
 struct PartOrder {
   std::string input;
   SourceDescription source;
-  std::string folder;          ///< where the parts are
+  std::string folder;          ///< the folder of the parts
   Bytes record;                ///< of the run, see RunRecord
-  Resources resources{0};      ///< of each rank; 0 threads: as many as it may run on
-  int code_after_signal = -1;  ///< see io/files/temporaries.h: the run can be continued
+  Resources resources{0};      ///< per rank; 0 threads: all that the rank may use
+  int code_after_signal = -1;  ///< if not negative, the run can be continued; see io/files/temporaries.h
 };
 
-/// Where the blocks of a part begin in the file, and the checksum that precedes them there.
+/// The position of a part's blocks in the file, and the checksum of everything before them.
 struct PartPlace {
   std::uint64_t position = 0, checksum_before = 0;
 };
@@ -36,34 +36,34 @@ struct PartPlace {
 struct PlaceOrder {
   std::string folder;
   Bytes record;
-  std::string file;  ///< that the parts are written into, and that gets its name later
-  std::string name;  ///< its name, for messages
+  std::string file;  ///< the file that the parts are written into; it gets its name later
+  std::string name;  ///< its final name, for messages
   std::vector<PartPlace> places;
 };
 
-/// What this rank may take where each may take `given`.
+/// This rank's share of `given`, which are the resources of each rank.
 Resources of_this_rank(const Ranks& ranks, Resources given);
 
-/// What reading parts of a volume takes besides their samples. It is open twice, once to look after the run;
-/// where rows come as whole slices only, there is one of those.
+/// Memory that reading the parts of a volume takes, besides their samples. The volume is open twice, the
+/// second time to control the run. If its rows cannot be read in any order, one slice is buffered.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
-/// Looks on while this rank works: counts for all ranks together, and ends the work when another one fails.
+/// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.
 Watch watch_of(SharedWork& shared);
-/// Tells `progress`, which may be empty, what all ranks have done of the samples of a volume.
+/// Passes the progress of all ranks together, in samples of the volume, to `progress`, which may be empty.
 std::function<void(const SharedNumbers&)> look_for(const Progress& progress,
                                                    const CodingParameters& parameters);
 
-/// Collective. Makes the part files that are not there yet, or not whole.
+/// Collective. Makes the part files that are missing or damaged.
 void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress = {});
 
 /// Collective. Writes all parts into the file.
 void place_parts(Ranks& ranks, const PlaceOrder& order);
 
-/// What part files of a run are called and hold.
+/// The names and contents of a run's part files.
 class PartsOfRun {
  public:
-  /// Throws BrokenInput where the record is none.
+  /// Throws BrokenInput if the record is not valid.
   PartsOfRun(std::string folder, const Bytes& record);
 
   const RunRecord& record() const { return record_; }

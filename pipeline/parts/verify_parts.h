@@ -1,4 +1,4 @@
-// A .tag file put to the test by several processes.
+// Verifies a .tag file with several processes.
 #pragma once
 
 #include <memory>
@@ -13,11 +13,11 @@ namespace tagrid {
 struct VerifyOrder {
   std::string input, original;
   SourceDescription source;
-  Resources resources{0};  ///< of each rank; 0 threads: as many as it may run on
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
-/// Collective. Verifies the parts; rank 0 gets what the index says of the whole verified as well. `verifier`
-/// is that of this rank, where it has one already.
+/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the whole file. `verifier` is
+/// the one that this rank has already opened, if any.
 VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order,
                           std::unique_ptr<Verifier> verifier = nullptr, const Progress& progress = {});
 

@@ -12,14 +12,14 @@ namespace {
 
 enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
 
-// Sends an order, which ends with its task.
+// Sends an order. The task comes last in the message.
 void send(Ranks& ranks, Task task, Bytes order) {
   if (ranks.count() == 1) return;
   order.push_back(static_cast<std::byte>(task));
   ranks.broadcast(order);
 }
 
-// Ignores failures: rank 0 reports them, and then gives the last order.
+// Ignores failures: rank 0 reports them, and then sends the final order.
 template <class Do>
 void obey(Do work) {
   try {
@@ -60,7 +60,7 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         return FieldReader(bytes).get<int>();
       case Task::make_parts: {
         const auto order = unpacked_order<PartOrder>(bytes);
-        // A run that can be continued leaves its parts; in any other run, each rank makes sure that nothing
+        // A run that can be continued leaves its parts. In any other run, each rank makes sure that nothing
         // is left.
         const int slot = order.code_after_signal < 0 ? register_temporary_folder(order.folder) : -1;
         if (order.code_after_signal >= 0) end_signals_with(order.code_after_signal, "");

@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-/// What ranks tell each other of how their work ended.
+/// The messages of ranks about the end of their work.
 struct Outcome {
   enum class State : std::uint8_t { well, stopped, failed } state = State::well;
   SortedError error;
@@ -71,7 +71,7 @@ void Ranks::attend(const std::function<void()>& work, const std::function<void()
   bool done = false;
   std::exception_ptr of_work, of_look;
   {
-    // Joined, whatever is thrown here.
+    // The thread is always joined, even if an exception is thrown here.
     const std::jthread worker([&] {
       try {
         work();

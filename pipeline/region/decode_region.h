@@ -7,12 +7,13 @@
 
 namespace tagrid {
 
-/// The region of a volume. Throws UsageError where it is not within the volume or has no sample, and for a step that is not a
-/// power of two up to the edge of a root cube.
+/// The region of a volume. Throws UsageError if it is not within the volume or has no sample, or if the step
+/// is not a power of two up to the edge of a root cube.
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters);
 
-/// Decodes the region that `run` asks for; else as decode_volume(). From a file the header, the index and the
-/// bricks that the region meets are read, and nothing else. Memory follows the region's layers of bricks.
+/// Decodes the region that `run` requests; otherwise like decode_volume(). From a file, it reads only the
+/// header, the index, and the bricks that the region meets. Memory grows with the layers of bricks of the
+/// region.
 FinishedDecode decode_region(const DecodeRun& run, const Resources& resources);
 
 }  // namespace tagrid

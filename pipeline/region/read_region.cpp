@@ -109,7 +109,7 @@ void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
   std::mutex reading;
   auto id = ids.begin();
-  // A free thread takes the next block, whatever its own number is, because blocks are read in order.
+  // A free thread takes the next block, whatever number it was called with, because blocks are read in order.
   for_each_number(ids.size(), threads, [&](std::size_t) {
     BrickBytes block;
     {

@@ -27,7 +27,7 @@ struct Region {
     for (int axis = 0; axis < 3; ++axis) shape[axis] = (box.high[axis] - box.low[axis]) / step[axis] + 1;
     return shape;
   }
-  /// Those of these samples that lie in `part`, as a box of their numbers along each axis; may be empty.
+  /// The samples of the region that lie in `part`, as a box of their numbers along each axis; may be empty.
   constexpr Box numbers_in(const Box& part) const {
     Box numbers;
     for (int axis = 0; axis < 3; ++axis) {
@@ -51,15 +51,15 @@ std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& brick
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
 
 /// Reads only the bricks of the region, and stores its samples, in the machine's byte order, according to
-/// `out` and `strides`. Others may read `file` at the same time. Throws BrokenInput, WorldError, and the
-/// exceptions of `progress`; then some of the samples may have been written. REQUIRES: the volume contains
-/// the region's box; steps are positive.
+/// `out` and `strides`. Other threads may read `file` at the same time. Throws BrokenInput, WorldError, and
+/// the exceptions of `progress`; some of the samples may then have been written. REQUIRES: the volume
+/// contains the region's box; steps are positive.
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress = {});
 
-/// The same for blocks that come one after the other. `next` is called by one thread at a time, for the
-/// blocks in the order of bricks_of(). At most `threads` blocks are in memory. `name` is that of the file,
-/// for messages.
+/// The same for blocks that come in order. `next` is called by one thread at a time, for the blocks in the
+/// order of bricks_of(). At most `threads` blocks are in memory. `name` is the name of the file, for
+/// messages.
 void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
                    const CodingParameters& parameters, const std::string& name, const Region& region,
                    std::byte* out, const Strides& strides, int threads);

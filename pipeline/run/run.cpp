@@ -21,7 +21,7 @@
 namespace tagrid {
 namespace {
 
-// Whether parts can be read and written each by itself: from a file to a file.
+// True if parts can be read and written independently: from a file to a file.
 bool parts_are_possible(const std::string& input, const std::string& output) {
   return attributes_of(input).has_value() && is_regular_output(output);
 }
@@ -30,7 +30,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   check_output(run.output, run.overwrite);
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
-  // Before anything is read: a limit that cannot be kept is found at once.
+  // Checked before anything is read: a limit that cannot be kept is reported at once.
   const EncodePlan plan = plan_encoding(parameters_but_scale(run.options, volume->info()), resources,
                                         volume->traits().any_rows, volume->traits().memory);
   EncodeResult result;

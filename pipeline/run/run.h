@@ -1,5 +1,5 @@
-// Whole runs: a volume to a .tag file, back, and the file put to the test. A volume is one part, worked on by
-// this process, or many, which all ranks share: that is decided here.
+// Whole runs: a volume is encoded to a .tag file, the file is decoded, or the file is verified. A volume is
+// one part, on which this process works, or many parts, which all ranks share. The choice is made here.
 #pragma once
 
 #include <string>
@@ -11,27 +11,30 @@
 
 namespace tagrid {
 
-// To be called by rank 0; the others serve(). Where they throw, nothing is left under the name of the output.
+// Rank 0 calls these functions; the other ranks call serve(). If one throws, no output is left under its
+// name.
 
-/// Encodes a volume. From file to file the permissions and the time of the samples are kept. Throws
-/// BrokenInput, WorldError, UsageError; also where a run cannot be continued, and says why: other settings,
-/// another input, or another process that is at it. By all ranks from a file to a file, else by this one.
+/// Encodes a volume. If input and output are files, the permissions and the time of the samples are kept.
+/// Throws BrokenInput, WorldError, UsageError. Also throws if a run cannot be continued; the message says
+/// why: different settings, a different input, or another process that is working on it. All ranks share the
+/// work if input and output are files; otherwise this process does it alone.
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run);
 
-/// Decodes a .tag file, or a region of it. From file to file the permissions and the time are kept. By all
-/// ranks a whole volume from a file to a file, as the leaves of an OpenVDB file have no place that is known
-/// beforehand; else by this one.
+/// Decodes a .tag file, or a region of it. If input and output are files, permissions and time are kept. All
+/// ranks share the work for a whole volume from a file to a file; otherwise this process does it alone. The
+/// same applies to OpenVDB output, because the places of its leaves in the file are not known beforehand.
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 
-/// Decodes all of a .tag file and throws BrokenInput at the first thing that is wrong: a checksum, a brick that
-/// does not decode, an activity that is not conforming, a face on which two bricks disagree, statistics that
-/// do not fit. With an original also a voxel that is further from it than the file's bound, with its
-/// coordinates and both values, and a mesh that is further from it than its bound. By all ranks where file and
-/// original can be read in any order: no pipes, no compressed original; else by this one.
+/// Decodes all of a .tag file and throws BrokenInput at the first error: a wrong checksum, a brick that does
+/// not decode, an activity that is not conforming, a face on which two bricks disagree, or wrong statistics.
+/// With an original, also a voxel that differs from it by more than the file's bound, with its coordinates
+/// and both values, and a mesh that differs by more than its bound. All ranks share the work if the file and
+/// the original can be read in any order: no pipe, no compressed original. Otherwise this process does it
+/// alone.
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 
-/// What an encoding made, put to the test before its input may go: decodes `encoded` and compares it with the
-/// volume `input`. Throws std::runtime_error, which is a bug of ours, if it is not within its bound.
+/// Verifies an encoding before its input may be removed: decodes `encoded` and compares it with the volume
+/// `input`. Throws std::runtime_error, which means a bug in tagrid, if the file is not within its bound.
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const Resources& resources);
 

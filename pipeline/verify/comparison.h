@@ -10,7 +10,8 @@
 
 namespace tagrid {
 
-/// Takes rows as they arrive. Verifying without an original thus needs no format of volumes.
+/// Takes rows as they arrive. With this interface, verification without an original does not need the formats
+/// of volumes.
 class Comparison {
  public:
   virtual ~Comparison() = default;

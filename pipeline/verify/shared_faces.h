@@ -11,7 +11,7 @@
 
 namespace tagrid {
 
-/// A face of which only one of its two bricks was seen: `below`, or the one after it along `axis`.
+/// A face of which only one brick was seen: `below`, or the brick after it along `axis`.
 struct OpenFace {
   std::int64_t below = 0;
   int axis = 0;
@@ -25,10 +25,10 @@ class SharedFaces {
   explicit SharedFaces(const CodingParameters& parameters)
       : bricks_(parameters.bricks()), size_(size_of(parameters.type)) {}
 
-  /// The first point on which `brick` disagrees with an earlier one. All or some bricks come, in the order of
-  /// their numbers.
+  /// The first point on which `brick` disagrees with an earlier brick. All bricks or only some of them come,
+  /// in the order of their numbers.
   std::optional<Index3> first_difference(const DecodedBrick& brick);
-  /// The faces that could not be compared so far.
+  /// The faces that have not been compared yet.
   std::vector<OpenFace> open_faces() const;
 
  private:
@@ -58,8 +58,7 @@ class OpenFacePairs {
 
   /// Parts come in any order.
   void add(const std::vector<OpenFace>& faces);
-  /// The first brick, of all that were added, that disagrees with an earlier one. REQUIRES: all parts were
-  /// added.
+  /// The first of all added bricks that disagrees with an earlier one. REQUIRES: all parts were added.
   std::optional<Disagreement> first_difference() const;
 
  private:

@@ -40,12 +40,12 @@ class Verifier {
     seeks_ = true;
   }
 
-  /// Verifies the bricks of `rows`: all, unless begin_any_order() was called. What has to be right beyond
-  /// them is for others to see in what is returned. Throws BrokenInput at the first thing that is wrong.
+  /// Verifies the bricks of `rows`, which must be all bricks unless begin_any_order() was called. The caller
+  /// checks what depends on other bricks, using the findings. Throws BrokenInput at the first error.
   Findings verify(const BrickRows& rows, const Watch& watch);
 
-  /// Throws BrokenInput for two neighbouring bricks whose common face differs, as parts have found; it says
-  /// where.
+  /// Throws BrokenInput for two neighbouring bricks whose common face differs, as found by comparing parts.
+  /// The message says where.
   [[noreturn]] void tell_difference(const Disagreement& bricks);
 
   /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings.

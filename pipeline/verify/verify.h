@@ -15,9 +15,9 @@ namespace tagrid {
 
 struct VerifyRun {
   std::string input;              ///< the .tag file; "-": the standard input
-  std::string original = {};      ///< "": none
+  std::string original = {};      ///< "": no original
   SourceDescription source = {};  ///< of the original
-  Resources resources{0};         ///< of each rank; 0 threads: as many as it may run on
+  Resources resources{0};         ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 };
 
@@ -32,7 +32,7 @@ struct VerifyResult {
   std::optional<double> mesh_error;  ///< only if the mesh of the file has a bound
 };
 
-/// Puts any bytes to the test, without an original; else as verify_file() in pipeline/run/run.h does.
+/// Verifies any bytes, without an original; otherwise like verify_file() in pipeline/run/run.h.
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 

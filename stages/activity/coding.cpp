@@ -79,7 +79,7 @@ class ActivityModel {
     return code_mixed(coder_, bit, models, mixers_[cls], 255);
   }
 
-  // What is known of the two neighbours in the pass along an axis.
+  // The known facts about the two neighbours along an axis in the current pass.
   struct Along {
     std::size_t state = 0;     ///< of the point before: 0 not a candidate, 1 inactive, 2 active
     bool candidate = false;    ///< whether the point after is a candidate
@@ -166,7 +166,7 @@ class ActivityModel {
   std::vector<Mixer> mixers_;
 };
 
-// What is known of the points, and of how they are coded.
+// The heap of the models and mixers, of a set of bits for all points, and of a row of bits.
 std::uint64_t model_bytes(Index3 size, int cube_size, bool forecast) {
   std::uint64_t contexts = 0;
   for (const std::size_t size_of_kind : forecast ? sizes_with_forecast : sizes_alone)

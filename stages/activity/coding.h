@@ -27,11 +27,11 @@ void encode_activity(const LatticeBits& active, const Forecast& forecast, int cu
 Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& forecast, int cube_size,
                        int max_level, LatticeBits& active);
 
-/// Heap that encode_activity() takes at its peak for a box of `size` points, the bytes that it appends
-/// included: the models, two sets of bits, and an event for each point. `forecast`:
-/// whether there is one.
+/// The peak of the heap that encode_activity() takes for a box of `size` points, including the bytes that it
+/// appends: the models, two sets of bits, and an event for each point. `forecast`: whether there is a
+/// forecast.
 std::uint64_t working_bytes_of_encoding_activity(Index3 size, int cube_size, bool forecast);
-/// The same of decode_activity(), without the bits that it sets.
+/// The same for decode_activity(), without the bits that it sets.
 std::uint64_t working_bytes_of_decoding_activity(Index3 size, int cube_size, bool forecast);
 
 }  // namespace tagrid

@@ -30,7 +30,7 @@ class Forecast {
   /// one before.
   explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
 
-  /// Heap of the forecast of a box of `size` points: a byte for each bit of their LatticeBits.
+  /// The heap of the forecast for a box of `size` points: a byte for each bit of their LatticeBits.
   static constexpr std::uint64_t working_bytes(Index3 size) { return 8 * LatticeBits::working_bytes(size); }
 
   /// False: nothing is forecast.
@@ -47,9 +47,9 @@ class Forecast {
 template <class T>
 Forecast forecast_activity(std::span<const T> samples, const CodingParameters& parameters, Index3 brick);
 
-/// Heap that forecast_activity() takes at its peak for a closed box of `size` points, the forecast included:
-/// the samples of the box and around it, with them first the heights of wide ones, then the curvature, three
-/// sets of bits and the forecast.
+/// The peak of the heap that forecast_activity() takes for a closed box of `size` points, including the
+/// forecast: the samples of the box and around it, with the heights of wide samples first, and then with the
+/// curvature, three sets of bits and the forecast.
 std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size);
 
 }  // namespace tagrid

@@ -19,15 +19,15 @@ std::vector<BrickRows> rows_below(const BrickRows& rows);
 /// Memory: the samples of one slice of the rows, and of two faces between bricks.
 class ClosedSamples {
  public:
-  /// For `rows`, and the bricks below them.
+  /// Completes the bricks of `rows`, and the bricks below them.
   ClosedSamples(const CodingParameters& parameters, const BrickRows& rows);
 
-  /// Heap that they take for so many rows of bricks of one layer.
+  /// The heap that this takes for a number of rows of bricks of one layer.
   static std::uint64_t working_bytes(const CodingParameters& parameters, std::int64_t rows);
 
   /// The samples of the closed box of a brick, x fastest; a point outside the volume has the value of the
   /// nearest sample. `owned` are those that the brick owns. REQUIRES: bricks come in the order of their
-  /// numbers, those of rows_below() first. Of these what is returned is not complete.
+  /// numbers, those of rows_below() first. For the bricks of rows_below(), the result is not complete.
   std::vector<std::byte> complete(Index3 position, const std::vector<std::byte>& owned);
 
  private:

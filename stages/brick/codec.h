@@ -47,22 +47,22 @@ template <class T>
 Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
                              const CodingParameters& parameters, Index3 brick, LatticeBits& active);
 
-/// Decodes the samples that the brick owns, x fastest. Of a file without voxels also the stored values of the
-/// points of its closed box, x fastest, in `points`: those of active points are set, the others stay.
-/// `active` may be empty where activity_follows_values(). REQUIRES: `samples` and, of a file without voxels,
-/// `points` have a place for each.
+/// Decodes the samples that the brick owns, x fastest. In a file without voxels, also decodes the stored
+/// values of the points of its closed box to `points`, x fastest: the values of active points are set, the
+/// others are not changed. `active` may be empty if activity_follows_values(). REQUIRES: `samples` and, for a
+/// file without voxels, `points` have room for every value.
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::span<T> samples,
                            std::span<T> points);
 
-/// Heap that encode_brick() takes at its peak, the code included: first the coder of values, with the samples
-/// as they are decoded, or the stored values of points; then what codes the activity beside the values; in a
-/// file without voxels what interpolates them at last. Bounds for any samples, but for the values of voxels of
-/// 8 and 16 bits: see encode_voxels().
+/// The peak of the heap that encode_brick() takes, including the code. The first phase is the coder of
+/// values, with the decoded samples or the stored values of points. The second phase is the coder of the
+/// activity, while the values are kept. In a file without voxels, the interpolation is the last phase. These
+/// are upper bounds for any samples, except for voxels of 8 and 16 bits: see encode_voxels().
 std::uint64_t working_bytes_of_encoding(const CodingParameters& parameters, Index3 brick);
 
-/// Bytes of a brick's code at most: noise is a few hundredths larger than its samples.
+/// The largest number of bytes of a brick's code: noise takes a few percent more than its samples.
 std::uint64_t most_bytes_of_code(const CodingParameters& parameters, Index3 brick);
 
 /// Adds the numbers of active points that the brick owns, by level; see Statistics.

@@ -30,7 +30,7 @@ enum class Wanted {
 Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std::uint8_t> values,
                     const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick);
 
-/// Heap that decode_brick() takes at its peak, the decoded brick included.
+/// The peak of the heap that decode_brick() takes, including the decoded brick.
 std::uint64_t working_bytes_of_decoding(const CodingParameters& parameters, Index3 brick, Wanted wanted);
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// One brick of any sample type, to its bytes: where the type of the samples is chosen. The inverse is decode.h.
+// Encodes one brick of any sample type to its bytes. The type of the samples is chosen here. The inverse is
+// decode.h.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@
 
 namespace tagrid {
 
-/// Samples of `box` as bytes as they lie in memory, of the type of the volume, x fastest.
+/// The samples of `box` as bytes, stored as in memory, in the type of the volume, x fastest.
 struct BrickSamples {
   Box box;
   std::vector<std::byte> bytes;
@@ -26,8 +27,9 @@ LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& 
 void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
-/// How far the mesh in a brick is from the original samples of its closed box. `values`: what the mesh has at
-/// the points of the closed box; empty: the original samples. See largest_mesh_error().
+/// The largest distance between the mesh in a brick and the original samples of its closed box. `values` are
+/// the values of the mesh at the points of the closed box; empty: the original samples. See
+/// largest_mesh_error().
 double measure_mesh(const BrickSamples& original, const std::vector<std::byte>& values,
                     const LatticeBits& active, const CodingParameters& parameters, Index3 brick);
 

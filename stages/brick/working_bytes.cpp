@@ -1,4 +1,4 @@
-// What the stages of a brick take together: each says what it takes itself.
+// Adds up the working bytes of the stages of a brick. Each stage declares its own.
 #include <algorithm>
 
 #include "stages/activity/coding.h"
@@ -34,16 +34,16 @@ struct Sizes {
   std::uint64_t points, voxels, point_bytes, voxel_bytes;
 };
 
-// The field, and the same as samples.
+// The field, and a copy of it as samples.
 std::uint64_t interpolation(const Sizes& z) { return z.points * field_number_bytes(z.type) + z.point_bytes; }
 
-// What is forecast is there before the activity is coded.
+// The forecast is finished before the activity is coded.
 std::uint64_t with_forecast(const Sizes& z, const CodingParameters& parameters, std::uint64_t activity) {
   if (!activity_follows_values(parameters)) return activity;
   return std::max(working_bytes_of_forecast(z.type, z.closed), Forecast::working_bytes(z.closed) + activity);
 }
 
-// Rows of bits that count_active() makes.
+// The rows of bits that count_active() makes.
 constexpr std::uint64_t counting = 16384;
 
 }  // namespace

@@ -60,9 +60,9 @@ class RansEncoder {
 
   void finish();
 
-  /// Heap that so many events take at the peak, which is when finish() begins: the events in whole chunks and
-  /// a list of them, and a word for each event. The stream, of at most a word for each event, comes after the
-  /// events are gone, and counts as its own copy and one to grow.
+  /// The peak of the heap for this number of events. It is reached when finish() begins: the events in whole
+  /// chunks, the list of chunks, and a word for each event. The stream has at most a word for each event. It
+  /// is made after the events are freed, and is counted twice because it grows by copying.
   static constexpr std::uint64_t working_bytes(std::uint64_t events) {
     const std::uint64_t chunks = events / chunk_size + 1;
     return chunks * (chunk_size * sizeof(Interval) + 3 * sizeof(Chunk)) + events * sizeof(std::uint16_t) + 64;

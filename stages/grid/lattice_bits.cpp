@@ -31,7 +31,7 @@ std::vector<Piece> pieces(std::size_t from_bit, std::size_t to_bit, std::size_t 
 }  // namespace
 
 std::uint64_t working_bytes_of_copying_bits(std::int64_t points) {
-  // In a vector that doubles.
+  // The pieces are stored in a vector whose capacity doubles.
   const auto pieces = static_cast<std::uint64_t>(points) / 64 + 2;
   return 3 * std::bit_ceil(pieces) * sizeof(Piece);
 }

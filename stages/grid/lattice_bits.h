@@ -23,7 +23,7 @@ class LatticeBits {
   const Box& box() const { return box_; }
   std::size_t words_per_row() const { return words_per_row_; }
   std::size_t bytes() const { return words_.size() * sizeof(std::uint64_t); }
-  /// Heap that the bits of a box of `size` points take.
+  /// The heap that the bits of a box of `size` points take.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     return static_cast<std::uint64_t>((size.x + 63) / 64 * size.y * size.z) * sizeof(std::uint64_t);
   }
@@ -59,7 +59,8 @@ class LatticeBits {
 
 /// Copies the bits of the points in both boxes from `from` into `to`; other bits of `to` stay.
 void copy_bits(const LatticeBits& from, LatticeBits& to);
-/// Heap that this takes at its peak where `points` of a row are shared: how the words of a row are cut.
+/// The peak of the heap that copy_bits() takes if `points` of a row are shared: a list of the pieces of the
+/// row.
 std::uint64_t working_bytes_of_copying_bits(std::int64_t points);
 
 }  // namespace tagrid

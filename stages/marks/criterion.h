@@ -24,7 +24,7 @@ namespace tagrid {
 struct CriterionParameters {
   float step_angle;  ///< 2 pi / m, radians
   float threshold;   ///< (pi/m) / sin(pi/m)
-  float excess;      ///< threshold - 1, to float precision whatever m: what the criterion compares
+  float excess;      ///< threshold - 1, to float precision for every m: what the criterion compares
   float tangent;     ///< tangent of acos(1 / threshold)
   float angle;       ///< a little less than acos(1 / threshold), radians
 

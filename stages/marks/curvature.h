@@ -37,8 +37,8 @@ struct CurvatureField {
   };
   std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite if an entry is
 
-  /// Heap that evaluate_curvature() takes at its peak for a box of `size` points: the field and the bounds of
-  /// its rows, which stay, and six rows of sums.
+  /// The peak of the heap that evaluate_curvature() takes for a box of `size` points: the field and the
+  /// bounds of its rows, which remain, and six rows of sums.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto half = [](std::int64_t n) { return static_cast<std::uint64_t>(n + 1) / 2; };
     return half(size.y) * half(size.z) *

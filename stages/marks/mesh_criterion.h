@@ -17,13 +17,14 @@ namespace tagrid {
 /// Number of samples read around the marked points, on every side: half the edge of the largest diamond.
 constexpr int mesh_criterion_halo(int cube_size) { return cube_size / 2; }
 
-/// Heap that mark_mesh_error() takes at its peak for marks of a box of `size` points: the bound of the error
-/// at each, and the vertices of one diamond.
+/// The peak of the heap that mark_mesh_error() takes for marks of a box of `size` points: the bound of the
+/// error at each point, and the vertices of one diamond.
 constexpr std::uint64_t working_bytes_of_mesh_criterion(Index3 size) {
   return static_cast<std::uint64_t>(size.x * size.y * size.z) * sizeof(std::int64_t) + 1024;
 }
 
-/// How far a sample may be from the interpolation of the original values; multiples of 1/2 for integers.
+/// The largest allowed distance of a sample from the interpolation of the original values; a multiple of 1/2
+/// for integers.
 struct MeshBounds {
   MeshBounds(double all) : inner(all), border(all) {}
   MeshBounds(double in, double at_border, double of_values)

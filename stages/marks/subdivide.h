@@ -28,10 +28,10 @@ Box region_of_marks(const Box& closed_box, const Domain& domain);
 /// The active points of `closed_box`. REQUIRES: marks.box() == region_of_marks(closed_box, domain).
 LatticeBits subdivide(LatticeBits marks, const Box& closed_box, const Domain& domain);
 
-/// Heap that close_under_parents() takes at its peak for bits of `size` points: a few rows of bits.
+/// The peak of the heap that close_under_parents() takes for bits of `size` points: a few rows of bits.
 std::uint64_t working_bytes_of_closure(Index3 size);
-/// Heap that subdivide() takes at its peak: the marks that it is given, and the bits that it returns; how the
-/// pieces of a row are copied takes as much as a few rows.
+/// The peak of the heap that subdivide() takes: the marks that it is given, the bits that it returns, and a
+/// few rows for copying the pieces of a row.
 std::uint64_t working_bytes_of_subdivision(const Box& closed_box, const Domain& domain);
 
 }  // namespace tagrid

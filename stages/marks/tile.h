@@ -10,14 +10,14 @@
 
 namespace tagrid {
 
-/// The marks of the points of `marked`; those without a box where there is nothing to mark. `cubes`: whole
-/// root cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
+/// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: whole root
+/// cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
 template <class T>
 LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters);
 
-/// Heap that mark_tile() takes at its peak for root cubes of `cubes` points, halo not included: the marks and
-/// the curvature, and with them the heights of wide samples, then the mesh criterion.
+/// The peak of the heap that mark_tile() takes for root cubes of `cubes` points, not including the halo: the
+/// marks and the curvature, with the heights of wide samples first, and then with the mesh criterion.
 std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes);
 
 }  // namespace tagrid

@@ -28,8 +28,8 @@ template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
                           const Box& measured, Index3 dims, int cube_size);
 
-/// Heap that largest_mesh_error() takes at its peak for a brick of `size` points: the field, and where the
-/// border of the volume cuts tetrahedra, the same as samples and a bit for each point.
+/// The peak of the heap that largest_mesh_error() takes for a brick of `size` points: the field. If the
+/// border of the volume cuts tetrahedra, also a copy of the field as samples, and a bit for each point.
 std::uint64_t working_bytes_of_mesh_error(SampleType type, Index3 size);
 
 }  // namespace tagrid

@@ -32,10 +32,10 @@ template <class T>
 Status decode_points(std::span<const std::uint8_t> bytes, const LatticeBits& active, int cube_size,
                      std::int64_t point_error, std::span<T> values);
 
-/// Heap that encode_points() takes at its peak for a box of `size` points, the bytes that it appends included:
-/// the models, and the events, of which no values make more.
+/// The peak of the heap that encode_points() takes for a box of `size` points, including the bytes that it
+/// appends: the models, and the largest possible number of events.
 std::uint64_t working_bytes_of_encoding_points(SampleType type, Index3 size);
-/// The same of decode_points(): the models.
+/// The same for decode_points(): the models.
 std::uint64_t working_bytes_of_decoding_points(Index3 size);
 
 }  // namespace tagrid

@@ -20,11 +20,11 @@ constexpr Sum rounded_quotient(Sum a, Sum b) {
 }
 
 /// Calls corner(at, before) for every corner of the root cubes of active.box(), in raster order. `at` is its
-/// offset in the box; `before` is that of the corner before it along x, else y, else z, or -1 for the first
-/// corner. Then calls point(p, unit, axes) for every other active point: level by level, and within a level
-/// by `axes`, the axes (bits, x lowest) on which it is an odd multiple of `unit`. `more` is called after
-/// every row; if it returns false, this function returns at once. REQUIRES: the box consists of whole root
-/// cubes.
+/// offset in the box; `before` is that of the previous corner along x, otherwise y, otherwise z, or -1 for
+/// the first corner. Then calls point(p, unit, axes) for every other active point: level by level, and within
+/// a level by `axes`, the axes (bits, x lowest) on which it is an odd multiple of `unit`. `more` is called
+/// after every row; if it returns false, this function returns at once. REQUIRES: the box consists of whole
+/// root cubes.
 template <class Corner, class Point, class More>
 bool for_points_coarse_to_fine(const LatticeBits& active, std::int64_t cube_size, Corner corner, Point point,
                                More more) {

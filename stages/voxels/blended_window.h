@@ -29,7 +29,7 @@ class BlendedWindow : public VoxelWindow {
   /// `error`: the smallest bound of any voxel.
   BlendedWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error);
 
-  /// Heap of the window of a box of `size` voxels.
+  /// The heap of the window for a box of `size` voxels.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto slice = static_cast<std::uint64_t>((size.x + 2 * pad) * (size.y + 3));
     return VoxelWindow::working_bytes(size) + 2 * slice * sizeof(Missed);

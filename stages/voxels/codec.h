@@ -37,12 +37,12 @@ template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
 
-/// Heap that encode_voxels() takes at its peak for a box of `size` voxels, the bytes that it appends
-/// included: the window, the model, and the events of noise, the worst samples. Their number was measured: up
-/// to 4.1 for each byte of samples, for which 4.25 are counted, and 8.8 where a residual is a few binary
-/// events (Effort::best), for which 17 are counted.
+/// The peak of the heap that encode_voxels() takes for a box of `size` voxels, including the bytes that it
+/// appends: the window, the model, and the events of noise, which is the worst case. The number of events was
+/// measured: up to 4.1 for each byte of samples, for which 4.25 are counted. With Effort::best, a residual is
+/// a few binary events; the number is then 8.8, for which 17 are counted.
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort);
-/// The same of decode_voxels(): the window and the model.
+/// The same for decode_voxels(): the window and the model.
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort);
 
 }  // namespace tagrid

@@ -29,7 +29,7 @@ struct MixedContext {
 class MixedResidualModel : public FlatResidualModel {
  public:
   MixedResidualModel();
-  /// Heap of its tables.
+  /// The heap of its tables.
   static constexpr std::uint64_t working_bytes() {
     std::uint64_t contexts = 0;
     for (const std::uint32_t size : mixed_context_sizes) contexts += size;

@@ -79,7 +79,7 @@ class VoxelWindow {
   /// `error` is for windows that adapt: the smallest bound of any voxel.
   VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
 
-  /// Heap of the window of a box of `size` voxels.
+  /// The heap of the window for a box of `size` voxels.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto slice = static_cast<std::uint64_t>((size.x + 2 * pad) * (size.y + 3));
     return 5 * slice * sizeof(Value) + static_cast<std::uint64_t>(size.x) * row_bytes;
@@ -114,7 +114,7 @@ class VoxelWindow {
  protected:
   static constexpr std::int64_t pad = 2;
   static constexpr std::int32_t residual_limit = 4095;
-  /// What is noted of each voxel of a row: largest_ to class_.
+  /// The values stored for each voxel of a row: largest_ to class_.
   static constexpr std::uint64_t row_bytes =
       2 * sizeof(Value) + sizeof(std::int32_t) + sizeof(std::uint16_t) + sizeof(std::uint8_t);
   static constexpr int textures = 24;

@@ -37,11 +37,11 @@ template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                           const WideBounds& bounds, std::span<T> samples);
 
-/// Heap that encode_wide_voxels() takes at its peak for a box of `size` voxels, the bytes that it appends
-/// included: the numbers of the samples, and with them either those of another form or the window, the models
-/// and the events, of which no samples make more.
+/// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that
+/// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,
+/// the models and the largest possible number of events.
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds);
-/// The same of decode_wide_voxels(): the window and the models.
+/// The same for decode_wide_voxels(): the window and the models.
 std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size);
 
 }  // namespace tagrid

@@ -54,10 +54,10 @@ class WideWindow {
         residuals_(2, std::vector<std::int64_t>(static_cast<std::size_t>(width_ * (size.y + 3)))),
         escapes_(2, std::vector<std::uint8_t>(static_cast<std::size_t>(width_ * (size.y + 3)))) {}
 
-  /// Heap of the window of a box of `size` voxels.
+  /// The heap of the window for a box of `size` voxels.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto slice = static_cast<std::uint64_t>((size.x + 2 * pad) * (size.y + 3));
-    // One slice more while the first three are made as copies.
+    // One more slice, while the first three are made as copies.
     return slice * (6 * sizeof(std::int64_t) + 3 * sizeof(std::uint8_t)) + 1024;
   }
 

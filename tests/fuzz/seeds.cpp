@@ -172,7 +172,7 @@ void add_volumes(Seeds& seeds) {
                            gzipped("ab" + samples)));
 }
 
-/// Of integers and floats, most of their voxels background.
+/// Volumes of integers and floats, most of whose voxels are background.
 void add_vdb_files(Seeds& seeds) {
   static const Folder folder;
   for (const SampleType type : {SampleType::int16, SampleType::float32, SampleType::float64}) {

@@ -1,4 +1,4 @@
-// What a stage says that it takes is what it takes: never less, and not much more.
+// Each stage takes at most the memory that it declares, and not much less.
 #include <gtest/gtest.h>
 
 #include <cmath>

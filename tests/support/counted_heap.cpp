@@ -21,12 +21,12 @@ std::uint64_t HeapPeak::bytes() const { return static_cast<std::uint64_t>(most -
 
 }  // namespace tagrid
 
-// Sanitizers have functions of their own here.
+// Sanitizers replace these functions themselves.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace {
 
-// The size lies before what is handed out, which is aligned as was asked.
+// The size is stored before the returned address, which has the requested alignment.
 constexpr std::size_t least_alignment = alignof(std::max_align_t);
 
 void* allocate(std::size_t size, std::size_t alignment) {

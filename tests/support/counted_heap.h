@@ -1,15 +1,15 @@
-// How much heap a piece of a test takes at its peak. Only in a program that is linked with counted_heap.cpp.
+// Measures the peak of the heap in a piece of a test. Only in a program that is linked with counted_heap.cpp.
 #pragma once
 
 #include <cstdint>
 
 namespace tagrid {
 
-/// Counts what is allocated from now on, by all threads, in bytes as they were asked for. One at a time.
+/// Counts the bytes that all threads request from now on. Only one object at a time.
 class HeapPeak {
  public:
   HeapPeak();
-  /// The most that has been in use at once since then, beyond what was in use before.
+  /// The peak of the bytes in use since then, minus those that were in use before.
   std::uint64_t bytes() const;
 
  private:

@@ -111,7 +111,7 @@ class FailingDisk : public CommandLine {
   /// killed runs left if possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
-    // Nameless files: there is another way. Pipes: not a file for certain.
+    // Unnamed files: another way exists. Pipes: they are not certain to be files.
     return (call.name == "open-to-write" &&
             std::filesystem::path(call.path).filename() == folder_.filename()) ||
            (call.name == "open-to-write" && call.path.ends_with("/.")) ||

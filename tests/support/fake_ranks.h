@@ -128,7 +128,7 @@ class FakeRanks {
     }
     void listen(const Hear& hear) override {
       Lock lock(all_.mutex_);
-      // The other ranks hear nothing.
+      // The other ranks receive nothing.
       if (rank_ == 0) hear_all(lock, hear);
     }
     void listen_to_the_end(const Hear& hear) override {

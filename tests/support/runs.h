@@ -1,4 +1,4 @@
-// Whole runs of one process, from beginning to end, with what tests say of them in one line.
+// Whole runs of one process, each as a short call for tests.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A source of the numbers 0, 1, 2 ... that keeps to its traits, and notes what is read of it.
+// A source of the samples 0, 1, 2 ... that obeys its traits and records what is read.
 #pragma once
 
 #include <cstring>
@@ -20,11 +20,11 @@ class VolumeInMemory : public VolumeSource {
                       .headerless = true}) {}
 
   std::uint64_t bytes_read() const override { return 77; }
-  /// Slices that were sought, and the first sample and the number of those that were read.
+  /// The slices that were sought, and the first sample and the number of samples of each read.
   const std::vector<std::int64_t>& seeks() const { return seeks_; }
   const std::vector<std::pair<std::int64_t, std::int64_t>>& reads() const { return reads_; }
   bool finished() const { return finished_; }
-  bool goes_on = false;  ///< There is something after the last sample.
+  bool goes_on = false;  ///< Something follows the last sample.
 
  private:
   void read(std::byte* out, std::int64_t first, std::int64_t count) override {
@@ -45,7 +45,7 @@ class VolumeInMemory : public VolumeSource {
   bool finished_ = false;
 };
 
-/// Such samples, as a source of `rows` gives them.
+/// The samples 0, 1, 2 ... as read from the rows of `source`.
 inline std::vector<std::int16_t> rows_of(VolumeSource& source, const Box& rows) {
   std::vector<std::int16_t> samples(static_cast<std::size_t>(rows.count()));
   source.read_rows(reinterpret_cast<std::byte*>(samples.data()), rows);

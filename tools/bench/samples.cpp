@@ -95,8 +95,8 @@ std::string slice_name(const std::string& folder, long slice) {
   return fmt::format("{}/{:05}.pgm", folder, slice);
 }
 
-/// to-pgm TYPE FILE FOLDER WIDTH HEIGHT LOW HIGH: slices, LOW as 0; of 8 bits where HIGH - LOW fits, else
-/// of 16.
+/// to-pgm TYPE FILE FOLDER WIDTH HEIGHT LOW HIGH: writes slices, with LOW as 0. They have 8 bits if HIGH -
+/// LOW fits, otherwise 16.
 template <class T>
 void to_pgm(const Arguments& a) {
   std::ifstream in = open_input(a.at(0));

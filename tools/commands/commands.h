@@ -1,4 +1,4 @@
-// The subcommands. Each adds itself to the command line and does its work when it was given.
+// The subcommands. Each one adds itself to the command line, and does its work if it was given.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,10 +9,10 @@
 
 namespace tagrid {
 
-/// What a subcommand does once the command line was parsed; by rank 0.
+/// The work of a subcommand after the command line was parsed. Only rank 0 calls it.
 using Action = std::function<void(Ranks&)>;
 
-/// Adds one subcommand to `app`. The returned action is run if the subcommand was given.
+/// Adds one subcommand to `app`. The returned action is to be called if the subcommand was given.
 Action add_encode_command(CLI::App& app);
 Action add_decode_command(CLI::App& app);
 Action add_info_command(CLI::App& app);

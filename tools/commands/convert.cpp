@@ -1,4 +1,4 @@
-// tagrid convert: many volumes, each to a .tag file of its own.
+// tagrid convert: encodes many volumes, each to its own .tag file.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "i/n": counts from 0.
+/// "i/n"; i counts from 0.
 Shard shard_option(const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto index = whole_number<std::size_t>(std::string_view(text).substr(0, slash));
@@ -46,13 +46,13 @@ struct ConvertCommand {
       throw UsageError(
           "--trust-description: is about removing originals; give --remove-verified, or leave it out");
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
-    // Also where no volume is left for them.
+    // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given);
     const std::vector<ManifestLine> lines =
         read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
     if (remove_verified) refuse_lines_without_bound(asked, lines);
     keep_report_apart(lines);
-    // A report may be the first file in the folder of the outputs.
+    // The report may be the first file in the folder of the outputs.
     if (!remove_verified && fs::path(options.run.json).parent_path() == fs::path(options.output_dir))
       make_output_dir();
     RunReport report(options.run.json, options.run.thread_count(), options.overwrite, "convert", manifest,
@@ -84,8 +84,8 @@ struct ConvertCommand {
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
   }
 
-  // The bound that the command does not give may come from a line. Where a line itself asks for a grid without
-  // one, that volume alone is kept.
+  // A line may have the bound that the command lacks. If a line asks for a grid without a bound, only its own
+  // original is kept.
   void refuse_lines_without_bound(const Encoding& asked, const std::vector<ManifestLine>& lines) const {
     if (has_bound(asked.options)) return;
     for (const ManifestLine& line : lines) {
@@ -125,7 +125,7 @@ struct ConvertCommand {
     remove_abandoned(options.run, inputs, outputs);
   }
 
-  /// Where it is not, the line fails; nothing is removed elsewhere before.
+  /// If this is false, the line fails later. Nothing outside the folder is removed before that.
   bool is_below_output_dir(const ManifestLine& line) const {
     try {
       require_own_folders(options.output_dir, line.output);
@@ -135,7 +135,7 @@ struct ConvertCommand {
     }
   }
 
-  // The report of the run must replace neither records nor outputs, whatever may be overwritten.
+  // The report of the run must not replace records or outputs, even with -f.
   void keep_report_apart(const std::vector<ManifestLine>& lines) const {
     if (options.run.json.empty()) return;
     const auto canonical = [](const fs::path& path) {

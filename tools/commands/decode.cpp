@@ -1,4 +1,4 @@
-// tagrid decode: a .tag file to a volume.
+// tagrid decode: writes the volume of a .tag file.
 
 #include <fmt/format.h>
 
@@ -30,7 +30,8 @@ struct DecodeCommand {
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     const std::string path = output.path.empty() ? default_output() : output.path;
-    // An NRRD file that is to be decoded would be told that it is its own output, and not what it is.
+    // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
+    // is its own output.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "samples");

@@ -1,4 +1,4 @@
-// tagrid encode: a volume to a .tag file.
+// tagrid encode: encodes a volume to a .tag file.
 
 #include <fmt/format.h>
 
@@ -46,7 +46,7 @@ struct EncodeCommand {
     std::vector<std::string> removed_after;
     if (remove) removed_after = files_to_remove(asked, path);
     remove_abandoned(run, {input}, {path});
-    // The report of a run that goes on may be there already.
+    // If the run continues an earlier one, its report may exist already.
     const bool goes_on = resume && status_of(part_folder_of(path) + "/run");
     RunReport report(run.json, run.thread_count(), output.overwrite || goes_on, "encode", input, path);
     if (!resume) warn_of_record(path);
@@ -105,10 +105,10 @@ struct EncodeCommand {
                           part_folder_of(path)));
   }
 
-  // A run whose parts are kept; from now on a signal leaves them.
+  // Checks that the run can be continued. From now on, a signal leaves its parts.
   void require_resumable(const std::string& path) const {
     if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
-    // Whether it is there is for its reader to find.
+    // If the input does not exist, opening it gives the message.
     if (input == "-" || (status_of(input) && !attributes_of(input)))
       throw UsageError("--resume: the input must be a file, which can be read again");
     end_signals_with(exit_resumable,

@@ -1,4 +1,4 @@
-// tagrid info: what is in a .tag file.
+// tagrid info: describes the content of a .tag file.
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@ Action add_info_command(CLI::App& app) {
   struct State {
     std::string input;
     bool json = false;
-    RunOptions run;  // for scripts that give them everywhere; nothing to do with them here
+    RunOptions run;  // for scripts that pass these options to every command; they have no effect here
   };
   auto state = std::make_shared<State>();
   CLI::App* command =

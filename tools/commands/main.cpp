@@ -1,4 +1,5 @@
-// tagrid: CT volumes as one file, a conforming tetrahedral adaptive grid and every voxel within a bound.
+// tagrid: stores a CT volume in one file, as a conforming adaptive tetrahedral grid and every voxel within a
+// bound.
 
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
@@ -82,7 +83,7 @@ int run(Ranks& ranks, int argc, char** argv) {
   return exit_ok;
 }
 
-/// The exit code of a run that may end in any way.
+/// Runs the program, and turns any exception into an exit code.
 int guarded_run(Ranks& ranks, int argc, char** argv) {
   try {
     return run(ranks, argc, argv);
@@ -92,7 +93,7 @@ int guarded_run(Ranks& ranks, int argc, char** argv) {
 }
 
 #ifndef TAGRID_MPI
-/// Processes of this program that are started together know nothing of each other.
+/// Processes of this program do not work together, even if mpirun starts them together.
 void tell_of_mpi(int code) {
   const char* count = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
@@ -100,13 +101,13 @@ void tell_of_mpi(int code) {
         "tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi");
 }
 #else
-/// Rank 0 is the program, and speaks for all; the others do as it says.
+/// Rank 0 runs the program and prints all messages; the other ranks carry out its orders.
 int run_with_mpi(int argc, char** argv) {
   int code = exit_bug;
   std::unique_ptr<Ranks> ranks;
   try {
     ranks = start_mpi();
-    // Not before: MPI has handlers of its own.
+    // Called after MPI has started, because MPI installs handlers of its own.
     catch_signals();
     if (ranks->rank() > 0) {
       code =
@@ -127,7 +128,7 @@ int run_with_mpi(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Runs say how many threads work for them, and -T may ask for more than the machine has cores.
+  // A run sets its own number of threads, and -T may ask for more threads than the machine has cores.
   const oneapi::tbb::global_control threads(oneapi::tbb::global_control::max_allowed_parallelism,
                                             static_cast<std::size_t>(most_threads));
   keep_freed_memory();

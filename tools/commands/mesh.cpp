@@ -1,4 +1,4 @@
-// tagrid mesh: the tetrahedra of a .tag file.
+// tagrid mesh: writes the tetrahedra of a .tag file.
 
 #include "pipeline/mesh/mesh.h"
 

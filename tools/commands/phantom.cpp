@@ -1,4 +1,4 @@
-// tagrid phantom: a made-up CT volume of any size.
+// tagrid phantom: writes an artificial CT volume of any size.
 
 #include "pipeline/phantom/phantom.h"
 

@@ -1,4 +1,4 @@
-// tagrid verify: is a .tag file whole, and is it what was encoded?
+// tagrid verify: checks that a .tag file is intact, and that it matches the original.
 
 #include <fmt/format.h>
 

@@ -52,7 +52,7 @@ void ConversionAccount::settle(const ManifestLine& line, const std::string& reco
     sums_.bytes_out += json.at("bytes_out").get<std::uint64_t>();
   }
   const bool bad = json.at("code").get<int>() != exit_ok;
-  // "out of memory" is nobody's; a list has many volumes.
+  // "out of memory" names no file, but a list has many volumes.
   const bool is_named = error.find(line.input) != error.npos || error.find(line.output) != error.npos;
   if (bad) say_line("tagrid: " + (is_named ? "" : line.input + ": ") + error);
   if (!bad && run_.verbosity > 0 && !run_.quiet) say_line(line.input + ": " + status);

@@ -14,13 +14,13 @@
 namespace tagrid {
 namespace {
 
-/// What the other ranks have to know.
+/// The data that the other ranks need.
 struct ConversionOrder {
   std::vector<ManifestLine> lines;
   ConversionOptions options;
 };
 
-/// What one of them did.
+/// The result of a line that one of them processed.
 struct DoneLine {
   std::uint64_t index = 0;
   std::string record, error;
@@ -41,10 +41,10 @@ inline constexpr std::size_t member_count<DoneLine> = 3;
 
 namespace {
 
-/// Collective. `account` is that of rank 0; others have none.
+/// Collective. `account` is that of rank 0; for other ranks it is null.
 void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
   std::unique_ptr<KnownOutputs> known;
-  // Before any of them writes to the records.
+  // Every rank reads the records before any rank writes to them.
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
   SharedWork shared;
   const EncodingPass encoding(order.options, order.options.run.resources(ranks), *known, shared.stop);
@@ -91,7 +91,7 @@ void obey_conversion(Ranks& ranks, const Bytes& bytes) {
   try {
     share_lines(ranks, order, nullptr);
   } catch (const std::exception&) {
-    // Rank 0 got it, too.
+    // Rank 0 receives the failure, too.
   }
 }
 
@@ -111,7 +111,8 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
     }
     std::string text = record.text();
     account.record(text);
-    // Recorded first: a run that is killed in between finds the original there, and verifies once more.
+    // The record is written first: if the run is killed in between, the next run finds the original still
+    // there, and verifies once more.
     try {
       remove_files(originals);
     } catch (const std::exception&) {

@@ -1,4 +1,4 @@
-// The work of `convert`: volumes of a manifest, one after the other, each by the whole pipeline.
+// The work of `convert`: encodes the volumes of a manifest one after the other, each with the whole pipeline.
 #pragma once
 
 #include <cstdint>
@@ -20,27 +20,29 @@ std::vector<ManifestLine> lines_of(Shard shard, const std::vector<ManifestLine>&
 
 struct ConversionOptions {
   std::string output_dir;
-  bool overwrite = false;          ///< outputs that exist
-  bool skip_done = false;          ///< what a record says was done before
-  bool trust_description = false;  ///< that the options say how headerless samples lie, if originals go
-  RunOptions run;                  ///< threads and memory: of each rank
+  bool overwrite = false;          ///< replaces existing outputs
+  bool skip_done = false;          ///< skips volumes that a record describes as done
+  bool trust_description = false;  ///< removes originals even if only the options describe the layout of
+                                   ///< their samples
+  RunOptions run;                  ///< threads and memory are per rank
 };
 
-/// What came of the lines, and bytes of those that were encoded or removed.
+/// The numbers of lines with each result, and the bytes of the volumes that were encoded or removed.
 struct ConversionSums {
   std::uint64_t files = 0, ok = 0, skipped = 0, removed = 0, failed = 0, bytes_in = 0, bytes_out = 0;
 };
 
-/// Encodes the volumes of `lines`, each by the next of all ranks that has nothing to do, and appends a record
-/// of each to `results`. A line that fails is said and recorded, and the next one is done. Throws what goes
-/// wrong besides, such as results that cannot be written. By rank 0; the others serve().
+/// Encodes the volumes of `lines`, each on the next rank that is free, and appends a record for each to
+/// `results`. A line that fails is reported and recorded, and the next one follows. Throws other failures,
+/// such as results that cannot be written. Called by rank 0; the others call serve().
 ConversionSums encode_lines(Ranks& ranks, const std::vector<ManifestLine>& lines,
                             const ConversionOptions& options, LineFile& results);
-/// By the other ranks, where rank 0 ordered it: see serve().
+/// Called by the other ranks when rank 0 orders it: see serve().
 void obey_conversion(Ranks& ranks, const Bytes& order);
 
-/// Encodes nothing: removes the originals of those `lines` whose outputs are found good once more. `all` are
-/// those of the manifest. Records and failures as with encode_lines(). By one rank.
+/// Encodes nothing, but removes the originals of those `lines` whose outputs are verified again and found
+/// good. `all` are the lines of the whole manifest. Records and failures are handled as in encode_lines().
+/// Called by one rank.
 ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLine>& lines,
                                 const std::vector<ManifestLine>& all, const ConversionOptions& options,
                                 LineFile& results);

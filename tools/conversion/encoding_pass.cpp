@@ -32,7 +32,7 @@ bool has_bytes(const std::string& path, std::uint64_t bytes) {
   return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
 }
 
-/// Adds what an output is to its record, which says from then on that it is good.
+/// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
               bool headerless, std::uint64_t bytes_out, std::uint64_t input_checksum,
               std::uint64_t output_checksum, ordered_json& record) {
@@ -70,7 +70,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input))
     return skip(*known, record);
   require_own_folders(options_.output_dir, line.output);
-  look_at({volume.input});  // a pipe would be waited for
+  look_at({volume.input});  // opening a pipe would block
   const auto source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(source->files());
   volume.headerless = source->facts().headerless;
@@ -86,8 +86,8 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                       "encoded again",
                       volume.output, difference_of(known->options, line.options)));
   }
-  // A run that was killed between naming an output and recording it, and records that were lost, leave
-  // outputs that nobody knows. They are good, or somebody else's.
+  // An output may have no record: a run was killed between naming the output and recording it, or records
+  // were lost. It is either good, or belongs to someone else.
   const bool replace = options_.overwrite || is_ours;
   if (options_.skip_done && !replace && status_of_name(volume.output)) return adopt(volume, record);
   make_own_folders(options_.output_dir, line.output);

@@ -1,4 +1,4 @@
-// One volume of a manifest, encoded, verified and described.
+// Encodes one volume of a manifest, verifies the output and describes it.
 #pragma once
 
 #include <atomic>
@@ -12,15 +12,15 @@ namespace tagrid {
 
 class EncodingPass {
  public:
-  /// All outlive the pass. When `stop` becomes true its work is of no use any more: run() then throws
-  /// Stopped.
+  /// All arguments must outlive the pass. When `stop` becomes true, the result is no longer needed, and run()
+  /// throws Stopped.
   EncodingPass(const ConversionOptions& options, Resources resources, const KnownOutputs& known,
                const std::atomic<bool>& stop)
       : options_(options), resources_(std::move(resources)), known_(known), stop_(stop) {}
 
-  /// Encodes the volume of `line`, and names the output once it was decoded and compared; or finds that this
-  /// is not necessary. Adds what came of it to `record`. Throws what goes wrong; then there is nothing new
-  /// under the name of the output.
+  /// Encodes the volume of `line`, and gives the output its name after it was decoded and compared. Skips
+  /// this if a record or an existing output shows that it is not necessary. Adds the result to `record`. If
+  /// it throws, nothing new is left under the name of the output.
   void run(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:

@@ -20,9 +20,9 @@ namespace {
 
 void require_removable(const std::string& file, const char* advice) {
   if (file == "-") refuse("standard input", "it is no file", advice);
-  // What does not exist is found by whoever reads it.
+  // If the file does not exist, opening it gives the message.
   if (!is_regular_output(file)) refuse(file, "it is no file", advice);
-  // The link would go and the file stay.
+  // Only the link would be removed.
   if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
     refuse(file, "it is a symbolic link, and the file itself would stay", advice);
 }
@@ -43,7 +43,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   const auto folder = std::filesystem::path(input).parent_path();
   for (const std::string& file : volume->files()) {
     require_removable(file, advice);
-    // Headers come from anywhere: one must not choose what is removed elsewhere, by whatever path.
+    // A header is untrusted input. It must not choose files in other folders for removal, by any path.
     const auto from_there = std::filesystem::path(file).lexically_relative(folder);
     if (from_there.empty() || from_there.has_parent_path())
       refuse(file, "it may lie in another folder than its header", advice);

@@ -1,4 +1,4 @@
-// --rm: the input goes when its output is known to be good.
+// --rm: removes the input when its output has been verified.
 #pragma once
 
 #include <optional>
@@ -10,31 +10,32 @@
 
 namespace tagrid {
 
-/// The files that --rm will remove. Throws UsageError where the input is no file or the output is none that
-/// stays; with `advice` on what to do then.
+/// The files that --rm will remove. Throws UsageError if the input is not a file, or if the output is not a
+/// file that stays. `advice` ends the message.
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
-/// The same of a volume; also refuses files that hold bytes that are not encoded.
+/// The same for a volume. Also refuses files that hold bytes that are not encoded.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice);
 
-/// What else decides on whether an encoding may take the place of a volume.
+/// Other facts that decide whether an encoding may replace a volume.
 struct Replacement {
   double max_error = 0;     ///< of any voxel; negative: no bound
-  bool headerless = false;  ///< the command said how the samples lie
-  bool trusted = false;     ///< and means it: --trust-description
+  bool headerless = false;  ///< the options described the layout of the samples
+  bool trusted = false;     ///< the user vouches for that description: --trust-description
 };
-/// Throws UsageError where too much would be lost with the volume: nothing bounds the error, or samples are
-/// changed of which only the command said what they are. A wrong description costs nothing without loss, but
-/// within a bound of 5 a number with its bytes in the wrong order may be off by 1280.
+/// Throws UsageError if too much would be lost with the volume: if nothing bounds the error, or if samples
+/// change whose layout only the options describe. A wrong description does no harm without loss. But within a
+/// bound of 5, a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
-/// Whether a volume that is encoded with these options comes back within a bound.
+/// True if a volume that is encoded with these options can be restored within a bound.
 bool has_bound(const EncodeOptions& options);
-/// The same of options alone: throws UsageError where they give no bound. `option` asks for the removal.
+/// The same check for options alone: throws UsageError if they give no bound. `option` is the option that
+/// asks for the removal.
 void refuse_without_bound(const EncodeOptions& options, const std::string& option);
 
-/// Removes them. Throws WorldError.
+/// Removes the files. Throws WorldError.
 void remove_files(const std::vector<std::string>& files);
 
 }  // namespace tagrid

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t longest_line = std::size_t{1} << 16;
-/// Some editors begin a file with it.
+/// Some editors write this at the beginning of a file.
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 std::vector<std::string> columns_of(std::string_view line) {
@@ -76,7 +76,7 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
 std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTexts& given,
                                         OutputNaming naming) {
   FileBytes file(path);
-  // A pipe is in no folder that anybody means: <(...) of a shell is one in /dev.
+  // Relative paths cannot start at the folder of a pipe: the pipe of <(...) in a shell is in /dev.
   const bool in_folder = is_regular_output(path) && path != "/dev/stdin" && !path.starts_with("/dev/fd/") &&
                          !path.starts_with("/proc/");
   const fs::path folder = in_folder ? fs::path(path).parent_path() : fs::path();

@@ -24,7 +24,7 @@ bool goes_up(const fs::path& path) {
   return std::ranges::any_of(path, [](const fs::path& step) { return step == ".."; });
 }
 
-/// Such a folder would be taken for records, or be in their way.
+/// Such a folder would be mistaken for records, or would block their names.
 void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   if (first.starts_with("results") && first.ends_with(".jsonl"))
@@ -67,7 +67,7 @@ std::string output_called(const std::string& name) {
 
 std::string output_mirroring(const std::string& listed) {
   const fs::path path = listed;
-  // ".." may lead through a link, so the name would not tell the folder of the volume.
+  // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
     throw UsageError(
         fmt::format("{}: --keep-folders needs a relative path without ..; say its output in a column "
@@ -80,7 +80,7 @@ std::string output_mirroring(const std::string& listed) {
 }
 
 void TakenOutputs::take(const std::string& output, std::size_t line) {
-  // As in records: names that differ in bytes that are not text would be equal there.
+  // As in records: names that differ only in bytes that are not valid text are equal there.
   const fs::path name = json_text(output);
   if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
     throw UsageError(
@@ -102,7 +102,7 @@ void require_own_folders(const std::string& root, const std::string& output) {
 
 void make_own_folders(const std::string& root, const std::string& output) {
   for_each_folder(root, output, [](const std::string& folder) {
-    // Another process may create it at the same time; it is durable when either of them returns.
+    // Another process may create the folder at the same time. It is durable when either process returns.
     if (!is_own_folder(folder) && mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST)
       throw world_error("cannot create the folder", folder, errno);
     is_own_folder(folder);

@@ -24,10 +24,11 @@ std::optional<KnownOutput::State> state_of(const std::string& status) {
   if (status == "ok") return KnownOutput::State::ok;
   if (status == "damaged") return KnownOutput::State::damaged;
   if (status == "removed") return KnownOutput::State::removed;
-  return std::nullopt;  // failed, skipped, kept: nothing about the output
+  return std::nullopt;  // failed, skipped, kept: these say nothing about the output
 }
 
-/// Nothing where the record tells of no output. Throws nlohmann::json::exception where it is none.
+/// Nothing if the record does not describe an output. Throws nlohmann::json::exception if it is not a valid
+/// record.
 std::optional<KnownOutput> known_output(const ordered_json& record) {
   const auto state = state_of(record.at("status").get<std::string>());
   if (!state) return std::nullopt;
@@ -86,7 +87,7 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
 }
 
 void KnownOutputs::read(const std::string& path) {
-  // A pipe would be waited for, and has no lines of an earlier run.
+  // Opening a pipe would block, and a pipe has no lines of an earlier run.
   if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
     throw UsageError(path + ": has the name of a file of records and is not a file; move it elsewhere");
   FileBytes file(path);
@@ -98,10 +99,10 @@ void KnownOutputs::read(const std::string& path) {
       if (!known) continue;
       known->record = line;
       KnownOutput& newest = outputs_[record.at("output").get<std::string>()];
-      // Of one file, the later line is the newer one.
+      // In one file, the later of two lines is the newer one.
       if (known->finished >= newest.finished) newest = std::move(*known);
     } catch (const nlohmann::json::exception&) {
-      continue;  // no record
+      continue;  // not a record
     }
   }
 }

@@ -27,7 +27,7 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
-/// Its own, where they cannot be found out.
+/// The files of a volume; only the path in its line if they cannot be found out.
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
   try {
     look_at({line.input});
@@ -107,11 +107,11 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
     record["status"] = "damaged";
     throw BrokenInput(output + ": is no longer what was written; the original is kept");
   }
-  // Whatever the options are now: what counts is what was made.
+  // The current options do not matter, only those of the existing output.
   const double max_error = TagReader(output).parameters().max_error;
   require_replaceable(line.input, {max_error, known.headerless, options_.trust_description}, "it is kept");
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
-  // Within the bound is not enough: a later version of the original may be so, too.
+  // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
                       ": is no longer what was encoded; it is kept, and --skip-done encodes it again");

@@ -1,4 +1,4 @@
-// Originals whose outputs are good: which files may go.
+// Verifies outputs once more, and decides which originals may be removed.
 #pragma once
 
 #include <map>
@@ -13,13 +13,13 @@ namespace tagrid {
 
 class RemovalPass {
  public:
-  /// `lines` are all those of the manifest. `options` and `known` outlive the pass.
+  /// `lines` are all lines of the manifest. `options` and `known` must outlive the pass.
   RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options, Resources resources,
               const KnownOutputs& known);
 
-  /// Puts the output of `line` to the test once more, and returns the files of the original, which may go.
-  /// Nothing where there is nothing to be done. Makes `record` that of a removal. Throws where the original
-  /// has to stay.
+  /// Verifies the output of `line` once more, and returns the files of the original, which may then be
+  /// removed. Returns nothing if there is nothing to do. Turns `record` into the record of a removal. Throws
+  /// if the original must be kept.
   std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:

@@ -6,10 +6,10 @@
 
 namespace tagrid {
 
-/// Says what is wrong, where, and what was perhaps meant or where to read on.
+/// Explains the error: what is wrong, where, and what the user may have meant or where to read more.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
-/// Which options of the command make it need less memory; "" where none does.
+/// The options of the command that reduce its memory; "" if none does.
 std::string memory_advice(const CLI::App& command);
 
 }  // namespace tagrid

@@ -104,7 +104,7 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
 
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
   if (run.quiet) return;
-  // If samples are misread, no order of dims is better than another.
+  // If samples are misread, no order of dims looks better than another.
   if (const auto reading = likelier_reading(input, description))
     return warn(run, input + ": " + doubt(description, *reading));
   const auto likelier = likelier_dims(input, description);
@@ -119,7 +119,7 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
                    const EncodeResult& result) {
   constexpr double far_more = 4;
   const CodingParameters& p = result.header.parameters;
-  // The ranges of wide types are those of the data.
+  // Wide types take their range from the data.
   if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type)) return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   if (!(high - low > far_more * (p.range_high - p.range_low))) return;

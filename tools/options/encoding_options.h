@@ -42,7 +42,7 @@ OptionTexts encoding_options_given(const CLI::App& command);
 /// options.
 Encoding encoding_of(const OptionTexts& texts);
 
-/// True if both make the same file of this volume, as far as can be known without reading it.
+/// True if both encodings produce the same file from this volume, as far as this is known without reading it.
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume);
 /// The first option in which they differ, in words.
 std::string difference_of(const OptionTexts& was, const OptionTexts& now);

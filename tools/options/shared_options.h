@@ -22,7 +22,7 @@ namespace tagrid {
 constexpr int most_threads = 1024;
 
 struct RunOptions {
-  int threads = 0;  ///< 0: as affinity allows
+  int threads = 0;  ///< 0: all that the affinity allows
   bool quiet = false;
   int verbosity = 0;
   ProgressStyle progress = ProgressStyle::automatic;
@@ -33,10 +33,10 @@ struct RunOptions {
   int thread_count() const;
   /// Sets up the heap for the limit on memory, if there is one. Call it before anything large is allocated.
   void obey_memory_limit() const;
-  /// True if progress is shown, or with -v: then remarks that are not errors are shown, too.
+  /// True if progress is shown, or with -v. Remarks that are not errors are then shown, too.
   bool is_watched() const;
   Resources resources(const Ranks& ranks) const;
-  /// The same for any rank: threads are 0 where affinity is to say.
+  /// The same for any rank. The number of threads is 0 if the affinity determines it.
   Resources resources_of_each_rank() const;
 };
 

@@ -215,7 +215,7 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   EXPECT_NE(complaint("").find("no number"), std::string::npos) << complaint("");
 }
 
-// As several processes verify it.
+// Verifies rows in any order, as several processes do.
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
   Verifier verifier(tag_, in_, {}, Resources(1));

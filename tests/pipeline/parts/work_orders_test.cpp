@@ -111,7 +111,7 @@ TEST_F(WorkOrders, ADamagedFileIsToldOnceAndTheOthersServeOn) {
   by(3, [&](Ranks& ranks) {
     EXPECT_THROW(decode(ranks, "bad.tag"), BrokenInput);
     EXPECT_THROW(verify(ranks, "bad.tag", ""), BrokenInput);
-    // What comes after a failure is done as if nothing had been.
+    // Work after a failure is done as if nothing had failed.
     committed(encode_volume(ranks, run_to("a.tag")));
     EXPECT_TRUE(content("a.tag") == content("one.tag"));
   });

@@ -94,7 +94,7 @@ void expect_conforming(const LatticeBits& active, int cube_size, Index3 last) {
   RC_ASSERT(found.six_volumes == 6 * last.x * last.y * last.z);
 }
 
-// Of three or more root cubes along an axis, only the last one would be cut: two are enough.
+// Two root cubes along an axis are enough: of three or more, only the last one would be cut.
 RC_GTEST_PROP(Cut, LeavesStayConformingWhereverTheBorderIs, ()) {
   const int s = *rc::gen::element(4, 8, 16);
   Index3 high, last;

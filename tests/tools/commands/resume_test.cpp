@@ -129,7 +129,7 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   expect_untouched(".new.tag.parts", "is something else");
   expect_ok(script("mkdir .new.tag.parts && printf precious > .new.tag.parts/000001.dcm"));
   expect_untouched(".new.tag.parts/000001.dcm", "holds 000001.dcm");
-  // Beside a record it stays, and the folder with it.
+  // If the file lies beside a record, it stays, and so does the folder.
   make_record();
   for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
     file(".new.tag.parts/" + name, "precious");

@@ -337,7 +337,7 @@ TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
                  advice);
   }
   expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag && cmp b.tag volume.tag"));
-  // What the message says for the other commands.
+  // The advice is for the command that was given.
   expect_error(tagrid({"verify", "volume.tag", "--against", "a.gz"}), broken_input,
                "verify NAME.tag --against -");
   EXPECT_EQ(script("zcat a.gz | $TAGRID verify volume.tag --against -").code, 0);
