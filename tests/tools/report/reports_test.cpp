@@ -247,7 +247,8 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
   EXPECT_EQ(json["units"], Json::parse("[\"mm\",null,\"cm\"]"));
   EXPECT_TRUE(json["directions"].is_null() && json["origin"].is_null() && json["space"].is_null());
   expect_line(encoded(""), "geometry", "the source says nothing of it");
-  for (const auto& [key, value] : info("a.tag")["geometry"].items()) EXPECT_TRUE(value.is_null()) << key;
+  json = info("a.tag")["geometry"];
+  for (const auto& [key, value] : json.items()) EXPECT_TRUE(value.is_null()) << key;
 }
 
 // Every second sample is a NaN.
