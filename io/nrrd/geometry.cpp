@@ -189,6 +189,11 @@ Geometry geometry_of(std::string_view nrrd_fields) {
   return geometry;
 }
 
+VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields) {
+  Geometry geometry = geometry_of(nrrd_fields);
+  return {dims, type, std::move(geometry), std::move(nrrd_fields)};
+}
+
 std::string spacings_line(const std::array<double, 3>& spacing) {
   return fmt::format("spacings: {} {} {}\n", spacing[0], spacing[1], spacing[2]);
 }

@@ -13,6 +13,10 @@ namespace tagrid {
 /// not one of an NRRD header, does not belong there, or has content that is not supported.
 Geometry geometry_of(std::string_view nrrd_fields);
 
+/// The description of a volume with these header lines, and the geometry that they give. Throws as
+/// geometry_of() does.
+VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields);
+
 /// The NRRD header line for spacings, with its '\n'. Reading it back gives the same numbers.
 std::string spacings_line(const std::array<double, 3>& spacing);
 

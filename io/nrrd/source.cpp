@@ -135,12 +135,11 @@ std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const st
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
                      ": sizes must be positive, and the volume below 2^62 bytes");
-  SourceFacts facts{.info = {raw.dims, raw.type, {}, raw.spacing ? spacings_line(*raw.spacing) : ""},
+  SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
                     .files = {path},
                     .traits = {},
                     .holds_other_bytes = raw.offset > 0,
                     .headerless = true};
-  facts.info.geometry = geometry_of(facts.info.nrrd_fields);
   return std::make_unique<PlainSamples>(std::move(facts), std::move(file),
                                         SamplesPlace{raw.offset, raw.big_endian.value_or(false), 0});
 }

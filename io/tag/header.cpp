@@ -161,12 +161,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
 }
 
 VolumeInfo volume_info_of(const TagHeader& header) {
-  VolumeInfo info;
-  info.dims = header.parameters.dims;
-  info.type = header.parameters.type;
-  info.nrrd_fields = header.nrrd_fields;
-  info.geometry = geometry_of(info.nrrd_fields);
-  return info;
+  return volume_info(header.parameters.dims, header.parameters.type, header.nrrd_fields);
 }
 
 }  // namespace tagrid

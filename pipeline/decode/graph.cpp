@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "io/files/errors.h"
+#include "pipeline/decode/block.h"
 
 namespace tagrid {
 namespace {
@@ -15,16 +15,6 @@ namespace flow = oneapi::tbb::flow;
 
 using CodedBrick = std::shared_ptr<const BrickBytes>;
 using Brick = std::shared_ptr<DecodedBrick>;
-
-Brick decode_one(const CodingParameters& parameters, const BrickBytes& brick, const std::string& name,
-                 Wanted wanted) {
-  auto decoded = std::make_shared<DecodedBrick>();
-  const Status status = decode_brick(brick.activity, brick.values, parameters, brick.id, wanted, *decoded);
-  if (!status.ok())
-    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(brick.id) + ": " +
-                      status.what());
-  return decoded;
-}
 
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                    const DecodeStreams& streams) {
@@ -47,8 +37,8 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::limiter_node<CodedBrick, int> bricks(graph, static_cast<std::size_t>(budget.bricks_in_flight));
   flow::function_node<CodedBrick, Brick> decode(
       graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
-        Brick decoded =
-            decode_one(parameters, *brick, streams.name, keep ? Wanted::samples_and_grid : Wanted::samples);
+        auto decoded = std::make_shared<DecodedBrick>(decode_block(
+            *brick, parameters, streams.name, keep ? Wanted::samples_and_grid : Wanted::samples));
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
       });

@@ -14,13 +14,6 @@
 
 namespace tagrid {
 
-/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. They
-/// do not without loss, because they are samples then, nor in a grid-only file, which stores them in both
-/// bricks.
-inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
-  return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
-}
-
 struct SubdividedBrick {
   Index3 brick;
   SliceRange slices;

@@ -86,7 +86,7 @@ ByteCount waits_for_measuring(const Sizes& z) {
 }
 ByteCount closed_faces(const Sizes& z, ByteCount rows) {
   const CodingParameters& p = z.parameters;
-  if (p.mesh_error < 0 || !p.mesh_has_coded_values()) return 0;
+  if (!mesh_needs_bricks_below(p)) return 0;
   return static_cast<ByteCount>(ClosedSamples::working_bytes(p, static_cast<std::int64_t>(rows)));
 }
 

@@ -1,5 +1,4 @@
 // Builds a part of the mesh from the bricks that it needs.
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -8,9 +7,9 @@
 #include <vector>
 
 #include "io/files/errors.h"
+#include "pipeline/decode/block.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/mesh/mesh_bricks.h"
-#include "stages/brick/decode.h"
 
 namespace tagrid {
 namespace {
@@ -27,12 +26,8 @@ class Layer {
         const Index3 size = positions_.size();
         const Index3 position = positions_.low + Index3{i % size.x, i / size.x, 0};
         const BrickBytes block = file.read(grid.id(position));
-        DecodedBrick& brick = bricks_[static_cast<std::size_t>(i)];
         const Wanted wanted = meshed.contains(position) ? Wanted::samples_and_grid : Wanted::samples;
-        const Status status =
-            decode_brick(block.activity, block.values, file.parameters(), block.id, wanted, brick);
-        if (!status.ok())
-          throw BrokenInput(fmt::format("{}: brick {}: {}", file.name(), block.id, status.what()));
+        bricks_[static_cast<std::size_t>(i)] = decode_block(block, file.parameters(), file.name(), wanted);
       });
     });
   }

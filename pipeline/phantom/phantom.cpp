@@ -31,12 +31,7 @@ VolumeInfo info_of(const PhantomOptions& options) {
   if (!sample_bytes(n, options.type))
     throw UsageError(Sentence{"{} {},{},{}: the volume must be below 2^62 bytes",
                               {Setting{"dims", "the sizes"}, n.x, n.y, n.z}});
-  VolumeInfo info;
-  info.dims = n;
-  info.type = options.type;
-  info.nrrd_fields = spacings_line({1, 1, 1});
-  info.geometry = geometry_of(info.nrrd_fields);
-  return info;
+  return volume_info(n, options.type, spacings_line({1, 1, 1}));
 }
 
 }  // namespace

@@ -56,12 +56,8 @@ class Blocks {
 };
 
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
-  VolumeInfo info;
-  info.dims = region.shape();
-  info.type = header.parameters.type;
-  info.nrrd_fields = fields_of_region(header.nrrd_fields, region.box.low, region.step);
-  info.geometry = geometry_of(info.nrrd_fields);
-  return info;
+  return volume_info(region.shape(), header.parameters.type,
+                     fields_of_region(header.nrrd_fields, region.box.low, region.step));
 }
 
 // The region in pieces: some rows of bricks of one layer, with the whole extent of the region along x.

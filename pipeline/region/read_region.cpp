@@ -1,6 +1,5 @@
 #include "pipeline/region/read_region.h"
 
-#include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -10,8 +9,8 @@
 #include <mutex>
 
 #include "io/files/errors.h"
+#include "pipeline/decode/block.h"
 #include "pipeline/memory/of_bricks.h"
-#include "stages/brick/decode.h"
 
 namespace tagrid {
 namespace {
@@ -44,10 +43,7 @@ struct BrickDecoder {
 
   // Returns the number of bytes of samples that were stored.
   std::uint64_t hand_out(const BrickBytes& block) const {
-    DecodedBrick brick;
-    const Status status =
-        decode_brick(block.activity, block.values, parameters, block.id, Wanted::samples, brick);
-    if (!status.ok()) throw BrokenInput(fmt::format("{}: brick {}: {}", name, block.id, status.what()));
+    const DecodedBrick brick = decode_block(block, parameters, name, Wanted::samples);
     const BrickGrid bricks = parameters.bricks();
     return copy_samples(brick.samples, bricks.owned_box(bricks.position(block.id)));
   }

@@ -15,6 +15,13 @@ namespace tagrid {
 /// decoded first, for this purpose only. No stretch has more rows than `rows`.
 std::vector<BrickRows> rows_below(const BrickRows& rows);
 
+/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. They
+/// do not without loss, because they are samples then, nor in a grid-only file, which stores them in both
+/// bricks.
+inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
+  return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
+}
+
 /// Completes bricks, one at a time. Only a staircase of high faces is kept for later bricks; see PointIds.
 /// Memory: the samples of one slice of the rows, and of two faces between bricks.
 class ClosedSamples {

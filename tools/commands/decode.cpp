@@ -84,15 +84,14 @@ struct DecodeCommand {
   FinishedDecode decode(Ranks& ranks, const std::string& path, const Format& chosen,
                         const WantedRegion& wanted) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
-    return decode_volume(
-        ranks, {.input = input,
-                .output = path,
-                .format = chosen,
-                .overwrite = output.overwrite,
-                .region = wanted,
-                .vdb = vdb,
-                .resources = run.resources_of_each_rank(),
-                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
+    return decode_volume(ranks, {.input = input,
+                                 .output = path,
+                                 .format = chosen,
+                                 .overwrite = output.overwrite,
+                                 .region = wanted,
+                                 .vdb = vdb,
+                                 .resources = run.resources_of_each_rank(),
+                                 .progress = meter.progress()});
   }
 };
 

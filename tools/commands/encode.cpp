@@ -79,17 +79,16 @@ struct EncodeCommand {
 
   FinishedEncode encode(Ranks& ranks, const Encoding& asked, const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
-    return encode_volume(
-        ranks, {.input = input,
-                .source = asked.source,
-                .output = path,
-                .overwrite = output.overwrite,
-                .options = asked.options,
-                .resources = run.resources_of_each_rank(),
-                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); },
-                .resume = resume,
-                .program = "tagrid " TAGRID_VERSION,
-                .goes_on = tell_of_parts()});
+    return encode_volume(ranks, {.input = input,
+                                 .source = asked.source,
+                                 .output = path,
+                                 .overwrite = output.overwrite,
+                                 .options = asked.options,
+                                 .resources = run.resources_of_each_rank(),
+                                 .progress = meter.progress(),
+                                 .resume = resume,
+                                 .program = "tagrid " TAGRID_VERSION,
+                                 .goes_on = tell_of_parts()});
   }
 
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {

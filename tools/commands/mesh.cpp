@@ -43,12 +43,11 @@ struct MeshCommand {
 
   Finished<MeshResult> write(const Ranks& ranks, const std::string& path) const {
     ProgressMeter meter(run.progress, run.quiet, "meshing", 1);
-    return write_mesh(
-        {.input = input,
-         .output = path,
-         .options = options,
-         .resources = run.resources(ranks),
-         .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
+    return write_mesh({.input = input,
+                       .output = path,
+                       .options = options,
+                       .resources = run.resources(ranks),
+                       .progress = meter.progress()});
   }
 };
 

@@ -34,13 +34,12 @@ struct PhantomCommand {
   Finished<std::uint64_t> write(const PhantomOptions& options, const std::string& path,
                                 const Format& chosen) const {
     ProgressMeter meter(run.progress, run.quiet, "making", 1);
-    return write_phantom(
-        {.options = options,
-         .output = path,
-         .format = chosen,
-         .overwrite = output.overwrite,
-         .threads = run.thread_count(),
-         .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
+    return write_phantom({.options = options,
+                          .output = path,
+                          .format = chosen,
+                          .overwrite = output.overwrite,
+                          .threads = run.thread_count(),
+                          .progress = meter.progress()});
   }
 };
 

@@ -50,12 +50,11 @@ struct VerifyCommand {
 
   VerifyResult verify(Ranks& ranks, const SourceDescription& source) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
-    return verify_file(
-        ranks, {.input = input,
-                .original = original,
-                .source = source,
-                .resources = run.resources_of_each_rank(),
-                .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
+    return verify_file(ranks, {.input = input,
+                               .original = original,
+                               .source = source,
+                               .resources = run.resources_of_each_rank(),
+                               .progress = meter.progress()});
   }
 };
 

@@ -116,12 +116,11 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
     throw BrokenInput(line.input +
                       ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
   Ranks alone;
-  const VerifyResult found = verify_file(
-      alone, {.input = output,
-              .original = line.input,
-              .source = source,
-              .resources = resources_,
-              .progress = [&](std::uint64_t done, std::uint64_t total) { meter.update(done, total); }});
+  const VerifyResult found = verify_file(alone, {.input = output,
+                                                 .original = line.input,
+                                                 .source = source,
+                                                 .resources = resources_,
+                                                 .progress = meter.progress()});
   if (open_volume(line.input, source)->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 namespace tagrid {
@@ -28,6 +29,10 @@ class ProgressMeter {
 
   using Clock = std::chrono::steady_clock;
 
+  /// Updates the meter. It must not outlive the meter.
+  std::function<void(std::uint64_t done, std::uint64_t total)> progress() {
+    return [this](std::uint64_t done, std::uint64_t total) { update(done, total); };
+  }
   void update(std::uint64_t done, std::uint64_t total, Clock::time_point now = Clock::now());
 
  private:

@@ -199,21 +199,26 @@ TEST_F(LibraryEncoder, OneThatIsNotFinishedIsEndedWhenItIsClosed) {
   }
 }
 
+// An encoder whose output has failed. Few slices are ahead of the bricks, so not all of them can be fed.
+EncoderHandle failed_encoder(Index3 deep, const std::vector<std::int16_t>& samples, Encoded& encoded) {
+  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
+  encoded.write_fails_at = 1;
+  tagrid_encoder* opened = nullptr;
+  EXPECT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
+  tagrid_status status = TAGRID_OK;
+  for (std::int64_t z = 0; z < deep.z && status == TAGRID_OK; ++z)
+    status = tagrid_encoder_write(opened, samples.data() + z * deep.x * deep.y, 1, nullptr);
+  EXPECT_EQ(status, TAGRID_IO_ERROR);
+  return EncoderHandle(opened);
+}
+
 // A failed encoder says why in every later call, also in finish() before all slices were written.
 TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
   const Index3 deep = {21, 18, 200};
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 5);
-  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
   Encoded encoded;
-  encoded.write_fails_at = 1;
-  tagrid_encoder* opened = nullptr;
-  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
-  const EncoderHandle encoder(opened);
-  tagrid_status status = TAGRID_OK;
-  // Few slices are ahead of the bricks, so not all of them can be fed.
-  for (std::int64_t z = 0; z < deep.z && status == TAGRID_OK; ++z)
-    status = tagrid_encoder_write(opened, samples.data() + z * deep.x * deep.y, 1, nullptr);
-  ASSERT_EQ(status, TAGRID_IO_ERROR);
+  const EncoderHandle encoder = failed_encoder(deep, samples, encoded);
+  tagrid_encoder* const opened = encoder.get();
   const std::string message = tagrid_encoder_message(opened);
   EXPECT_EQ(tagrid_encoder_finish(opened, nullptr), TAGRID_IO_ERROR);
   EXPECT_EQ(tagrid_encoder_message(opened), message);
@@ -225,20 +230,12 @@ TEST_F(LibraryEncoder, LaterCallsSayWhyItFailed) {
 TEST_F(LibraryEncoder, SlicesAreCopiedOnlyOnceThereIsRoomForThem) {
   const Index3 deep = {16, 16, 400};
   const auto samples = awkward_volume<std::int16_t>(Awkward::smooth, deep, 12);
-  const tagrid_encode_options options = encode_options(deep, SampleType::int16);
   Encoded encoded;
-  encoded.write_fails_at = 1;
-  tagrid_encoder* opened = nullptr;
-  ASSERT_EQ(tagrid_encoder_open(&options, Encoded::write, &encoded, nullptr, &opened), TAGRID_OK);
-  const EncoderHandle encoder(opened);
-  tagrid_status status = TAGRID_OK;
-  for (std::int64_t z = 0; z < deep.z / 2 && status == TAGRID_OK; ++z)
-    status = tagrid_encoder_write(opened, samples.data(), 1, nullptr);
-  ASSERT_EQ(status, TAGRID_IO_ERROR);
+  const EncoderHandle encoder = failed_encoder(deep, samples, encoded);
   // Reading it would end the process.
   void* forbidden = mmap(nullptr, 4096, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   ASSERT_NE(forbidden, MAP_FAILED);
-  EXPECT_EQ(tagrid_encoder_write(opened, forbidden, 1, nullptr), TAGRID_IO_ERROR);
+  EXPECT_EQ(tagrid_encoder_write(encoder.get(), forbidden, 1, nullptr), TAGRID_IO_ERROR);
   munmap(forbidden, 4096);
 }
 

@@ -1,0 +1,17 @@
+#include "pipeline/decode/block.h"
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+
+DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
+                          const std::string& name, Wanted wanted) {
+  DecodedBrick brick;
+  const Status status = decode_brick(block.activity, block.values, parameters, block.id, wanted, brick);
+  if (!status.ok())
+    throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id) + ": " +
+                      status.what());
+  return brick;
+}
+
+}  // namespace tagrid

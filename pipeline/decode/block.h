@@ -1,0 +1,17 @@
+// Decodes one block of a file.
+#pragma once
+
+#include <string>
+
+#include "io/tag/blocks.h"
+#include "stages/brick/decode.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// The brick of a block. Throws BrokenInput if it cannot be decoded; the message begins with `name`, that of
+/// the file, unless it is "".
+DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& parameters,
+                          const std::string& name, Wanted wanted);
+
+}  // namespace tagrid
