@@ -53,7 +53,7 @@ def command_line(arguments):
                         help="runs of which the median is taken (3); JPEG XL has one")
     parser.add_argument("--codecs", metavar="NAME,NAME,...", help="only these; default: all that are installed")
     parser.add_argument("--threads", type=positive, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="threads, beside one; default: all that the process may run on")
+                        help="threads, besides one; default: all that the process may run on")
     parser.add_argument("--output", type=Path, default=Path("benchmark"), metavar="FOLDER",
                         help="where results.json, results.md and the plots go (benchmark)")
     parser.add_argument("--document", type=Path, metavar="FILE",
