@@ -44,8 +44,8 @@ struct ConvertCommand {
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
-          "--trust-description: has an effect only together with --remove-verified; give that, or leave it "
-          "out");
+          "--trust-description: has an effect only together with --remove-verified; give --remove-verified, "
+          "or leave it out");
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given);

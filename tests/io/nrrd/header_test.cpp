@@ -185,7 +185,7 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
          {kind + " domain domain", "space " + kind + " space", "none none " + kind}) {
       const std::string message =
           message_of<BrokenInput>([&] { parse_nrrd_header(plain + "kinds: " + kinds + "\n"); });
-      EXPECT_NE(message.find("is of the kind \"" + kind + "\""), std::string::npos) << message;
+      EXPECT_NE(message.find("has kind \"" + kind + "\""), std::string::npos) << message;
       EXPECT_NE(message.find("not a volume of single values"), std::string::npos) << message;
     }
   const std::string four =
