@@ -75,7 +75,7 @@ struct DecodeCommand {
     const auto ranges = three_ranges(region);
     if (!ranges)
       throw UsageError(fmt::format(
-          "--region {}: must be x0:x1,y0:y1,z0:z1, whole numbers; an end may be left out", region));
+          "--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out", region));
     for (std::size_t axis = 0; axis < 3; ++axis)
       std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
     return wanted;

@@ -39,7 +39,7 @@ struct EncodeCommand {
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
                        ": has the name of an encoded volume; use tagrid decode to decode it, or give -o FILE "
-                       "to encode it");
+                       "if it is a volume");
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "compressed bytes");

@@ -64,7 +64,7 @@ struct VerifyCommand {
 Action add_verify_command(CLI::App& app) {
   auto state = std::make_shared<VerifyCommand>();
   CLI::App* command = app.add_subcommand(
-      "verify", "Check a .tag file: its checksums, grid and statistics, and how far it is from the original");
+      "verify", "Check a .tag file: checksums, grid, statistics, and every voxel against the original");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   command->add_option("--against", state->original, "Compare every voxel with this volume")
       ->option_text("ORIGINAL");

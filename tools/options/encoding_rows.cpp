@@ -51,7 +51,7 @@ std::vector<Row> all_rows() {
       {"effort",
        kept,
        "fast|default|best",
-       "Trade time for size: fast, default or best; has an effect on voxels of 8 and 16 bits",
+       "Trade time for size; has an effect on voxels of 8 and 16 bits only",
        set_effort,
        {"fast", "default", "best"}},
       number_row(

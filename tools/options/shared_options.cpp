@@ -51,7 +51,8 @@ void add_run_options(CLI::App& command, RunOptions& options) {
   command
       .add_option_function<std::string>(
           "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
-          "auto (a bar on a terminal, otherwise nothing), bar, plain (a line per minute) or none")
+          "How to show progress: auto (a bar on a terminal, otherwise nothing), bar, plain (a line per "
+          "minute) or none")
       ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
 }
@@ -111,9 +112,10 @@ void add_removal_options(CLI::App& command, bool& remove) {
 }
 
 void add_trust_option(CLI::App& command, bool& trust) {
-  command.add_flag("--trust-description", trust,
-                   "Confirm that --dims, --type and --endian are right: headerless input may be removed even "
-                   "after a lossy encoding");
+  command.add_flag(
+      "--trust-description", trust,
+      "Confirm that --dims, --type and --endian are right, so that headerless input may be removed "
+      "after a lossy encoding");
 }
 
 void add_output_options(CLI::App& command, OutputOptions& options) {

@@ -150,7 +150,7 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + "dimension: 3\nsizes: 4294967296 4294967296 4294967296\n" + storage, "2^62"},
       {magic + type + "dimension: 3\nsizes: 3 4 99999999999999999999\n" + storage, "whole number"},
       {magic + type + shape + "encoding: raw\n", "\"endian\" is missing"},
-      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw and gzip"},
+      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw or gzip"},
       {magic + type + shape + "encoding: raw\nendian: middle\n", "little or big"},
       {magic + type + shape + storage + "data file: LIST\na.raw\n", "several files"},
       {magic + type + shape + storage + "data file: a%03d.raw 1 5 1\n", "several files"},
