@@ -244,7 +244,7 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
 TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWorks) {
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice :
-       {"bound of the mesh 10 or more", "largest error 3 or less", "active points 3 besides"})
+       {"bound of the mesh 10 or more", "largest error 3 or less", "or add the bound of the active points 3"})
     EXPECT_NE(message.find(advice), std::string::npos) << message;
   EXPECT_EQ(names(), std::vector<std::string>{"in.nrrd"});
   expect_promise(samples_, dims_, {false, 10, {}, 10}, 8);

@@ -128,7 +128,7 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
   file(".new.tag.parts", "precious");
   expect_untouched(".new.tag.parts", "is not a folder");
   expect_ok(script("mkdir .new.tag.parts && printf precious > .new.tag.parts/000001.dcm"));
-  expect_untouched(".new.tag.parts/000001.dcm", "holds 000001.dcm");
+  expect_untouched(".new.tag.parts/000001.dcm", "contains 000001.dcm");
   // If the file lies beside a record, it stays, and so does the folder.
   make_record();
   for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
@@ -264,7 +264,7 @@ TEST_F(Resume, ADamagedRecordIsRefused) {
   std::string record = content(".new.tag.parts/run");
   record[20] ^= 1;
   file(".new.tag.parts/run", record);
-  expect_error(tagrid(command()), usage, "remove .new.tag.parts to begin anew");
+  expect_error(tagrid(command()), usage, "remove .new.tag.parts to start again");
 }
 
 TEST_F(Resume, AReportInTheFolderOfThePartsIsRefusedBeforeAnyWork) {

@@ -70,7 +70,7 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.nrrd", "--vdb-grid", "x"}), usage, "-o FILE.vdb");
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-tolerance", "-1"}), usage, "negative");
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-background", "0.5"}), usage,
-               "is no int16");
+               "is not a value of type int16");
   expect_error(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--vdb-grid", "x"}), usage,
                "not an OpenVDB file");
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));

@@ -88,7 +88,7 @@ TEST_F(ConvertOutputs, AnOutputThatWouldLeaveTheFolderIsRefusedBeforeAnythingIsD
       {"../b", "must not contain .."},
       {"x/../b", "must not contain .."},
       {"x/..", "must not contain .."},
-      {"/tmp/b", "below the folder of the outputs"},
+      {"/tmp/b", "inside the output folder"},
       {"x/", "is not the name of a file"},
       {".", "is not the name of a file"},
       {"./", "is not the name of a file"},

@@ -232,7 +232,7 @@ TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
       expect_error(
           tagrid(with({"encode", input, "-o", "x.tag", "--dims", "52,40,36", "--type", "int16"}, options),
                  content("volume.nrrd")),
-          usage, "its NRRD header says");
+          usage, "its NRRD header ");
   expect_ok(tagrid(with({"encode", "volume.nrrd", "--endian=little", "--spacing=1,1,1"}, raw_)));
 }
 
