@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   }
   samples = malloc(count * tagrid_sample_size(info.type));
   if (samples == NULL) {
-    fprintf(stderr, "there is no memory for %zu samples\n", count);
+    fprintf(stderr, "not enough memory for %zu samples\n", count);
     tagrid_reader_close(reader);
     return 1;
   }

@@ -32,7 +32,7 @@ same_addresses=()
 if setarch -R true 2>/dev/null; then
   same_addresses=(setarch -R)
 elif [ -z "$seconds" ]; then
-  echo "Addresses cannot be fixed here: inputs are not the same every time."
+  echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
 declare -A runs=([header]=300000 [brick]=8000 [index]=150000 [nrrd]=100000 [vdb]=20000 [record]=700000 [part]=200000 [numbers]=1000000 [file]=8000)

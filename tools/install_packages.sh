@@ -31,7 +31,7 @@ done
 
 sudo=()
 if [ "$(id -u)" -ne 0 ]; then
-  command -v sudo >/dev/null || { echo "Not root, and no sudo: ask for the packages ${missing[*]}" >&2; exit 74; }
+  command -v sudo >/dev/null || { echo "Neither root nor sudo: ask an administrator to install ${missing[*]}" >&2; exit 74; }
   sudo=(sudo)
 fi
 echo "Installing ${missing[*]}"

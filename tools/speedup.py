@@ -29,13 +29,13 @@ def numbers(text):
 def command_line():
     cores = len(os.sched_getaffinity(0))
     parser = argparse.ArgumentParser(prog="tools/speedup.py", description=__doc__.split("\n\n")[0])
-    parser.add_argument("volume", help="any that tagrid reads")
+    parser.add_argument("volume", help="any volume that tagrid reads")
     parser.add_argument("--processes", type=numbers, default=list(range(1, cores + 1)), metavar="N,N,...",
                         help="default: 1 to the number of cores")
-    parser.add_argument("--levels", type=numbers, default=[6, 9, 15], metavar="L,L,...", help="(6,9,15)")
-    parser.add_argument("--repetitions", type=int, default=5, metavar="N", help="(5)")
+    parser.add_argument("--levels", type=numbers, default=[6, 9, 15], metavar="L,L,...", help="levels of the grid (6,9,15)")
+    parser.add_argument("--repetitions", type=int, default=5, metavar="N", help="runs of each kind (5)")
     parser.add_argument("--tagrid-mpi", type=Path, default=SOURCES / "build/release/tagrid-mpi", metavar="PROGRAM")
-    parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="draw it, with gnuplot")
+    parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="draw a plot with gnuplot")
     parser.add_argument("--document", type=Path, metavar="FILE", help="put the table between its marks")
     return parser.parse_args()
 

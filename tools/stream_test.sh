@@ -25,7 +25,7 @@ run() {
     measured "$folder/encode" "$tagrid" encode - --dims "$width,$width,$nz" --type int16 -o "$folder/$nz.tag" -f
   measured "$folder/decode" "$tagrid" decode - <"$folder/$nz.tag" | cksum >"$folder/decoded"
   sleep 1
-  cmp "$folder/original" "$folder/decoded" || { echo "FAILED: $nz slices do not come back" >&2; exit 1; }
+  cmp "$folder/original" "$folder/decoded" || { echo "FAILED: $nz slices were not restored" >&2; exit 1; }
   echo "$nz slices: encode $(($(cat "$folder/encode") / 1024)) MB, decode $(($(cat "$folder/decode") / 1024)) MB," \
     "file $(stat -c %s "$folder/$nz.tag") bytes"
   rm "$folder/$nz.tag"

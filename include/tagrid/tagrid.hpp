@@ -217,7 +217,8 @@ class Reader {
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (step[axis] >= 1 && box.high[axis] > box.low[axis])
         count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
-    if (samples.size() < count) throw Error(TAGRID_INVALID_ARGUMENT, "there is no place for all samples");
+    if (samples.size() < count)
+      throw Error(TAGRID_INVALID_ARGUMENT, "the buffer is too small for all samples");
     run(call, [&](const tagrid_call* settings) {
       return tagrid_reader_read(reader_, &c, step.data(), samples.data(), nullptr, settings);
     });
@@ -329,7 +330,8 @@ class Encoder {
   template <class T>
   void write(std::span<const T> samples) {
     if (type_ != type_of<T>()) throw Error(TAGRID_INVALID_ARGUMENT, "the volume has samples of another type");
-    if (samples.size() % slice_ != 0) throw Error(TAGRID_INVALID_ARGUMENT, "these are no whole slices");
+    if (samples.size() % slice_ != 0)
+      throw Error(TAGRID_INVALID_ARGUMENT, "the samples are not a whole number of slices");
     check(tagrid_encoder_write(state_->encoder, samples.data(),
                                static_cast<std::int64_t>(samples.size() / slice_), nullptr));
   }

@@ -23,8 +23,9 @@ FileSource::FileSource(const std::string& path) : name_(path) {
   if (!is_file) close(descriptor_);
   if (error != 0) throw world_error("cannot read", name_, error);
   if (!is_file)
-    throw WorldError(name_ +
-                     ": is no file, and only a file can be read in any order; copy it to a file first");
+    throw WorldError(
+        name_ +
+        ": is not a regular file, and only regular files can be read in any order; copy it to a file first");
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -36,7 +37,7 @@ void FileSource::read_at(std::uint64_t position, std::span<std::byte> to) const 
     const ssize_t count =
         uninterrupted([&] { return pread(descriptor_, to.data(), most, static_cast<off_t>(position)); });
     if (count < 0) throw world_error("cannot read", name_, errno);
-    if (count == 0) throw WorldError(name_ + ": has become shorter while it was read");
+    if (count == 0) throw WorldError(name_ + ": became shorter while it was being read");
     to = to.subspan(static_cast<std::size_t>(count));
     position += static_cast<std::uint64_t>(count);
   }

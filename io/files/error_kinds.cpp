@@ -29,7 +29,7 @@ SortedError sorted_error(const std::exception_ptr& exception) {
   } catch (const std::exception& error) {
     return {ErrorKind::bug, error.what(), {}};
   } catch (...) {
-    return {ErrorKind::bug, "something that is no exception was thrown", {}};
+    return {ErrorKind::bug, "an exception of an unknown type was thrown", {}};
   }
 }
 

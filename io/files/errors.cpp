@@ -14,7 +14,7 @@ std::string_view advice(int error_number) {
   switch (error_number) {
     case ENOENT:
     case ENOTDIR:
-      return "; check the name and that its folder exists";
+      return "; check the name, and that its folder exists";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -24,7 +24,7 @@ std::string_view advice(int error_number) {
       return "; free some space or choose another folder";
     case EMFILE:
     case ENFILE:
-      return "; raise the limit of open files (ulimit -n)";
+      return "; raise the limit on open files (ulimit -n)";
     case ENAMETOOLONG:
       return "; choose a shorter name";
     default:
@@ -39,7 +39,7 @@ std::uint64_t mebibytes(std::uint64_t bytes) { return (bytes + mebibyte - 1) / m
 Sentence sentence_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed) {
   const std::string limit =
       allowed < mebibyte ? fmt::format("{} B", allowed) : fmt::format("{} MiB", allowed / mebibyte);
-  return {"{} needs at least {} MiB of memory, and {} are allowed", {work, mebibytes(needed), limit}};
+  return {"{} needs at least {} MiB of memory, but the limit is {}", {work, mebibytes(needed), limit}};
 }
 
 ErrorDetail detail_of(const std::string& work, std::uint64_t allowed, std::uint64_t needed,

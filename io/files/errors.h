@@ -112,7 +112,7 @@ class ClosedPipe : public WorldError {
   using WorldError::WorldError;
 };
 
-/// The command makes no sense, e.g. its output exists already. Exit code 64.
+/// The command makes no sense, e.g. its output already exists. Exit code 64.
 class UsageError : public Error {
  public:
   using Error::Error;

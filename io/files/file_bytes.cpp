@@ -54,7 +54,7 @@ void FileBytes::wait_for_bytes() const {
   constexpr int look_again = 100;  // ms
   pollfd ready = {descriptor_, POLLIN, 0};
   while (poll(&ready, 1, stop_ ? look_again : -1) == 0)
-    if (*stop_) throw WorldError(name_ + ": nobody needs it any more");
+    if (*stop_) throw WorldError(name_ + ": its samples are no longer needed");
 }
 
 std::size_t FileBytes::read_once(std::byte* out, std::size_t size) {

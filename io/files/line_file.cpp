@@ -32,18 +32,19 @@ LineFile::~LineFile() { close(descriptor_); }
 
 void LineFile::lock() {
   if (lock_now(descriptor_)) return;
-  if (errno == EWOULDBLOCK) throw UsageError(name_ + ": another run is writing to it; wait for its end");
+  if (errno == EWOULDBLOCK)
+    throw UsageError(name_ + ": another run is writing to it; wait until that run ends");
   // Some file systems have no locks; then the caller must ensure that there is only one run.
 }
 
 void LineFile::cut(long long size) {
   if (uninterrupted([&] { return ftruncate(descriptor_, size); }) != 0)
-    throw world_error("cannot cut off half a line of", name_, errno);
+    throw world_error("cannot cut off its incomplete last line", name_, errno);
 }
 
 void LineFile::cut_half_line() {
   struct stat status = {};
-  if (fstat(descriptor_, &status) != 0) throw world_error("cannot look at it", name_, errno);
+  if (fstat(descriptor_, &status) != 0) throw world_error("cannot get its status", name_, errno);
   if (!S_ISREG(status.st_mode)) throw UsageError(name_ + ": is not a file");
   std::array<char, 4096> bytes;
   for (size_ = status.st_size; size_ > 0;) {

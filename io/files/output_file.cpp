@@ -28,7 +28,7 @@ bool is_special(const std::string& path) {
 }
 
 UsageError exists_already(const std::string& path) {
-  return UsageError(path + ": exists already", Problem::output_exists);
+  return UsageError(path + ": already exists", Problem::output_exists);
 }
 
 /// Renames without overwriting; returns 0 or an errno.
@@ -132,7 +132,7 @@ void OutputFile::write(std::span<const std::byte> bytes) {
       wait_for_room(descriptor_);
       continue;
     }
-    if (count < 0 && errno == EPIPE) throw ClosedPipe(name_ + ": nobody reads it any more");
+    if (count < 0 && errno == EPIPE) throw ClosedPipe(name_ + ": the reader closed the pipe");
     if (count < 0) throw world_error("cannot write", name_, errno);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
     position_ += static_cast<std::uint64_t>(count);
@@ -212,7 +212,7 @@ void OutputFile::publish() {
   try {
     give_name();
     if (const int error = sync_folder(folder_of(path_)); error != 0)
-      throw world_error("cannot write its folder", name_, error);
+      throw world_error("cannot sync its folder", name_, error);
   } catch (...) {
     take_back();
     throw;
@@ -226,7 +226,7 @@ void OutputFile::keep() {
   const std::string older = std::exchange(older_, "");
   const int error = unlink(older.c_str()) != 0 ? errno : 0;
   forget_temporary(std::exchange(older_slot_, -1));
-  if (error != 0) throw world_error("cannot remove the older file of the name", older, error);
+  if (error != 0) throw world_error("cannot remove the older file of this name", older, error);
 }
 
 }  // namespace tagrid

@@ -33,7 +33,7 @@ std::vector<Format> all_formats() {
       // The row "nrrd" reads these files.
       {.name = "nhdr",
        .extensions = {".nhdr"},
-       .help = "header, samples in a .raw beside it",
+       .help = "header, with samples in a .raw file beside it",
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_nhdr(path, samples_path(path, format_named("nhdr")), info, options.files);
        },

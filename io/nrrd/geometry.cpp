@@ -19,7 +19,7 @@ Fields fields_of(std::string_view nrrd_fields) {
   Fields fields;
   // Otherwise a header that contains these lines would not give them back.
   if (!nrrd_fields.empty() && (!nrrd_fields.ends_with('\n') || nrrd_fields.find("\r\n") != nrrd_fields.npos))
-    throw BrokenInput("NRRD header: lines must end with a line feed alone here");
+    throw BrokenInput("NRRD header: lines here must end with a single line feed");
   while (!nrrd_fields.empty()) {
     const NrrdLine line = parse_nrrd_line(take_line(nrrd_fields));
     if (line.kind != NrrdLine::Kind::field) continue;
@@ -81,7 +81,7 @@ Vector take_vector(std::string_view field, std::string_view& rest) {
 
 void expect_end(std::string_view field, std::string_view rest) {
   if (!words_of(rest).empty())
-    throw BrokenInput(fmt::format("NRRD header: {}: {} is too much", field, quoted(rest)));
+    throw BrokenInput(fmt::format("NRRD header: {}: unexpected {} at the end", field, quoted(rest)));
 }
 
 void read_spacings(std::string_view value, Geometry& geometry) {
@@ -124,11 +124,11 @@ void check_kinds(std::string_view value) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string kind = lower_case(kinds[axis]);
     if (kind == "domain" || kind == "space" || kind == "none" || kind == "???") continue;
-    throw BrokenInput(fmt::format(
-        "NRRD header: kinds: axis {} is of the kind {}: this is not a volume of single values. All three "
-        "axes must be of the kind domain or space, or of none; take one component or moment first, with unu "
-        "slice, for example",
-        axis, quoted(kinds[axis])));
+    throw BrokenInput(
+        fmt::format("NRRD header: kinds: axis {} has kind {}, so this is not a volume of single values; all "
+                    "three axes must have kind domain, space or none; extract one component or time point "
+                    "first, for example with unu slice",
+                    axis, quoted(kinds[axis])));
   }
 }
 

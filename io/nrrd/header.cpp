@@ -83,17 +83,16 @@ SampleType type_of(std::string_view value) {
   const std::string name = lower_case(fmt::format("{}", fmt::join(words_of(value), " ")));
   for (const TypeName& t : type_names)
     if (t.spelling == name) return t.type;
-  refuse("type", value, "not supported; integers of 8, 16 and 32 bits, float and double are");
+  refuse("type", value, "not supported; use integers of 8, 16 or 32 bits, float or double");
 }
 
 Index3 dims_of(const Fields& fields) {
   const std::string_view dimension = required(fields, "dimension");
   if (dimension != "3")
     refuse("dimension", dimension,
-           dimension == "4"
-               ? "a volume has 3 axes, and this is more than one: its components (colors, vectors) "
-                 "or moments; take one of them first, with unu slice, for example"
-               : "a volume has 3 axes; only dimension 3 is supported");
+           dimension == "4" ? "a volume has 3 axes, and this file has one more, for components (colors, "
+                              "vectors) or time points; extract one of them first, for example with unu slice"
+                            : "a volume has 3 axes; only dimension 3 is supported");
   const std::string_view sizes = required(fields, "sizes");
   const auto words = words_of(sizes);
   if (words.size() != 3) refuse("sizes", sizes, "must be 3 numbers");
@@ -104,7 +103,7 @@ NrrdHeader::Encoding encoding_of(std::string_view value) {
   const std::string name = lower_case(value);
   if (name == "raw") return NrrdHeader::Encoding::raw;
   if (name == "gzip" || name == "gz") return NrrdHeader::Encoding::gzip;
-  refuse("encoding", value, "not supported; raw and gzip are");
+  refuse("encoding", value, "not supported; use raw or gzip");
 }
 
 bool big_endian_of(const Fields& fields, SampleType type) {
@@ -137,7 +136,7 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
   if (fields.contains("byte skip")) header.byte_skip = integer_of("byte skip", optional(fields, "byte skip"));
   if (header.line_skip < 0) refuse("line skip", optional(fields, "line skip"), "must not be negative");
   if (header.byte_skip < -1 || (header.byte_skip == -1 && header.encoding != NrrdHeader::Encoding::raw))
-    refuse("byte skip", optional(fields, "byte skip"), "must not be negative, or -1 with encoding raw");
+    refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
 }
 
 /// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`.
@@ -149,7 +148,7 @@ Fields storage_fields_of(std::string_view text, std::string& others) {
     const NrrdLine parsed = parse_nrrd_line(line);
     if (parsed.field == "data file" && names_several_files(parsed.value))
       refuse("data file", parsed.value,
-             "a volume in several files is not supported; make one file of it first");
+             "a volume in several files is not supported; join them into one file first");
     if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
       others.append(line).append("\n");
     } else if (!fields.emplace(parsed.field, parsed.value).second) {
@@ -170,13 +169,15 @@ bool begins_nrrd(std::string_view bytes) {
 NrrdHeader parse_nrrd_header(std::string_view text) {
   const std::string_view magic = take_line(text);
   if (!magic.starts_with("NRRD000") || magic.size() != 8 || magic[7] < '1' || magic[7] > '5')
-    throw BrokenInput("NRRD header: " + quoted(magic) + " is no supported version; NRRD0001 to NRRD0005 are");
+    throw BrokenInput("NRRD header: " + quoted(magic) +
+                      " is not a supported version; use NRRD0001 to NRRD0005");
   NrrdHeader header;
   const Fields fields = storage_fields_of(text, header.info.nrrd_fields);
   header.info.type = type_of(required(fields, "type"));
   header.info.dims = dims_of(fields);
   if (!sample_bytes(header.info.dims, header.info.type))
-    refuse("sizes", required(fields, "sizes"), "must be positive, and the volume below 2^62 bytes");
+    refuse("sizes", required(fields, "sizes"),
+           "must be positive, and the volume must be smaller than 2^62 bytes");
   header.encoding = encoding_of(required(fields, "encoding"));
   header.big_endian = big_endian_of(fields, header.info.type);
   header.data_file = data_file_of(fields);

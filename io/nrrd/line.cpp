@@ -70,7 +70,7 @@ std::string_view trimmed(std::string_view text) {
 
 NrrdLine parse_nrrd_line(std::string_view line) {
   if (!line.empty() && line.front() == '#') return {};
-  if (line.find('\0') != line.npos) throw BrokenInput("NRRD header: a line has a zero byte");
+  if (line.find('\0') != line.npos) throw BrokenInput("NRRD header: a line contains a zero byte");
   const std::size_t colon = line.find(':');
   if (colon != line.npos && line.substr(colon, 2) != ":=") {
     const std::string_view field = field_named(line.substr(0, colon));

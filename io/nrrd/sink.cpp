@@ -19,7 +19,7 @@ void require_name_in_header(const VolumeInfo& info, const std::string& data_file
     // The name cannot be stored in a header.
   }
   throw UsageError(tagrid::quoted(data_file) +
-                   ": a detached header cannot name such a file; choose another name");
+                   ": a detached header cannot refer to a file of this name; choose another name");
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ NrrdHeader read_header(FileBytes& file) {
 /// Checks the user's description of an NRRD file against its header.
 void check_against(const RawDescription& raw, const NrrdHeader& header, const std::string& name) {
   const VolumeInfo& info = header.info;
-  const std::string both = fmt::format("{}: its NRRD header says {}, its description {}", name,
+  const std::string both = fmt::format("{}: its NRRD header says {}, but its description says {}", name,
                                        described(info.dims, info.type), described(raw.dims, raw.type));
   if (raw.dims != info.dims) throw BrokenInput(both);
   if (raw.type != info.type) throw UsageError(both);
@@ -48,8 +48,8 @@ void check_against(const RawDescription& raw, const NrrdHeader& header, const st
   if (raw.spacing && *raw.spacing != info.geometry.spacing) {
     const auto& [x, y, z] = info.geometry.spacing;
     if (!info.geometry.has_spacing)
-      throw UsageError(name + ": its NRRD header says no spacing", Problem::spacing_not_in_header);
-    throw UsageError(fmt::format("{}: its NRRD header says the spacing {}, {}, {}", name, x, y, z),
+      throw UsageError(name + ": its NRRD header gives no spacing", Problem::spacing_not_in_header);
+    throw UsageError(fmt::format("{}: its NRRD header gives the spacing {}, {}, {}", name, x, y, z),
                      Problem::spacing_differs);
   }
 }
@@ -89,7 +89,7 @@ void skip_lines(FileBytes& file, std::int64_t count) {
     std::string line;
     if (!file.read_line(line, max_nrrd_header_bytes) || line.empty())
       throw BrokenInput(
-          fmt::format("{}: its header says to skip {} lines, which it does not have", file.name(), count));
+          fmt::format("{}: its header says to skip {} lines, but it has fewer", file.name(), count));
   }
 }
 
@@ -134,7 +134,7 @@ std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const st
   const RawDescription& raw = source.raw.value();
   if (!sample_bytes(raw.dims, raw.type))
     throw UsageError(described(raw.dims, raw.type) +
-                     ": sizes must be positive, and the volume below 2^62 bytes");
+                     ": sizes must be positive, and the volume must be smaller than 2^62 bytes");
   SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
                     .files = {path},
                     .traits = {},

@@ -125,7 +125,8 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
   const std::uint64_t start = size - tail_size - table_size;
   std::vector<std::byte> head(head_size), table(table_size), tail(tail_size);
   read_exactly(head.data(), head.size());
-  if (!std::equal(head.begin(), head.end(), expected.begin())) fail("the part is damaged, or of another run");
+  if (!std::equal(head.begin(), head.end(), expected.begin()))
+    fail("the part is damaged, or belongs to another run");
   bytes_.seek(start);
   read_exactly(table.data(), table.size());
   read_exactly(tail.data(), tail.size());

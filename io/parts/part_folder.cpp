@@ -29,7 +29,7 @@ std::vector<std::string> names_in(const std::string& folder) {
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error))
     names.push_back(entry->path().filename().string());
-  if (error) throw world_error("cannot look into it", folder, error.value());
+  if (error) throw world_error("cannot list its files", folder, error.value());
   return names;
 }
 
@@ -92,15 +92,17 @@ void PartFolder::require_own() const {
   const auto status = status_of_name(path_);
   if (!status) return;  // removed at the end of another run
   if (!S_ISDIR(status->st_mode))
-    throw UsageError(path_ +
-                     ": is to be the folder for the parts of the run, and is something else; move it away");
+    throw UsageError(
+        path_ +
+        ": exists and is not a folder, but the run needs a folder of this name for its parts; move it away");
   const auto beside = status_of(folder_of(path_));
   if (!beside || beside->st_dev != status->st_dev)
-    throw UsageError(path_ + ": is on another file system than the output; unmount it");
+    throw UsageError(path_ + ": is on a different file system from the output; unmount it");
   if (status_of(record())) return;
   for (const std::string& name : names_in(path_))
     if (!is_of_run(name))
-      throw UsageError(fmt::format("{}: is no record of a run: it holds {}; move it away", path_, name));
+      throw UsageError(
+          fmt::format("{}: is not the record of a run: it contains {}; move it away", path_, name));
 }
 
 void PartFolder::lock() {
@@ -116,7 +118,7 @@ void PartFolder::lock() {
       if (error == ENOSYS || error == EOPNOTSUPP || error == ENOLCK) return;
       close(std::exchange(lock_, -1));
       if (error == EWOULDBLOCK)
-        throw UsageError(path_ + ": another process is at this run; wait for its end");
+        throw UsageError(path_ + ": another process is working on this run; wait until it ends");
       throw world_error("cannot lock", name, error);
     }
     struct stat ours = {};

@@ -74,7 +74,7 @@ std::string change_of(const FileIdentity& was, const FileIdentity& now) {
   if (was.size != now.size) return changed + fmt::format("it had {} bytes, now {}", was.size, now.size);
   if (was.modified != now.modified || was.modified_ns != now.modified_ns)
     return changed + "modified " + local_time(now.modified);
-  if (was.ends_checksum != now.ends_checksum) return changed + "other bytes are in it";
+  if (was.ends_checksum != now.ends_checksum) return changed + "its content differs";
   if (was.inode != now.inode) return changed + "it is another file";
   if (was.changed != now.changed || was.changed_ns != now.changed_ns)
     return changed + "written to, renamed, or given other permissions " + local_time(now.changed);
@@ -110,7 +110,7 @@ std::vector<std::byte> serialize_record(const RunRecord& record) {
 Status parse_record(std::span<const std::byte> bytes, RunRecord& record) {
   if (bytes.size() < magic.size() + 8 ||
       !std::equal(magic.begin(), magic.end(), reinterpret_cast<const std::uint8_t*>(bytes.data())))
-    return Status::broken("is no record of a run of this version");
+    return Status::broken("is not the record of a run of this version");
   if (!checksums_agree(run_id(bytes), checksum_of({bytes.first(bytes.size() - 8)})))
     return Status::broken("is damaged");
   FieldReader fields(bytes.subspan(magic.size(), bytes.size() - magic.size() - 8));
@@ -142,17 +142,18 @@ std::uint64_t run_id(std::span<const std::byte> record_bytes) {
 }
 
 Sentence difference_of(const RunRecord& was, const RunRecord& now) {
-  if (was.program != now.program) return {"{} began it, this is {}", {was.program, now.program}};
+  if (was.program != now.program)
+    return {"the run was started with {}, and this is {}", {was.program, now.program}};
   for (const auto& [name, value] : now.settings)
     for (const auto& [other_name, other] : was.settings)
       if (name == other_name && value != other)
         return {"{} was {}, now {}", {Setting{name, name}, other, value}};
-  if (was.inputs.size() != now.inputs.size()) return {"the input was another one", {}};
+  if (was.inputs.size() != now.inputs.size()) return {"the number of input files has changed", {}};
   for (std::size_t i = 0; i < was.inputs.size(); ++i)
     if (std::string change = change_of(was.inputs[i], now.inputs[i]); !change.empty())
       return {"{}", {change}};
   const bool same = was.settings == now.settings && was.header == now.header;
-  return {same ? "" : "other settings, or another input", {}};
+  return {same ? "" : "the settings or the input have changed", {}};
 }
 
 }  // namespace tagrid

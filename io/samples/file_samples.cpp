@@ -91,7 +91,7 @@ void GzipSamples::seek(std::int64_t z) {
   for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
     const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
     if (gzip_.read(bytes, count) != count)
-      throw BrokenInput(fmt::format("{}: {}, but it ends before", file_->name(), expected()));
+      throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
     left -= count;
   }
 }

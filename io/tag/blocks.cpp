@@ -27,7 +27,7 @@ std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
 std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick) {
   const std::size_t length = 8 + 4 + brick.activity.size() + brick.values.size();
   if (length > largest_body(parameters, brick.id))
-    throw std::logic_error("a brick is larger than any may be");
+    throw std::logic_error("a brick is larger than the largest possible");
   FieldWriter head;
   head.put(static_cast<std::uint32_t>(length));
   head.put(static_cast<std::uint64_t>(brick.id));
@@ -72,11 +72,12 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
   const auto length = reader.get<std::uint32_t>();
   if (length < 12 || length > largest_body(parameters, id)) return Status::broken("an impossible size");
   if (block.size() != std::uint64_t{4} + length + 8)
-    return Status::broken("its size is not that of the index");
+    return Status::broken("its size is not the one in the index");
   const auto in_file = load_little_endian<std::uint64_t>(block.data() + 4 + length);
   if (!checksums_agree(in_file, chained_checksum(checksum_of({block.first(4 + length)}), checksum)))
     return Status::broken(
-        "the checksum does not fit: the brick is damaged, or it or the one before is of another file");
+        "the checksum does not match: the brick is damaged, or it or the one before it belongs to another "
+        "file");
   const auto number = reader.get<std::uint64_t>();
   if (number != static_cast<std::uint64_t>(id))
     return Status::broken("brick " + std::to_string(number) + " is in its place");
@@ -98,7 +99,7 @@ Status find_file_end(std::span<const std::byte> footer, std::uint64_t& start) {
   start = load_little_endian<std::uint64_t>(footer.data());
   const auto magic = footer.last(end_magic.size());
   if (!std::equal(magic.begin(), magic.end(), std::as_bytes(std::span(end_magic)).begin()))
-    return Status::broken("this is no footer");
+    return Status::broken("this is not a footer");
   return {};
 }
 
@@ -111,7 +112,7 @@ Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest)
   if (size != index_size(count, index_form(parameters)) || packed_size > size + size / 128 + 1024)
     return Status::broken("the index has an impossible size");
   if (count > (start - header_size) / block_frame_size)
-    return Status::broken("the file is too short for as many bricks");
+    return Status::broken("the file is too short for that many bricks");
   rest = packed_size + 8 + footer_size;
   return {};
 }
@@ -122,7 +123,7 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
   if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
                        chained_checksum(checksum_of({bytes.first(index_head_size), packed}), last_checksum)))
     return Status::broken(
-        "the checksum does not fit: the index is damaged, or the last brick is of another file");
+        "the checksum does not match: the index is damaged, or the last brick belongs to another file");
   std::uint64_t start_in_footer = 0;
   if (!find_file_end(tail.last(footer_size), start_in_footer).ok() || start_in_footer != start ||
       !checksums_agree(load_little_endian<std::uint64_t>(tail.data() + 16), header_checksum))
@@ -136,7 +137,7 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
   for (const IndexEntry& brick : index.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
   if (header_size + bricks_size != start)
-    return Status::broken("the sizes of the bricks do not sum to the file's");
+    return Status::broken("the sizes of the bricks do not add up to the size of the file");
   return {};
 }
 

@@ -40,30 +40,34 @@ std::string what_it_is(std::span<const std::byte> bytes) {
 
 Status check_parameters(const CodingParameters& p) {
   if (!is_volume_size(p.dims))
-    return Status::broken("a size of the volume is not in 1 .. 2^31, or it has more than 2^58 samples");
-  if (!is_sample_type(p.type)) return Status::broken("the sample type is not known to this version");
-  if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is not known");
-  if (p.effort > Effort::best) return Status::broken("the effort is not known");
+    return Status::broken(
+        "a dimension of the volume is not from 1 to 2^31, or the volume has more than 2^58 samples");
+  if (!is_sample_type(p.type)) return Status::broken("the sample type is unknown to this version");
+  if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is unknown");
+  if (p.effort > Effort::best) return Status::broken("the effort is unknown");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
-    return Status::broken("the size of the root cubes is not a power of two, 4 .. 256");
+    return Status::broken("the edge of a root cube is not a power of two from 4 to 256");
   if (p.brick_edge < 1 || p.brick_edge * p.cube_size > 512)
-    return Status::broken("bricks are not of 1 to 512 samples an edge");
+    return Status::broken("the edge of a brick is not from 1 root cube to 512 samples");
   if (p.max_level < 0 || p.max_level > max_level(p.cube_size))
     return Status::broken("the level limit is out of range");
   if (p.accuracy < 3 || p.accuracy > max_accuracy)
-    return Status::broken("the accuracy is not in 3 .. 1000000");
+    return Status::broken("the accuracy is not from 3 to 1000000");
   if (!(p.field_scale > 0) || !std::isfinite(p.field_scale))
     return Status::broken("the field scale is not positive");
   if (!std::isfinite(p.range_low) || !std::isfinite(p.range_high))
     return Status::broken("the value range is not finite");
   for (const double e : {p.max_error, p.surface_error, p.mesh_error})
-    if (!is_bound(e) && e != -1) return Status::broken("a bound is neither a number from 0 nor absent");
-  if (!is_bound(p.point_error)) return Status::broken("the error of points is not a number from 0");
+    if (!is_bound(e) && e != -1)
+      return Status::broken("a bound is neither absent nor a finite number of at least 0");
+  if (!is_bound(p.point_error))
+    return Status::broken("the error of points is not a finite number of at least 0");
   if (p.mode == FileMode::voxels && p.max_error < 0) return Status::broken("a file with voxels has no bound");
   if (p.surface_error >= 0 && (p.mode == FileMode::grid || p.surface_error >= p.max_error))
     return Status::broken("the bound of active voxels is not below that of the others");
-  if (p.range_low > p.range_high) return Status::broken("the value range is upside down");
+  if (p.range_low > p.range_high)
+    return Status::broken("the low end of the value range is above its high end");
   return {};
 }
 
@@ -74,7 +78,7 @@ Status check_fields(const std::string& nrrd_fields) {
   if (nrrd_fields.size() <= max_fields_size && serialize_header({{}, nrrd_fields}).size() <= max_header_size)
     return {};
   return Status::broken("its metadata takes " + std::to_string(nrrd_fields.size()) +
-                        " bytes, and a .tag file has room for " + std::to_string(max_fields_size) +
+                        " bytes, but a .tag file has room for only " + std::to_string(max_fields_size) +
                         ", compressed or not");
 }
 
@@ -117,10 +121,10 @@ Status parse_preamble(std::span<const std::byte> preamble, std::size_t& header_s
   const auto file_version = reader.get<std::uint32_t>();
   if (file_version != version)
     return Status::broken("the file has format version " + std::to_string(file_version) +
-                          ", this tagrid reads version " + std::to_string(version));
+                          ", but this tagrid reads version " + std::to_string(version));
   const auto size = reader.get<std::uint32_t>();
   if (!reader.complete() || size > max_header_size || size < tag_preamble_size + checksum_size)
-    return Status::broken("the header says an impossible size of itself");
+    return Status::broken("the header gives an impossible size for itself");
   header_size = size;
   return {};
 }
@@ -133,7 +137,7 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   if (bytes.size() != header_size) return Status::broken("the header ends too soon");
   checksum = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - checksum_size);
   if (!checksums_agree(checksum, checksum_of({bytes.first(bytes.size() - checksum_size)})))
-    return Status::broken("the header is damaged: its checksum does not fit");
+    return Status::broken("the header is damaged: its checksum does not match");
 
   FieldReader reader(bytes.subspan(tag_preamble_size, bytes.size() - tag_preamble_size - checksum_size));
   CodingParameters& p = header.parameters;

@@ -51,7 +51,7 @@ std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& f
 Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const IndexForm& form,
                    TagIndex& index) {
   if (bytes.size() != index_size(bricks, form))
-    return Status::broken("the index is not that of so many bricks");
+    return Status::broken("the size of the index does not fit the number of bricks");
   FieldReader reader(bytes);
   index.total = {};
   for (int level = 0; level <= form.levels; ++level)

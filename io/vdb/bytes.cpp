@@ -20,7 +20,7 @@ void VdbBytes::fail(const std::string& what) const {
 
 const std::byte* VdbBytes::take(std::size_t size) {
   assert(size <= window_size);
-  if (size > left()) fail("it ends too soon");
+  if (size > left()) fail("the file ends too soon");
   if (end_ - begin_ < size) {
     window_position_ += begin_;
     std::memmove(window_.data(), window_.data() + begin_, end_ - begin_);
@@ -28,7 +28,7 @@ const std::byte* VdbBytes::take(std::size_t size) {
     begin_ = 0;
     end_ +=
         file_.read(window_.data() + end_, std::min(window_size - end_, std::max(size - end_, read_ahead_)));
-    if (end_ < size) fail("it ends too soon");
+    if (end_ < size) fail("the file ends too soon");
   }
   begin_ += size;
   return window_.data() + begin_ - size;
@@ -36,8 +36,8 @@ const std::byte* VdbBytes::take(std::size_t size) {
 
 std::string VdbBytes::text(std::size_t limit) {
   const auto size = number<std::uint32_t>();
-  if (size > left()) fail("it ends too soon");
-  if (size > limit) fail(fmt::format("a text of {} bytes", size));
+  if (size > left()) fail("the file ends too soon");
+  if (size > limit) fail(fmt::format("a string has an impossible length of {} bytes", size));
   std::string text;
   while (text.size() < size) {
     const std::size_t part = std::min(size - text.size(), window_size);
@@ -47,7 +47,7 @@ std::string VdbBytes::text(std::size_t limit) {
 }
 
 void VdbBytes::skip(std::uint64_t size) {
-  if (size > left()) fail("it ends too soon");
+  if (size > left()) fail("the file ends too soon");
   seek(position() + size);
 }
 
@@ -58,7 +58,7 @@ void VdbBytes::seek_to(std::uint64_t position, std::size_t size) {
 
 void VdbBytes::seek(std::uint64_t position) {
   read_ahead_ = window_size;
-  if (position > size_) fail("it names a position after its end");
+  if (position > size_) fail("a position is beyond the end of the file");
   if (position >= window_position_ && position <= window_position_ + end_) {
     begin_ = static_cast<std::size_t>(position - window_position_);
     return;

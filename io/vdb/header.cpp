@@ -64,7 +64,7 @@ std::vector<VdbGrid> read_vdb_grids(VdbBytes& bytes) {
   bytes.skip(vdb::magic.size());
   const auto version = bytes.number<std::uint32_t>();
   if (version < vdb::oldest_version || version > vdb::newest_version)
-    bytes.fail(fmt::format("its version is {}; {} to {} can be read", version, vdb::oldest_version,
+    bytes.fail(fmt::format("its version is {}; versions {} to {} can be read", version, vdb::oldest_version,
                            vdb::newest_version));
   bytes.skip(8);  // the version of the library
   const bool has_positions = bytes.number<std::uint8_t>() != 0;
@@ -72,7 +72,8 @@ std::vector<VdbGrid> read_vdb_grids(VdbBytes& bytes) {
   read_metadata(bytes, nullptr);
   const auto count = bytes.number<std::int32_t>();
   if (count > 1 && !has_positions)
-    bytes.fail("it was written as a stream, and does not say where its grids are; write it as a file");
+    bytes.fail(
+        "it was written to a stream, so it does not say where its grids are; write it to a file instead");
   std::vector<VdbGrid> grids;
   for (std::int32_t i = 0; i < count; ++i) {
     VdbGrid grid = read_grid_name(bytes);
@@ -81,7 +82,7 @@ std::vector<VdbGrid> read_vdb_grids(VdbBytes& bytes) {
     const auto end = bytes.number<std::uint64_t>();
     grid.position = bytes.position();
     if (has_positions && (begin != grid.position || end <= begin))
-      bytes.fail("a grid is said to be where it cannot be");
+      bytes.fail("the position of a grid is impossible");
     if (has_positions) bytes.seek(end);
     grids.push_back(std::move(grid));
   }
@@ -108,8 +109,8 @@ const VdbGrid& choose_vdb_grid(const std::vector<VdbGrid>& grids, const std::str
     return *found;
   if (std::count_if(grids.begin(), grids.end(), nearly) == 1)
     return *std::find_if(grids.begin(), grids.end(), nearly);
-  throw UsageError(
-      Sentence{"{}: {} {}: has no such grid; it has {}", {file, vdb_grid_setting, name, list_of(grids)}});
+  throw UsageError(Sentence{"{}: {} {}: there is no such grid; the file has {}",
+                            {file, vdb_grid_setting, name, list_of(grids)}});
 }
 
 VdbGridHead read_vdb_grid_head(VdbBytes& bytes, const VdbGrid& grid) {
@@ -117,7 +118,7 @@ VdbGridHead read_vdb_grid_head(VdbBytes& bytes, const VdbGrid& grid) {
   VdbGridHead head;
   const auto packing = bytes.number<std::uint32_t>();
   if ((packing & ~(vdb::compress_zip | vdb::compress_active | vdb::compress_blosc)) != 0)
-    bytes.fail(fmt::format("values are compressed in a way that is not known, {}", packing));
+    bytes.fail(fmt::format("values are compressed in an unknown way, {}", packing));
   head.packing = {(packing & vdb::compress_zip) != 0, (packing & vdb::compress_blosc) != 0,
                   (packing & vdb::compress_active) != 0, grid.half};
   read_metadata(bytes, &head);

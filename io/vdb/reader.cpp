@@ -48,8 +48,8 @@ Box box_of(const VdbBytes& bytes, const VdbGridHead& head, const Index3& low,
   const Index3 dims = box->size();
   if (!is_volume_size(dims))
     throw BrokenInput(
-        fmt::format("{}: OpenVDB file: its active voxels lie in a box of {} x {} x {}; sizes of up to 2^31, "
-                    "and 2^58 voxels in all, can be read",
+        fmt::format("{}: OpenVDB file: its active voxels lie in a box of {} x {} x {}; at most 2^31 voxels "
+                    "along an axis, and 2^58 in all, can be read",
                     bytes.name(), dims.x, dims.y, dims.z));
   return *box;
 }
@@ -58,7 +58,8 @@ SampleType type_of(const VdbBytes& bytes, const VdbGridHead& head, SampleType st
   const auto text = head.texts.find(vdb::type_key);
   if (text == head.texts.end()) return stored;
   const auto type = sample_type_named(text->second);
-  if (!type) bytes.fail(fmt::format("{} is {}, which is no type", vdb::type_key, quoted(text->second)));
+  if (!type)
+    bytes.fail(fmt::format("{} is {}, which is not a sample type", vdb::type_key, quoted(text->second)));
   return *type;
 }
 
@@ -120,8 +121,8 @@ class VdbSource final : public VolumeSource {
         To value;
         if (!convert(slice[i], value))
           throw BrokenInput(
-              fmt::format("{}: OpenVDB file: {} says {}, but {} in slice {} is none; remove this metadata, "
-                          "it is no longer true",
+              fmt::format("{}: OpenVDB file: {} says {}, but {} in slice {} is not a value of that type; "
+                          "remove this metadata entry, because it is no longer true",
                           name(), vdb::type_key, name_of(info().type), slice[i], z));
         std::memcpy(out + i * sizeof(To), &value, sizeof(To));
       }
@@ -174,7 +175,7 @@ std::unique_ptr<VolumeSource> open_vdb(std::unique_ptr<FileBytes> file, const st
     const auto parent = std::find_if(grids.begin(), grids.end(),
                                      [&](const VdbGrid& other) { return other.name == grid.parent; });
     if (parent == grids.end() || !parent->parent.empty() || parent->type != grid.type)
-      bytes.fail("a grid shares the tree of one that is not there");
+      bytes.fail("a grid shares the tree of a grid that does not exist");
     packing = read_vdb_grid_head(bytes, *parent).packing;
   }
   if (grid.type == vdb::grid_type<float>())
@@ -183,9 +184,10 @@ std::unique_ptr<VolumeSource> open_vdb(std::unique_ptr<FileBytes> file, const st
     return open_tree<double>(std::move(open), path, grid, head, packing);
   if (grid.type == vdb::grid_type<std::int32_t>())
     return open_tree<std::int32_t>(std::move(open), path, grid, head, packing);
-  throw BrokenInput(fmt::format(
-      "{}: grids of floats, doubles and 32-bit integers can be read, and {} is none; the file has {}",
-      bytes.name(), quoted(grid.name), list_of(grids)));
+  throw BrokenInput(
+      fmt::format("{}: only grids of floats, doubles and 32-bit integers can be read, and {} is not one of "
+                  "them; the file has {}",
+                  bytes.name(), quoted(grid.name), list_of(grids)));
 }
 
 }  // namespace tagrid

@@ -64,7 +64,7 @@ std::optional<VdbTransform> read_map(VdbBytes& bytes, int depth) {
     read_map(bytes, depth + 1);
     return std::nullopt;
   }
-  bytes.fail("its transform is " + quoted(map) + ", which is not known");
+  bytes.fail("its transform is " + quoted(map) + ", which is not supported");
 }
 
 bool is_finite(const Vector& v) {
@@ -103,7 +103,7 @@ std::optional<VdbTransform> read_vdb_transform(VdbBytes& bytes) {
   for (const Vector& direction : transform->directions)
     if (!is_finite(direction)) bytes.fail("its transform has numbers that are not finite");
   if (!is_finite(transform->origin)) bytes.fail("its transform has numbers that are not finite");
-  if (determinant(transform->directions) == 0) bytes.fail("its transform makes the world flat");
+  if (determinant(transform->directions) == 0) bytes.fail("the matrix of its transform is singular");
   return transform;
 }
 

@@ -53,8 +53,8 @@ class TreeReader {
     Index3 low;
     for (int axis = 0; axis < 3; ++axis) low[axis] = bytes_.number<std::int32_t>();
     for (int axis = 0; axis < 3; ++axis)
-      if (low[axis] % vdb::upper_edge != 0) bytes_.fail("a node is where none can be");
-    if (!roots_.emplace(low.x, low.y, low.z).second) bytes_.fail("two nodes are in one place");
+      if (low[axis] % vdb::upper_edge != 0) bytes_.fail("a node is at an impossible position");
+    if (!roots_.emplace(low.x, low.y, low.z).second) bytes_.fail("two nodes have the same position");
     return low;
   }
 

@@ -48,7 +48,7 @@ template <class T, std::size_t count>
 Head<T, count> read_head(VdbBytes& bytes, const VdbPacking& packing, const Mask<count>& active,
                          T background) {
   const auto kind = static_cast<Inactive>(bytes.number<std::uint8_t>());
-  if (kind > Inactive::stored) bytes.fail("it says of inactive values what is not known");
+  if (kind > Inactive::stored) bytes.fail("inactive values are stored in an unknown way");
   Head<T, count> head;
   head.inactive[0] = kind == Inactive::background ? background : negative(background);
   head.inactive[1] = background;
@@ -67,7 +67,8 @@ std::int64_t read_packed_size(VdbBytes& bytes, std::size_t size) {
   const auto packed = bytes.number<std::int64_t>();
   const auto largest = static_cast<std::int64_t>(size) + BLOSC_MAX_OVERHEAD;
   if (packed > largest || (packed <= 0 && packed != -static_cast<std::int64_t>(size)))
-    bytes.fail(fmt::format("{} bytes of values are said to be {} compressed", size, packed));
+    bytes.fail(
+        fmt::format("{} bytes of values have an impossible compressed size of {} bytes", size, packed));
   return packed;
 }
 
@@ -105,7 +106,8 @@ std::size_t stored_size(const VdbPacking& packing) {
   return packing.half && !std::is_integral_v<T> ? 2 : sizeof(T);
 }
 
-/// In files with halves, a node without stored values has no packed block.
+/// True if a node with `stored` values has a packed block. In a file of half floats, a node without stored values
+/// has none.
 bool has_values(const VdbPacking& packing, std::size_t stored) { return !packing.half || stored > 0; }
 
 }  // namespace

@@ -69,8 +69,8 @@ class GridSink : public VolumeSink {
         place_(vdb_place_of(info.nrrd_fields)),
         spool_(SpoolFile::beside(path)) {
     if (grid.background && !is_number_of(info.type, *grid.background))
-      throw UsageError(
-          Sentence{"{} {}: is no {}", {background_setting, *grid.background, name_of(info.type)}});
+      throw UsageError(Sentence{"{} {}: is not a value of type {}",
+                                {background_setting, *grid.background, name_of(info.type)}});
     if (!grid.background && place_.background && is_number_of(info.type, *place_.background))
       options_.background = place_.background;
     summary_.grid = !grid.grid.empty() ? grid.grid : !place_.grid.empty() ? place_.grid : "density";

@@ -10,7 +10,7 @@ void VolumeSource::read_samples(std::byte* out, std::int64_t count) {
   assert(count >= 0 && next_sample_ + count <= Box::of_size(info().dims).count());
   // More would be written than there is room for.
   if (traits().whole_slices && (next_sample_ % slice_samples() != 0 || count % slice_samples() != 0))
-    throw std::logic_error("rows of a slice, of a volume that is read in whole slices");
+    throw std::logic_error("rows of a slice are requested, but the volume is read in whole slices");
   read(out, next_sample_, count);
   next_sample_ += count;
 }

@@ -18,7 +18,8 @@ void require(bool condition, const Sentence& otherwise) {
 }
 
 void require_bound(const std::optional<double>& bound, const Setting& setting) {
-  require(!bound || (std::isfinite(*bound) && *bound >= 0), {"{} must be a number from 0", {setting}});
+  require(!bound || (std::isfinite(*bound) && *bound >= 0),
+          {"{} must be a finite number of at least 0", {setting}});
 }
 
 // The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
@@ -38,7 +39,7 @@ std::pair<double, double> usual_range(SampleType type) {
       return {-1024, 3072};
     default:
       throw UsageError(Sentence{
-          "a pipe of {} samples needs {} lo:hi or {}: what matters in it cannot be known before it was read",
+          "a pipe of {} samples needs {} lo:hi or {}: its range is not known before it has been read",
           {name_of(type), setting::range, setting::field_scale}});
   }
 }
@@ -68,12 +69,11 @@ void require_mesh_of_voxels(const CodingParameters& p) {
   if (p.mesh_error < 0 || p.mesh_error >= of_values) return;
   const Setting& bound = two_bounds ? setting::surface_error : setting::max_error;
   Sentence refusal{
-      "{0} {1} cannot be kept with {2} {3}: the mesh has values that are up to {3} off; give {0} {3} or "
-      "more, "
-      "or {2} {1} or less",
+      "{0} {1} cannot be kept with {2} {3}: the values of the mesh are off by up to {3}; give {0} {3} or "
+      "more, or {2} {1} or less",
       {setting::mesh_error, p.mesh_error, bound, of_values}};
   if (!two_bounds) {
-    refusal.text += ", or {4} {1} besides";
+    refusal.text += ", or add {4} {1}";
     refusal.terms.push_back(setting::surface_error);
   }
   throw UsageError(refusal);
@@ -90,7 +90,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
     p.max_error = std::max(whole(options.max_error), 0.0);
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
-            {"{} must be below {}, both rounded down to whole units",
+            {"{} must be below {} after both are rounded down to whole units",
              {setting::surface_error, setting::max_error}});
     require_mesh_of_voxels(p);
     return;
@@ -106,7 +106,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
 
 // Refuses to write a file that a reader would refuse.
 void require_valid(const Status& status, const std::string& volume) {
-  require(status.ok(), {"{} cannot be encoded so: {}", {volume, status.what()}});
+  require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
 }
 
 }  // namespace
@@ -117,31 +117,33 @@ void EncodeOptions::validate() const {
   require_bound(surface_error, set::surface_error);
   require_bound(mesh_error, set::mesh_error);
   require(!surface_error || !grid_only,
-          {"{} binds voxels; it does not go with {}", {set::surface_error, set::grid_only}});
+          {"{} is a bound on voxels; it cannot be combined with {}", {set::surface_error, set::grid_only}});
   require(!surface_error || max_error,
-          {"{} needs {}, which binds the other voxels", {set::surface_error, set::max_error}});
+          {"{} needs {}, the bound on the other voxels", {set::surface_error, set::max_error}});
   require(!surface_error || *surface_error < *max_error,
           {"{} must be below {}", {set::surface_error, set::max_error}});
   require(accuracy >= 3 && accuracy <= max_accuracy,
-          {"{} must be a whole number, 3 .. 1000000", {set::accuracy}});
+          {"{} must be a whole number from 3 to 1000000", {set::accuracy}});
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
               std::has_single_bit(static_cast<unsigned>(cube_size)),
-          {"{} must be a power of two, 4 .. 256", {set::cube}});
+          {"{} must be a power of two from 4 to 256", {set::cube}});
   const int deepest = tagrid::max_level(cube_size);
   require(!max_level || (*max_level >= 0 && *max_level <= deepest),
-          {"{} must be 0 .. {} for cubes of {}", {set::max_level, deepest, cube_size}});
+          {"{} must be from 0 to {}, because root cubes have an edge of {}",
+           {set::max_level, deepest, cube_size}});
   const bool limited = max_level && *max_level < deepest;
   const auto no_bound = [](const Setting& bound) {
-    return Sentence{"a grid with {} keeps no bound: leave out {}", {set::max_level, bound}};
+    return Sentence{"a grid that is limited by {} cannot keep a bound; leave out {}",
+                    {set::max_level, bound}};
   };
   require(!limited || !grid_only || !max_error, no_bound(set::max_error));
   require(!limited || !mesh_error, no_bound(set::mesh_error));
   require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
-          {"{} must be at least 1 root cube and at most 512 samples an edge", {set::brick}});
+          {"{} must be at least 1, and the edge of a brick at most 512 samples", {set::brick}});
   require(!field_scale || (std::isfinite(*field_scale) && *field_scale > 0),
           {"{} must be positive", {set::field_scale}});
   require(!field_scale || (!range && !range_from_data),
-          {"{} and {} say the same thing: give one", {set::field_scale, set::range}});
+          {"{} and {} have the same meaning; give only one", {set::field_scale, set::range}});
   require(
       !range || (std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second),
       {"{} must be lo:hi with lo < hi", {set::range}});

@@ -98,7 +98,7 @@ void PushEncoder::wait_for_room() {
 void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Strides& strides) {
   const CodingParameters& parameters = header_.parameters;
   if (slices < 0 || slices > parameters.dims.z - fed_)
-    throw UsageError(fmt::format("{} more slices, but only {} of {} are missing", slices,
+    throw UsageError(fmt::format("{} more slices were given, but only {} of {} are missing", slices,
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
     wait_for_room();
@@ -114,7 +114,7 @@ void PushEncoder::finish() {
   std::unique_lock lock(mutex_);
   if (failure_) std::rethrow_exception(failure_);
   if (fed_ < header_.parameters.dims.z)
-    throw UsageError(fmt::format("{} of {} slices were fed", fed_, header_.parameters.dims.z));
+    throw UsageError(fmt::format("only {} of {} slices were given", fed_, header_.parameters.dims.z));
   changed_.wait(lock, [&] { return ended_; });
   if (failure_) std::rethrow_exception(failure_);
 }

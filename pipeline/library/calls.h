@@ -30,7 +30,7 @@ Struct taken_over(const Struct* given, void (*init)(Struct*), std::size_t first_
 /// The reverse: writes as much of a result as the caller's struct can hold.
 template <class Struct>
 void hand_over(Struct result, Struct* to, std::size_t first_size) {
-  require(to != nullptr, "there is no struct to be filled");
+  require(to != nullptr, "there is no struct to fill");
   require(to->struct_size >= first_size, "struct_size must be set to the size of the struct");
   result.struct_size = to->struct_size;
   std::memcpy(to, &result, std::min(to->struct_size, sizeof result));

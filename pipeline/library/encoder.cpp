@@ -20,7 +20,7 @@ class CallbackSink : public ByteSink {
   void write(std::span<const std::byte> bytes) override {
     if (bytes.empty()) return;
     if (const int error = function_(user_, bytes.data(), bytes.size()); error != 0)
-      throw WorldError("the output takes no more bytes: error " + std::to_string(error));
+      throw WorldError("cannot write the output: error " + std::to_string(error));
   }
 
  private:
@@ -55,7 +55,7 @@ VolumeInfo volume_of(const tagrid_encode_options& given) {
   VolumeInfo info;
   for (int axis = 0; axis < 3; ++axis) info.dims[axis] = given.dims[axis];
   require(is_volume_size(info.dims), "dims must be from 1 to 2^31 each, and at most 2^58 samples");
-  require(given.type >= TAGRID_UINT8 && given.type <= TAGRID_FLOAT64, "there is no such type of samples");
+  require(given.type >= TAGRID_UINT8 && given.type <= TAGRID_FLOAT64, "there is no such sample type");
   info.type = static_cast<SampleType>(given.type);
   if (given.geometry != nullptr) info.nrrd_fields = nrrd_fields_of(*given.geometry);
   if (given.metadata != nullptr) info.nrrd_fields += given.metadata;

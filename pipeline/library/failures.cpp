@@ -52,7 +52,7 @@ tagrid_status sorted(std::string& message) {
     message = error.what();
     return TAGRID_BUG;
   } catch (...) {
-    message = "something that is no exception was thrown";
+    message = "an exception of an unknown type was thrown";
     return TAGRID_BUG;
   }
 }

@@ -26,7 +26,7 @@ const char* tagrid_status_text(tagrid_status status) {
     case TAGRID_CANCELLED:
       return "cancelled";
     case TAGRID_BUG:
-      return "a bug of the library";
+      return "a bug in the library";
   }
   return "unknown status";
 }

@@ -29,7 +29,7 @@ class CallbackSource : public ByteSource {
   explicit CallbackSource(const tagrid_input& input)
       : input_(input), name_(input.name != nullptr ? input.name : "input") {
     require(input_.size != nullptr && input_.read_at != nullptr, "an input needs size and read_at");
-    if (input_.size(input_.user, &size_) != 0) throw WorldError(name_ + ": its size cannot be found out");
+    if (input_.size(input_.user, &size_) != 0) throw WorldError(name_ + ": its size cannot be determined");
   }
   std::uint64_t size() const override { return size_; }
   void read_at(std::uint64_t position, std::span<std::byte> to) const override {
@@ -71,7 +71,7 @@ MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& param
   MeshPart part = {options.level == -1 ? deepest : options.level, options.padded != 0};
   if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
   require(!is_flat(parameters, part),
-          "a volume of one slice, or less, fills no space; a padded mesh is that of whole root cubes");
+          "a volume of one slice or less fills no space; only its padded mesh, of whole root cubes, does");
   return part;
 }
 
@@ -132,7 +132,7 @@ const char* tagrid_reader_metadata(const tagrid_reader* reader) {
 
 tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, tagrid_brick* brick) {
   return with_file(reader, [&](const TagBricks& file) {
-    require(number >= 0 && number < file.count(), "there is no brick of this number");
+    require(number >= 0 && number < file.count(), "there is no brick with this number");
     const BrickGrid bricks = file.parameters().bricks();
     const Box owned = bricks.owned_box(bricks.position(number));
     const IndexEntry& entry = file.index().bricks[static_cast<std::size_t>(number)];
@@ -153,7 +153,7 @@ tagrid_status tagrid_reader_brick(const tagrid_reader* reader, int64_t number, t
 tagrid_status tagrid_reader_read(const tagrid_reader* reader, const tagrid_box* box, const int64_t* step,
                                  void* samples, const int64_t* strides, const tagrid_call* given) {
   return with_file(reader, [&](const TagBricks& file) {
-    require(box != nullptr && samples != nullptr, "there is no box, or no place for its samples");
+    require(box != nullptr && samples != nullptr, "the box or the buffer for its samples is missing");
     const CodingParameters& parameters = file.parameters();
     Region region{box_of(*box, parameters.dims)};
     for (int axis = 0; step != nullptr && axis < 3; ++axis) {
@@ -180,10 +180,10 @@ tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_cal
 tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
                                  const tagrid_mesh_sink* given_sink, const tagrid_call* given) {
   return with_file(reader, [&](const TagBricks& file) {
-    require(given_sink != nullptr, "there is nothing that takes the mesh");
+    require(given_sink != nullptr, "there is no sink for the mesh");
     const tagrid_mesh_sink functions = taken_over(given_sink, tagrid_mesh_sink_init, sizeof *given_sink);
     require(functions.points != nullptr && functions.tetrahedra != nullptr,
-            "a mesh needs functions that take points and tetrahedra");
+            "the sink of a mesh needs functions for points and for tetrahedra");
     const MeshPart part = part_of(options, file.parameters());
     const tagrid_call settings = settings_of(given);
     CallbackMesh sink(functions, size_of(file.parameters().type));

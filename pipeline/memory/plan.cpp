@@ -118,7 +118,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   if (memory > limit) {
     std::optional<std::uint64_t> with_spool;
     if (!strips && all > 1) with_spool = smallest_memory_of_encoding(p, true, besides);
-    refuse(p, strips ? "encoding" : "encoding a pipe, or gzip, of", limit, memory, with_spool);
+    refuse(p, strips ? "encoding" : "encoding a pipe or gzip file of", limit, memory, with_spool);
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};
@@ -153,7 +153,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
       with_spool = memory_of_decoding(p, smallest) + besides;
     }
     refuse(p,
-           use == DecodeUse::mesh ? "a mesh of"
+           use == DecodeUse::mesh ? "meshing"
            : smallest.inspect     ? "verifying"
                                   : "decoding",
            *resources.memory, memory, with_spool);

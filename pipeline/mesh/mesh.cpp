@@ -16,7 +16,7 @@ int checked_level(const MeshOptions& options, int cube_size) {
   const int deepest = max_level(cube_size);
   const int level = options.level.value_or(deepest);
   if (level < 0 || level > deepest)
-    throw UsageError(Sentence{"{} must be 0 .. {}, as root cubes have an edge of {}",
+    throw UsageError(Sentence{"{} must be from 0 to {}, because root cubes have an edge of {}",
                               {Setting{"level", "the level"}, deepest, cube_size}});
   return level;
 }
@@ -25,7 +25,7 @@ void refuse_flat(const TagReader& reader, const MeshPart& part) {
   const Index3& n = reader.parameters().dims;
   if (!is_flat(reader.parameters(), part)) return;
   throw UsageError(
-      fmt::format("{}: a volume of {} x {} x {} samples is one slice, or less, and fills no space",
+      fmt::format("{}: a volume of {} x {} x {} samples is one slice or less, so it fills no space",
                   reader.name(), n.x, n.y, n.z),
       Problem::mesh_fills_no_space);
 }

@@ -106,7 +106,7 @@ class RunInParts {
   }
 
   static std::string advice(const PartFolder& folder) {
-    return fmt::format("remove {} to begin anew", folder.path());
+    return fmt::format("remove {} to start again", folder.path());
   }
 
   // If the input has not changed, its range need not be searched again.
@@ -135,7 +135,7 @@ class RunInParts {
   void require_same_run(const PartFolder& folder) const {
     const Sentence difference = difference_of(earlier_, record_);
     if (difference.text.empty()) return;
-    Sentence refusal{"{}: {}: cannot go on: " + difference.text + "; {}", {resume, run_.output}};
+    Sentence refusal{"{}: {}: cannot continue: " + difference.text + "; {}", {resume, run_.output}};
     refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
     refusal.terms.push_back(advice(folder));
     throw UsageError(refusal);
@@ -172,7 +172,7 @@ class RunInParts {
       const auto now = status_of(was.path);
       if (!now || now->st_ino != was.inode || static_cast<std::uint64_t>(now->st_size) != was.size ||
           now->st_mtim.tv_sec != was.modified || now->st_mtim.tv_nsec != was.modified_ns)
-        throw BrokenInput(was.path + ": was changed while it was read");
+        throw BrokenInput(was.path + ": was changed while it was being read");
     }
   }
 

@@ -56,7 +56,7 @@ class PartEncoder {
         plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
                             memory_besides_parts(*volume_))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
-      throw WorldError(order.input + ": is not the volume that the run began with");
+      throw WorldError(order.input + ": is not the volume that the run started with");
     if (!volume_->traits().any_rows) {
       // Without a spool, the samples before a part are decompressed again for each part.
       const std::string& spool = order.resources.spool;
@@ -154,7 +154,9 @@ void make_parts(Ranks& ranks, const PartOrder& order, const Progress& progress) 
   all_do(ranks, [&] {
     parts = std::make_unique<PartsOfRun>(order.folder, order.record);
     if (!status_of(order.folder))
-      throw WorldError(order.folder + ": is not here; all ranks need the same folder of the output");
+      throw WorldError(order.folder +
+                       ": does not exist on this machine; all ranks must see the folder of the output under "
+                       "the same name");
     encoder = std::make_unique<PartEncoder>(ranks, order, *parts);
   });
   SharedWork shared;
@@ -184,7 +186,8 @@ void place_parts(Ranks& ranks, const PlaceOrder& order) {
       PartReader reader(parts->path(part), parts->id(part), parts->header().parameters);
       place_part(reader, order.places[static_cast<std::size_t>(part)], *file);
     } catch (const BrokenInput& broken) {
-      throw WorldError(std::string(broken.what()) + ": the disk does not keep what was written");
+      throw WorldError(std::string(broken.what()) +
+                       ": the bytes read are not those that were written; check the disk");
     }
   };
   share_out(ranks, shared);

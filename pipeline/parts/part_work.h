@@ -44,8 +44,9 @@ struct PlaceOrder {
 /// This rank's share of `given`, which are the resources of each rank.
 Resources of_this_rank(const Ranks& ranks, Resources given);
 
-/// Memory that reading the parts of a volume takes, besides their samples. The volume is open twice, the
-/// second time to control the run. If its rows cannot be read in any order, one slice is buffered.
+/// The memory that reading a volume in parts takes, not counting the samples of a part. The volume is open
+/// twice: once to read the parts, and once to control the run. If its rows cannot be read in any order, one
+/// slice is buffered.
 std::uint64_t memory_besides_parts(const VolumeSource& source);
 
 /// Watches the work of this rank: adds it to the common sum, and ends it if another rank fails.

@@ -90,7 +90,7 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         obey_program(bytes);
         break;
       default:
-        throw std::logic_error("an order of rank 0 cannot be read");
+        throw std::logic_error("a task from rank 0 cannot be read");
     }
   }
 }

@@ -27,8 +27,8 @@ AgainstOriginal::AgainstOriginal(const std::string& name, const CodingParameters
       source_(open_volume(original, source)) {
   const VolumeInfo& info = source_->info();
   if (info.dims != parameters.dims || info.type != parameters.type)
-    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, the file {} of {}", original,
-                                  text(info.dims), name_of(info.type), text(parameters.dims),
+    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, but the file has {} of {}",
+                                  original, text(info.dims), name_of(info.type), text(parameters.dims),
                                   name_of(parameters.type)));
 }
 
@@ -92,8 +92,9 @@ void AgainstOriginal::compare_slice(const T* original, const T* decoded, Statist
     if (error <= tightest) continue;
     const Index3 p{i % parameters_.dims.x, rows_.low.y + i / parameters_.dims.x, rows_.low.z};
     if (error > bound || is_active(p))
-      throw BrokenInput(fmt::format("{}: voxel {} is {}, the original {}: further apart than {}", name_,
-                                    text(p), +decoded[i], +original[i], error > bound ? bound : tightest));
+      throw BrokenInput(fmt::format("{}: voxel {} is {}, but {} in the original; they differ by more than {}",
+                                    name_, text(p), +decoded[i], +original[i],
+                                    error > bound ? bound : tightest));
   }
 }
 

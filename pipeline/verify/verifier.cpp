@@ -119,7 +119,7 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
   if (seeks_) reader_.seek_brick(first_brick);
   run_decode_graph(parameters(), rows, plan_.budget, streams);
   if (const auto brick = ranges.first_wrong(reader_.index()))
-    fail_index(fmt::format("the value range of brick {} is not that of its voxels", *brick));
+    fail_index(fmt::format("the value range of brick {} does not match its voxels", *brick));
   found.open_faces = faces.open_faces();
   return found;
 }
@@ -140,35 +140,36 @@ void Verifier::tell_difference(const Disagreement& bricks) {
     };
     run_decode_graph(parameters(), row, plan_.budget, streams);
   }
-  throw WorldError(fmt::format("{}: bricks {} and {} are not always the same: is it being written to?",
-                               reader_.name(), bricks.below, bricks.above));
+  throw WorldError(
+      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?",
+                  reader_.name(), bricks.below, bricks.above));
 }
 
 void Verifier::compare_with_index(const Statistics& counted) const {
   const Statistics& total = reader_.index().total;
-  if (total.active != counted.active) fail_index("active points are not as many as in the bricks");
-  if (!(total.max_error >= 0)) fail_index("the recorded error is no number");
+  if (total.active != counted.active) fail_index("the number of active points is not that of the bricks");
+  if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
   // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
   // finite.
   const bool all_come_back = against_ || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
-    fail_index("the number of finite samples does not fit");
+    fail_index("the number of finite samples does not match the bricks");
   if (bound >= 0 && !(total.max_error <= bound)) fail_index("the recorded error is above the bound");
   const double of_mesh = parameters().mesh_error;
-  if (of_mesh >= 0 && !(total.mesh_error >= 0)) fail_index("the recorded error of the mesh is no number");
+  if (of_mesh >= 0 && !(total.mesh_error >= 0)) fail_index("the recorded error of the mesh is not a number");
   if (of_mesh >= 0 && !(total.mesh_error <= of_mesh))
     fail_index("the recorded error of the mesh is above its bound");
   if (!against_) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
-    throw BrokenInput(fmt::format("{}: the mesh is up to {} from the original: further than {}",
+    throw BrokenInput(fmt::format("{}: the mesh is off from the original by up to {}, more than {}",
                                   reader_.name(), counted.mesh_error, of_mesh));
   // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
       counted.sum_squared_error != total.sum_squared_error ||
       !(std::abs(counted.sum_squared_real - real) <= 1e-9 * real))
-    fail_index("the errors that it records are not those against this original");
+    fail_index("the recorded errors are not those found against this original");
 }
 
 VerifyResult Verifier::finish(const Statistics& counted) {

@@ -166,7 +166,7 @@ class ActivityModel {
   std::vector<Mixer> mixers_;
 };
 
-// The heap of the models and mixers, of a set of bits for all points, and of a row of bits.
+// Heap bytes of the models and mixers, of one bit for every point, and of one row of bits.
 std::uint64_t model_bytes(Index3 size, int cube_size, bool forecast) {
   std::uint64_t contexts = 0;
   for (const std::size_t size_of_kind : forecast ? sizes_with_forecast : sizes_alone)

@@ -15,9 +15,9 @@ namespace tagrid {
 /// decoded first, for this purpose only. No stretch has more rows than `rows`.
 std::vector<BrickRows> rows_below(const BrickRows& rows);
 
-/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. They
-/// do not without loss, because they are samples then, nor in a grid-only file, which stores them in both
-/// bricks.
+/// True if the values of the mesh on the low faces of a brick depend on how the bricks below are coded. In a
+/// lossless file they do not, because they are the samples themselves. In a grid-only file they do not either,
+/// because both bricks store them.
 inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
   return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
 }

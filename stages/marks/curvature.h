@@ -19,7 +19,7 @@ namespace tagrid {
 struct CurvatureField {
   /// Number of samples outside the box that the stencil reads, on every side.
   static constexpr int halo = 1;
-  /// The value is kept as an integer, 216 times the field (exact up to 16 bits a sample); derivatives are in
+  /// The value is kept as an integer, 216 times the field (exact up to 16 bits per sample); derivatives are in
   /// voxels per voxel, and per voxel squared, after multiplication by `field_scale`.
   static constexpr float value_divisor = 216;
 

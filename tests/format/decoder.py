@@ -58,8 +58,8 @@ class Header:
         require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
-        require(self.mode in (0, 1), "the mode is not known")
-        require(self.effort in (0, 1, 2), "the effort is not known")
+        require(self.mode in (0, 1), "the mode is unknown")
+        require(self.effort in (0, 1, 2), "the effort is unknown")
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1

@@ -1,7 +1,7 @@
 // Real volumes, if they are present: every bound is checked against the raw samples, and the size of every
 // file is compared with that of the best other compressor at the same largest error.
 //
-// The sizes of the others (bits a voxel; JPEG XL -e7 for E = 0, else the best of JPEG-LS near, SZ3, SPERR,
+// The sizes of the others (bits per voxel; JPEG XL -e7 for E = 0, else the best of JPEG-LS near, SZ3, SPERR,
 // zfp) were measured once on the same volumes; integers of float codecs were rounded after decoding.
 #include <gtest/gtest.h>
 
@@ -150,7 +150,7 @@ TEST_P(RealRates, FilesAreSmallerThanThoseOfOthersAtTheSameLargestError) {
     for (const Peer& peer : peers) {
       if (std::string(peer.volume) != volume.name) continue;
       const double bits = bits_a_voxel(volume, peer.max_error), ratio = bits / peer.best_bits;
-      std::printf("%-18s E %2.0f: %.4f bits a voxel, best other %.4f, ratio %.3f\n", peer.volume,
+      std::printf("%-18s E %2.0f: %.4f bits per voxel, best other %.4f, ratio %.3f\n", peer.volume,
                   peer.max_error, bits, peer.best_bits, ratio);
       const bool exact = peer.max_error == 0;
       EXPECT_LE(ratio, exact ? claim.lossless_row : claim.bounded_row)

@@ -184,7 +184,7 @@ class Errors(unittest.TestCase):
     def test_volumes_that_cannot_be_compared_are_named_with_the_reason(self):
         self.expect(74, "missing.nhdr", "missing.nhdr")
         (self.folder / "text.nhdr").write_text("text\n")
-        self.expect(65, "not a NRRD file", "text.nhdr")
+        self.expect(65, "not an NRRD file", "text.nhdr")
         phantom(self.folder / "float.nrrd", "float32", 1)
         self.expect(65, "float.nrrd: samples are float", "float.nrrd")
         (self.folder / "sizes.nrrd").write_bytes("NRRD0004\ntype: uchar\nsizes: 8 8 ²\n\n".encode("latin-1"))
@@ -210,7 +210,7 @@ class Errors(unittest.TestCase):
         phantom(self.folder / "x.nhdr", "uint8", 1)
         (self.folder / "empty").mkdir()
         run = bench("x.nhdr", "--codecs", "zstd -1", cwd=self.folder, env={"PATH": str(self.folder / "empty")})
-        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: none of these codecs is here"))
+        self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: none of these codecs is installed"))
         run = bench("x.nhdr", "--codecs", "copy", "--errors", 3, cwd=self.folder)
         self.assertEqual((run.returncode, run.stderr.splitlines()[-1]), (74, "tools/bench: nothing could be measured"))
 

@@ -50,10 +50,10 @@ def command_line(arguments):
     parser.add_argument("--errors", type=list_of_bounds, metavar="E,E,...",
                         help="bounds of the largest error; default 0,1,2,4,8 (8 bits) or 0,2,5,10,20,50 (16 bits)")
     parser.add_argument("--repetitions", type=positive, default=3, metavar="N",
-                        help="runs of which the median is taken (3); JPEG XL has one")
-    parser.add_argument("--codecs", metavar="NAME,NAME,...", help="only these; default: all that are installed")
+                        help="number of runs, of which the median counts (3); JPEG XL has one")
+    parser.add_argument("--codecs", metavar="NAME,NAME,...", help="use only these; default: all that are installed")
     parser.add_argument("--threads", type=positive, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="threads, beside one; default: all that the process may run on")
+                        help="threads, in addition to one; default: all processors that the process may run on")
     parser.add_argument("--output", type=Path, default=Path("benchmark"), metavar="FOLDER",
                         help="where results.json, results.md and the plots go (benchmark)")
     parser.add_argument("--document", type=Path, metavar="FILE",
@@ -99,7 +99,7 @@ def run(arguments):
     for name, reason in missing.items():
         say(f"{name} does not take part: {reason}")
     if not taking_part:
-        raise Failure(WORLD, "none of these codecs is here")
+        raise Failure(WORLD, "none of these codecs is installed")
     options.output.mkdir(parents=True, exist_ok=True)
     for written in filter(None, (options.output, options.document)):
         if not os.access(written, os.W_OK):  # found now rather than after all measurements

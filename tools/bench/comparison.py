@@ -12,7 +12,7 @@ from codec import Work
 from failure import Failure
 
 MOST_SETTINGS = 8  # number of settings that a codec may try
-USUAL_BOUNDS = {1: (0, 1, 2, 4, 8), 2: (0, 2, 5, 10, 20, 50)}  # by bytes a sample
+USUAL_BOUNDS = {1: (0, 1, 2, 4, 8), 2: (0, 2, 5, 10, 20, 50)}  # by bytes per sample
 
 
 def median_of(usages):
@@ -110,7 +110,7 @@ class Comparison:
         if codec.keeps_bounds and not row["kept"]:
             self.note(f"{codec.name} does not keep E = {bound} on {volume.name}: "
                       f"largest error {row['max_error']} at its tightest setting")
-        self.say(f"{volume.name}, E = {bound}, {codec.name}: {row['bits']:.4f} bits a voxel, "
+        self.say(f"{volume.name}, E = {bound}, {codec.name}: {row['bits']:.4f} bits per voxel, "
                  f"largest error {row['max_error']}")
         return row
 

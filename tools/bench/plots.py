@@ -60,7 +60,7 @@ def rate_plot(results, volume):
     tics = ", ".join(f"'{bound}' {i}" for i, bound in enumerate(bounds))
     size = "1160,400" if by_psnr[1] else "580,400"
     text = f"set terminal svg size {size} font 'sans-serif,12' background 'white'\n" + PREAMBLE
-    text += by_bound[0] + "set logscale y\nset ylabel 'bits a voxel'\n"
+    text += by_bound[0] + "set logscale y\nset ylabel 'bits per voxel'\n"
     if by_psnr[1]:
         text += "set multiplot layout 1,2\n"
     text += f"set title {quoted(volume + ': same largest error')} noenhanced\nset xlabel 'largest error E'\n"

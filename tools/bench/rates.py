@@ -50,7 +50,7 @@ def ratios_to_best(results, lossless):
 
 
 def bits_at_psnr(results, volume, codec, psnr):
-    """Bits a voxel of a codec at a PSNR: their logarithm, interpolated between the bounds that were measured. None
+    """Bits per voxel of a codec at a PSNR: their logarithm, interpolated between the bounds that were measured. None
     outside of them."""
     points = sorted((row["psnr"], row["bits"]) for row in rows_of(results, volume, codec) if row["psnr"] is not None)
     for (psnr_0, bits_0), (psnr_1, bits_1) in zip(points, points[1:]):

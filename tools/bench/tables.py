@@ -30,7 +30,7 @@ def circumstances(results):
 
 
 def sizes(results):
-    """Bits a voxel at every bound: one line for each volume and bound, a column for each codec."""
+    """Bits per voxel at every bound: one line for each volume and bound, a column for each codec."""
     codecs = [codec for codec in results["codecs"] if codec not in ("copy", "SPERR --psnr")]
     rows = []
     for volume in results["volumes"]:
@@ -50,7 +50,7 @@ def sizes(results):
 
 
 def equal_psnr(results):
-    """Bits a voxel of other codecs at the PSNR that tagrid reaches at a bound."""
+    """Bits per voxel of other codecs at the PSNR that tagrid reaches at a bound."""
     others = [codec for codec in results["codecs"] if codec not in ("tagrid", "copy", "JPEG XL", "zstd -1")]
     rows = []
     for volume in results["volumes"]:
@@ -84,7 +84,7 @@ def full_row(results, row, threads):
 
 def full(results, rows):
     threads = results["machine"]["threads"]
-    head = ["volume", "E", "codec", "bits a voxel", "PSNR, dB", "largest error"]
+    head = ["volume", "E", "codec", "bits per voxel", "PSNR, dB", "largest error"]
     for step in ("encode", "decode"):
         head += [f"{step} Mvoxel/s, 1 thread", "CPU s"] + [f"Mvoxel/s, {threads} threads"] * (threads > 1)
         head += ["MB", "tagrid is × as fast"]
@@ -115,9 +115,9 @@ def concurrency(results):
 
 
 SECTIONS = (
-    ("Bits a voxel at the same largest error", sizes,
+    ("Bits per voxel at the same largest error", sizes,
      "Whole files. (!): the bound was not kept. Best other: the smallest that keeps the bound."),
-    ("Bits a voxel at the same PSNR", equal_psnr,
+    ("Bits per voxel at the same PSNR", equal_psnr,
      "At the PSNR that tagrid reaches at E. Others: interpolated between the bounds that were measured (–: outside of "
      "them); SPERR --psnr was asked for that PSNR, and has no bound."),
     ("Speed and memory", speeds,

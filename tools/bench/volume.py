@@ -49,7 +49,7 @@ def fields_of(path):
     try:
         with open(path, "rb") as file:
             if not file.readline(80).startswith(b"NRRD000"):
-                raise Failure(BROKEN_INPUT, f"{path}: not a NRRD file")
+                raise Failure(BROKEN_INPUT, f"{path}: not an NRRD file")
             for line in file:
                 text = line.decode("latin-1").strip()
                 if not text:

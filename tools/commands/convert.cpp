@@ -30,7 +30,7 @@ Shard shard_option(const std::string& text) {
   const auto count =
       slash == text.npos ? std::nullopt : whole_number<std::size_t>(std::string_view(text).substr(slash + 1));
   if (!index || !count || *index >= *count)
-    throw UsageError(fmt::format("--shard {}: must be i/n, the part i of n parts, from 0 to n - 1", text));
+    throw UsageError(fmt::format("--shard {}: must be i/n: part i of n parts, with i from 0 to n - 1", text));
   return {*index, *count};
 }
 
@@ -44,7 +44,8 @@ struct ConvertCommand {
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
-          "--trust-description: is about removing originals; give --remove-verified, or leave it out");
+          "--trust-description: has an effect only together with --remove-verified; give --remove-verified, "
+          "or leave it out");
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
     const Encoding asked = encoding_of(given);
@@ -60,7 +61,7 @@ struct ConvertCommand {
     if (!remove_verified)
       make_output_dir();
     else if (!status_of(options.output_dir))
-      throw WorldError(options.output_dir + ": is no folder: nothing was converted to it yet");
+      throw WorldError(options.output_dir + ": does not exist; nothing has been converted to it yet");
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
     if (!remove_verified) remove_abandoned_of(own);
@@ -164,27 +165,30 @@ Action add_convert_command(CLI::App& app) {
   auto state = std::make_shared<ConvertCommand>();
   CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each");
   const char* group = "The list";
-  command->add_option("--manifest", state->manifest, "List of volumes, a line each; - is the standard input")
+  command->add_option("--manifest", state->manifest, "List of volumes, one per line, or - for standard input")
       ->required()
       ->option_text("FILE")
       ->group(group);
-  command->add_option("--output-dir", state->options.output_dir, "Folder of the outputs and their records")
+  command->add_option("--output-dir", state->options.output_dir, "Folder for the outputs and their records")
       ->required()
       ->option_text("DIR")
       ->group(group);
   command
       ->add_flag("--keep-folders", state->keep_folders,
-                 "Outputs in the folders of the list: 2019/knee.nhdr to DIR/2019/knee.tag")
+                 "Keep the folders of the list: the output of 2019/knee.nhdr is DIR/2019/knee.tag")
       ->group(group);
-  command->add_option("--shard", state->shard, "Part i of n equal parts of the list, counted from 0")
+  command
+      ->add_option("--shard", state->shard,
+                   "Process only part i of n equal parts of the list, counted from 0")
       ->option_text("i/n")
       ->group(group);
-  CLI::Option* skip =
-      command->add_flag("--skip-done", state->options.skip_done, "Pass over what a record says is done")
-          ->group(group);
+  CLI::Option* skip = command
+                          ->add_flag("--skip-done", state->options.skip_done,
+                                     "Skip volumes that are done according to a record")
+                          ->group(group);
   command
       ->add_flag("--remove-verified", state->remove_verified,
-                 "Encode nothing; verify what was encoded once more, and remove the originals")
+                 "Encode nothing; verify the outputs once more, and remove the originals")
       ->excludes(skip)
       ->group(group);
   add_trust_option(*command, state->options.trust_description);

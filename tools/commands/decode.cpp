@@ -39,7 +39,7 @@ struct DecodeCommand {
     check_vdb_options(vdb, chosen);
     const WantedRegion wanted = wanted_region();
     if (remove && !wanted.is_all())
-      throw UsageError("--rm: a region or a step is not all of the file; leave out --rm");
+      throw UsageError("--rm: a region or a step gives only a part of the volume; leave out --rm");
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
@@ -75,7 +75,7 @@ struct DecodeCommand {
     const auto ranges = three_ranges(region);
     if (!ranges)
       throw UsageError(fmt::format(
-          "--region {}: must be x0:x1,y0:y1,z0:z1, whole numbers; an end may be left out", region));
+          "--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out", region));
     for (std::size_t axis = 0; axis < 3; ++axis)
       std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
     return wanted;
@@ -100,13 +100,14 @@ struct DecodeCommand {
 Action add_decode_command(CLI::App& app) {
   auto state = std::make_shared<DecodeCommand>();
   CLI::App* command = app.add_subcommand("decode", "Decode a .tag file into a volume");
-  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
   command
       ->add_option("--region", state->region,
-                   "Samples x0 up to, but without, x1, and so on; an end that is left out is the volume's")
+                   "Samples from x0 up to, but not including, x1, and likewise for y and z; an end that is "
+                   "left out is that of the volume")
       ->option_text("x0:x1,y0:y1,z0:z1");
   add_number_option(*command, "--step", state->step,
                     "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <functional>
 
 #include "io/files/errors.h"
@@ -23,6 +25,8 @@
 namespace tagrid {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct EncodeCommand {
   std::string input;
   OutputOptions output;
@@ -34,14 +38,16 @@ struct EncodeCommand {
     run.obey_memory_limit();
     if (output.path.empty() && input.ends_with(".tag"))
       throw UsageError(input +
-                       ": has the name of an encoded volume; to get that: tagrid decode, else give -o FILE");
+                       ": has the name of an encoded volume; use tagrid decode to decode it, or give -o FILE "
+                       "if it is a volume");
     const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "compressed bytes");
     const Encoding asked = encoding.checked();
     if (remove) refuse_without_bound(asked.options, "--rm");
     if (trust_description && !remove)
-      throw UsageError("--trust-description: is about removing the input; give --rm, or leave it out");
+      throw UsageError(
+          "--trust-description: has an effect only together with --rm; give --rm, or leave it out");
     if (resume) require_resumable(path);
     std::vector<std::string> removed_after;
     if (remove) removed_after = files_to_remove(asked, path);
@@ -94,14 +100,24 @@ struct EncodeCommand {
   std::function<void(std::int64_t, std::int64_t)> tell_of_parts() const {
     if (!run.is_watched()) return {};
     return [](std::int64_t there, std::int64_t parts) {
-      say_line(fmt::format("tagrid: going on: {} of {} parts are there", there, parts));
+      say_line(fmt::format("tagrid: continuing: {} of {} parts are done", there, parts));
     };
   }
 
   void warn_of_record(const std::string& path) const {
     if (!is_regular_output(path) || path == "-" || !status_of(part_folder_of(path) + "/run")) return;
-    warn(run, fmt::format("{}: is the record of a run that did not end; --resume would go on with it",
+    warn(run, fmt::format("{}: is the record of an unfinished run; give --resume to continue it",
                           part_folder_of(path)));
+  }
+
+  // The run makes, checks and removes the folder of its parts. A report in its place would stop the run.
+  void keep_report_apart(const std::string& parts) const {
+    if (run.json.empty() || run.json == "-") return;
+    const auto canonical = [](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); };
+    const fs::path folder = canonical(parts), report = canonical(run.json);
+    if (std::ranges::mismatch(folder, report).in1 == folder.end())
+      throw UsageError(fmt::format(
+          "--json {}: {} is the folder for the parts of the run; choose a file outside it", run.json, parts));
   }
 
   // Checks that the run can be continued. From now on, a signal leaves its parts.
@@ -110,8 +126,9 @@ struct EncodeCommand {
     // If the input does not exist, opening it gives the message.
     if (input == "-" || (status_of(input) && !attributes_of(input)))
       throw UsageError("--resume: the input must be a file, which can be read again");
+    keep_report_apart(part_folder_of(path));
     end_signals_with(exit_resumable,
-                     run.quiet ? "" : "tagrid: interrupted; the same command goes on from here\n");
+                     run.quiet ? "" : "tagrid: interrupted; the same command continues from here\n");
   }
 };
 
@@ -120,7 +137,7 @@ struct EncodeCommand {
 Action add_encode_command(CLI::App& app) {
   auto state = std::make_shared<EncodeCommand>();
   CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
-  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for the standard input")
+  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for standard input")
       ->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);
@@ -131,7 +148,7 @@ Action add_encode_command(CLI::App& app) {
   add_removal_options(*command, state->remove);
   add_trust_option(*command, state->trust_description);
   command->add_flag("--resume", state->resume,
-                    "Keep what is done in .NAME.parts, and go on with it after an interruption");
+                    "Keep finished parts in .NAME.parts, and continue with them after an interruption");
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

@@ -15,9 +15,9 @@ Action add_info_command(CLI::App& app) {
     RunOptions run;  // for scripts that pass these options to every command; they have no effect here
   };
   auto state = std::make_shared<State>();
-  CLI::App* command =
-      app.add_subcommand("info", "Geometry, parameters, where the bytes are, active points a level");
-  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  CLI::App* command = app.add_subcommand(
+      "info", "Print geometry, parameters, where the bytes are, and active points per level");
+  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_run_options(*command, state->run);
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
   return [state](Ranks&) {

@@ -44,7 +44,7 @@ int fail(const Failure& failure) {
 
 int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
-      "CT volumes as one file: a conforming tetrahedral adaptive grid and every voxel within a bound",
+      "Store a CT volume in one file: a conforming tetrahedral adaptive grid, and every voxel within a bound",
       "tagrid"};
   app.set_version_flag("-V,--version", version);
   app.require_subcommand(1);
@@ -59,7 +59,7 @@ int run(Ranks& ranks, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
-      throw UsageError("an argument is empty: is a variable of your script not set?");
+      throw UsageError("an argument is empty; is a variable in your script not set?");
   }
   try {
     app.parse(argc, argv);
@@ -98,7 +98,8 @@ void tell_of_mpi(int code) {
   const char* count = std::getenv("OMPI_COMM_WORLD_SIZE");
   if (code != exit_ok && count != nullptr && std::string_view(count) != "1")
     say_line(
-        "tagrid: mpirun has started several of this program; those that work together are of tagrid-mpi");
+        "tagrid: mpirun started several processes of tagrid, which do not work together; start tagrid-mpi "
+        "instead");
 }
 #else
 /// Rank 0 runs the program and prints all messages; the other ranks carry out its orders.

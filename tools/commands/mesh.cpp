@@ -56,13 +56,13 @@ struct MeshCommand {
 Action add_mesh_command(CLI::App& app) {
   auto state = std::make_shared<MeshCommand>();
   CLI::App* command = app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a VTU mesh");
-  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_output_options(*command, state->output);
   add_number_option(*command, "--level", state->options.level,
-                    "The prefix of the grid at this level: no point of a higher one; default: all of it")
+                    "Use the grid up to this level only; default: all levels")
       ->option_text("N");
   command->add_flag("--padded", state->options.padded,
-                    "Fill whole root cubes, instead of ending at the first and last samples");
+                    "Fill whole root cubes instead of ending at the first and last samples");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

@@ -53,7 +53,9 @@ Action add_phantom_command(CLI::App& app) {
       ->add_option("--type", state->type,
                    "uint8, int8, uint16, int16 (default), uint32, int32, float32 or float64")
       ->option_text("TYPE");
-  add_number_option(*command, "--seed", state->seed, "Another seed, another volume (1)")->option_text("N");
+  add_number_option(*command, "--seed", state->seed,
+                    "Choose the volume: another seed gives another volume (1)")
+      ->option_text("N");
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_run_options(*command, state->run);

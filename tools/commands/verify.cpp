@@ -26,9 +26,10 @@ struct VerifyCommand {
     run.obey_memory_limit();
     const auto description = raw.description();
     if (original.empty() && (description || !vdb_grid.empty()))
-      throw UsageError("--dims and the like describe the original; give it with --against");
+      throw UsageError(
+          "--dims and the other options that describe samples are for the original; give it with --against");
     if (input == "-" && original == "-")
-      throw UsageError("--against -: the standard input is the .tag file already; give a file");
+      throw UsageError("--against -: standard input is already the .tag file; give a file");
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
@@ -41,7 +42,7 @@ struct VerifyCommand {
         {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
     report.keep();
     if (run.quiet || run.json == "-") return;
-    fmt::print("{}: {} bricks are whole; the grid of {} active points is conforming\n", printable(input),
+    fmt::print("{}: {} bricks are intact; the grid of {} active points is conforming\n", printable(input),
                result.bricks, result.active_points);
     if (result.max_error)
       fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
@@ -62,9 +63,9 @@ struct VerifyCommand {
 
 Action add_verify_command(CLI::App& app) {
   auto state = std::make_shared<VerifyCommand>();
-  CLI::App* command =
-      app.add_subcommand("verify", "Check a .tag file: checksums, grid, statistics, the original");
-  command->add_option("INPUT", state->input, ".tag file, or - for the standard input")->required();
+  CLI::App* command = app.add_subcommand(
+      "verify", "Check a .tag file: checksums, grid, statistics, and every voxel against the original");
+  command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   command->add_option("--against", state->original, "Compare every voxel with this volume")
       ->option_text("ORIGINAL");
   add_raw_options(*command, state->raw);

@@ -81,10 +81,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                               is_same_encoding(encoding_of(known->options), volume.asked, *source);
     if (same_options && known->input_files == volume.files) return skip(*known, record);
     if (!same_options && !options_.overwrite)
-      throw UsageError(
-          fmt::format("{}: was encoded with other options: {}; give -f, and a list of those that are to be "
-                      "encoded again",
-                      volume.output, difference_of(known->options, line.options)));
+      throw UsageError(fmt::format(
+          "{}: was encoded with other options: {}; give -f, and a list of the volumes to encode again",
+          volume.output, difference_of(known->options, line.options)));
   }
   // An output may have no record: a run was killed between naming the output and recording it, or records
   // were lost. It is either good, or belongs to someone else.
@@ -95,7 +94,8 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
 }
 
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
-  if (!is_regular_output(volume.output)) throw UsageError(volume.output + ": is there and is no file");
+  if (!is_regular_output(volume.output))
+    throw UsageError(volume.output + ": exists and is not a regular file");
   const SourceDescription& source = volume.asked.source;
   if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
@@ -129,7 +129,7 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
     const auto original = open_volume(volume.input, source);
     const TagHeader header{resolve(volume.asked.options, *original), original->info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
-      throw BrokenInput("made of another volume, or with other options");
+      throw BrokenInput("made from another volume, or with other options");
     Ranks alone;
     const VerifyResult found = verify_file(
         alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
@@ -137,7 +137,7 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     throw UsageError(
-        fmt::format("{}: exists already, and is not known to be of {} ({}); give -f to overwrite it",
+        fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
                     volume.output, volume.input, words_of(broken)));
   }
 }

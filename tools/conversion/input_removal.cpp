@@ -19,9 +19,9 @@ namespace {
 }
 
 void require_removable(const std::string& file, const char* advice) {
-  if (file == "-") refuse("standard input", "it is no file", advice);
+  if (file == "-") refuse("standard input", "it is not a regular file", advice);
   // If the file does not exist, opening it gives the message.
-  if (!is_regular_output(file)) refuse(file, "it is no file", advice);
+  if (!is_regular_output(file)) refuse(file, "it is not a regular file", advice);
   // Only the link would be removed.
   if (const auto status = status_of_name(file); status && S_ISLNK(status->st_mode))
     refuse(file, "it is a symbolic link, and the file itself would stay", advice);
@@ -55,13 +55,13 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
 
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice) {
   if (by.max_error < 0)
-    refuse(input, "nothing bounds the error of its encoding, and most voxels could not come back", advice);
+    refuse(input, "nothing bounds the error of its encoding, so most voxels could not be restored", advice);
   if (by.max_error > 0 && by.headerless && !by.trusted)
-    refuse(input,
-           "it has no header, and if its type, byte order or dims were not what the command says, a lossy "
-           "encoding would destroy it; compare what decode gives with the original, then give "
-           "--trust-description",
-           fmt::format("or {}", advice).c_str());
+    refuse(
+        input,
+        "it has no header, and if its type, byte order or dims are not what the command says, a lossy "
+        "encoding destroys it; compare the decoded volume with the original, then give --trust-description",
+        fmt::format("or {}", advice).c_str());
 }
 
 bool has_bound(const EncodeOptions& options) { return !options.grid_only || options.max_error.has_value(); }
@@ -69,7 +69,7 @@ bool has_bound(const EncodeOptions& options) { return !options.grid_only || opti
 void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
   if (has_bound(options)) return;
   throw UsageError(fmt::format(
-      "{}: a grid without a bound is no replacement for a volume: most voxels could not come back; {}, or "
+      "{}: a grid without a bound cannot replace a volume, because most voxels could not be restored; {}, or "
       "leave out {}",
       option, options.max_level ? "give --max-error E instead of --max-level" : "give --max-error E",
       option));

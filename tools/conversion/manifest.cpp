@@ -48,8 +48,8 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
   if (looks_like_columns && !status_of_name(line.input))
-    throw UsageError(fmt::format("{}: is no file; if these are columns, separate them by tabs, not by spaces",
-                                 columns[0]));
+    throw UsageError(fmt::format(
+        "{}: there is no such file; if these are columns, separate them by tabs, not by spaces", columns[0]));
   line.options = given;
   std::set<std::string> names;
   for (std::size_t i = 1; i < columns.size(); ++i) {
@@ -92,7 +92,7 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
       if (text.empty()) break;
       if (number == 1 && text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
       while (text.ends_with('\n') || text.ends_with('\r')) text.pop_back();
-      if (text.find('\0') != text.npos) throw UsageError("holds a zero byte: this is no text");
+      if (text.find('\0') != text.npos) throw UsageError("contains a zero byte, so the list is not text");
       if (text.find_first_not_of(" \t") == text.npos || text.starts_with('#')) continue;
       ManifestLine line = parse_line(columns_of(text), folder, given, naming);
       line.number = number;
@@ -106,8 +106,8 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
   }
   if (lines.empty())
     throw UsageError(file.name() +
-                     ": names no volume; a list has the path of a volume in each line, and lines "
-                     "that begin with # do not count");
+                     ": names no volume; every line of a list begins with the path of a volume, and lines "
+                     "that begin with # are ignored");
   return lines;
 }
 

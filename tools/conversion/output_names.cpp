@@ -28,8 +28,8 @@ bool goes_up(const fs::path& path) {
 void refuse_records(const std::string& given, const fs::path& output) {
   const std::string first = output.begin()->string();
   if (first.starts_with("results") && first.ends_with(".jsonl"))
-    throw UsageError(
-        fmt::format("{}: {} is a name of records; choose another name for the folder", given, first));
+    throw UsageError(fmt::format("{}: {} is a name for a file of records; choose another name for the folder",
+                                 given, first));
 }
 
 /// Calls use(folder) for every folder of `output` below `root`, the outermost first.
@@ -44,9 +44,10 @@ bool is_own_folder(const std::string& folder) {
   const auto status = status_of_name(folder);
   if (status && S_ISLNK(status->st_mode))
     throw UsageError(folder +
-                     ": is a symbolic link, and outputs stay below the folder of the outputs; put a folder "
+                     ": is a symbolic link, but outputs must stay inside the output folder; put a folder "
                      "there, or choose another output");
-  if (status && !S_ISDIR(status->st_mode)) throw UsageError(folder + ": is no folder; choose another output");
+  if (status && !S_ISDIR(status->st_mode))
+    throw UsageError(folder + ": is not a folder; choose another output");
   return status.has_value();
 }
 
@@ -55,8 +56,8 @@ bool is_own_folder(const std::string& folder) {
 std::string output_called(const std::string& name) {
   const fs::path path = name;
   if (path.is_absolute())
-    throw UsageError(fmt::format("output={}: must be a path below the folder of the outputs", name));
-  if (goes_up(path)) throw UsageError(fmt::format("output={}: must not have a ..", name));
+    throw UsageError(fmt::format("output={}: must be a path inside the output folder", name));
+  if (goes_up(path)) throw UsageError(fmt::format("output={}: must not contain ..", name));
   fs::path output = path.lexically_normal();
   if (output.filename().empty() || output == ".")
     throw UsageError(fmt::format("output={}: is not the name of a file", name));
@@ -69,10 +70,9 @@ std::string output_mirroring(const std::string& listed) {
   const fs::path path = listed;
   // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
-    throw UsageError(
-        fmt::format("{}: --keep-folders needs a relative path without ..; say its output in a column "
-                    "output=NAME",
-                    listed));
+    throw UsageError(fmt::format(
+        "{}: --keep-folders needs a relative path without ..; name its output in a column output=NAME",
+        listed));
   const fs::path normal = path.lexically_normal();
   const fs::path output = normal.parent_path() / (normal.stem().string() + ending);
   refuse_records(listed, output);
@@ -84,14 +84,14 @@ void TakenOutputs::take(const std::string& output, std::size_t line) {
   const fs::path name = json_text(output);
   if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
     throw UsageError(
-        fmt::format("{} would be the output of line {}, too; {}", output, file->second, advice_));
+        fmt::format("{} would also be the output of line {}; {}", output, file->second, advice_));
   if (const auto folder = folders_.find(name.string()); folder != folders_.end())
-    throw UsageError(fmt::format("{} would be a folder of the output of line {}, too; {}", output,
+    throw UsageError(fmt::format("{} would also be a folder of the output of line {}; {}", output,
                                  folder->second, advice_));
   for (fs::path folder = name.parent_path(); !folder.empty(); folder = folder.parent_path()) {
     if (const auto file = files_.find(folder.string()); file != files_.end())
-      throw UsageError(fmt::format("{} cannot be: {} is the output of line {}, and no folder; {}", output,
-                                   folder.string(), file->second, advice_));
+      throw UsageError(fmt::format("{} is impossible, because {} is the output of line {}, not a folder; {}",
+                                   output, folder.string(), file->second, advice_));
     folders_.emplace(folder.string(), line);
   }
 }
@@ -107,7 +107,7 @@ void make_own_folders(const std::string& root, const std::string& output) {
       throw world_error("cannot create the folder", folder, errno);
     is_own_folder(folder);
     if (const int error = sync_folder(folder_of(folder)); error != 0)
-      throw world_error("cannot write the folder of", folder, error);
+      throw world_error("cannot sync its parent folder", folder, error);
   });
 }
 

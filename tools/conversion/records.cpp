@@ -89,7 +89,8 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
 void KnownOutputs::read(const std::string& path) {
   // Opening a pipe would block, and a pipe has no lines of an earlier run.
   if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
-    throw UsageError(path + ": has the name of a file of records and is not a file; move it elsewhere");
+    throw UsageError(path +
+                     ": has the name of a file of records and is not a regular file; move it elsewhere");
   FileBytes file(path);
   for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
     const ordered_json record = ordered_json::parse(line, nullptr, false);

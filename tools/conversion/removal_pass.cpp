@@ -65,12 +65,12 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   record["status"] = "kept";
   if (known->input != json_text(line.input))
     throw UsageError(
-        fmt::format("{}: {} is recorded as made of {}; with --skip-done it is compared and recorded",
+        fmt::format("{}: {} is recorded as made from {}; run with --skip-done to compare and record it",
                     line.input, line.output, known->input));
   add_output(*known, record);
   if (known->failed_since)
     throw UsageError(line.input +
-                     ": the last run failed with it; it is kept until one with --skip-done does not");
+                     ": the last run failed on it; it is kept until a run with --skip-done succeeds");
   record["options"] = known->options;
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
@@ -96,7 +96,7 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
   for (const std::string& file : files)
     if (const auto found = lines_with_.find(canonical_name(file));
         found == lines_with_.end() || found->second != 1)
-      throw UsageError(file + ": other volumes of the manifest are in it, too; it is kept");
+      throw UsageError(file + ": also holds other volumes of the list; it is kept");
   return files;
 }
 

@@ -60,11 +60,11 @@ std::string too_many(const CLI::App& command, const std::string& word, const std
   const std::string name = command.get_name();
   if (command.get_option_no_throw("INPUT") == nullptr)
     return fmt::format("{}: {}: one argument too many; see {}", name, word, help);
-  const char* several = name == "encode" ? "for several use tagrid convert, or a loop of the shell"
-                                         : "for several use a loop of the shell";
+  const char* several = name == "encode" ? "for several inputs use tagrid convert or a shell loop"
+                                         : "for several inputs use a shell loop";
   return fmt::format(
-      "{}: {}: one argument too many: one input is taken, {}, and a name with blanks needs quotes", name,
-      word, several);
+      "{}: {}: one argument too many: only one input is accepted; {}, and quote a name that contains blanks",
+      name, word, several);
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ const OptionRow<EncodingOptions>& row_named(const std::string& name) {
   if (const auto meant = nearest(name, names))
     throw UsageError(fmt::format("unknown option --{}; did you mean --{}?", name, *meant));
   throw UsageError(
-      fmt::format("unknown option --{}; those of a volume are --{}", name, fmt::join(names, ", --")));
+      fmt::format("unknown option --{}; the options of a volume are --{}", name, fmt::join(names, ", --")));
 }
 
 }  // namespace
@@ -96,7 +96,7 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
     return fmt::format("looks far more like a volume with {} than with {}; check the type and the byte order",
                        in_words(likelier.type, likelier.big_endian), as_given);
   return fmt::format(
-      "looks far more like samples of {} byte{} than with {}; check the type, and dims that fit it",
+      "looks far more like samples of {} byte{} than like {}; check the type, and the dims that go with it",
       likelier.sample_bytes, likelier.sample_bytes == 1 ? "" : "s", as_given);
 }
 
@@ -110,8 +110,8 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
   const auto likelier = likelier_dims(input, description);
   if (!likelier) return;
   const Index3 &given = description.dims, &other = *likelier;
-  warn(run, fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order, "
-                        "x is the fastest",
+  warn(run, fmt::format("{}: looks far smoother with --dims {},{},{} than with {},{},{}; check their order "
+                        "(x is the fastest)",
                         input, other.x, other.y, other.z, given.x, given.y, given.z));
 }
 
@@ -123,12 +123,11 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type)) return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   if (!(high - low > far_more * (p.range_high - p.range_low))) return;
-  warn(run,
-       fmt::format("{}: its samples lie between {} and {}, and the grid was made for {} .. {}, the range by "
-                   "default of {}: it is finer, and the file larger, than may be wanted; {}--range lo:hi "
-                   "gives the span that matters",
-                   input == "-" ? "standard input" : input, low, high, p.range_low, p.range_high,
-                   name_of(p.type), input == "-" ? "" : "--range auto takes that of the samples, "));
+  warn(run, fmt::format("{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the "
+                        "default range of {}; it may be finer, and the file larger, than you want; {}--range "
+                        "lo:hi sets the span that matters",
+                        input == "-" ? "standard input" : input, low, high, p.range_low, p.range_high,
+                        name_of(p.type), input == "-" ? "" : "--range auto takes the span of the samples, "));
 }
 
 }  // namespace tagrid

@@ -43,7 +43,7 @@ void set_effort(EncodingOptions& o, const std::string& word) {
 std::vector<Row> all_rows() {
   using E = EncodeOptions;
   std::vector<Row> rows = {
-      number_row(setting::max_error, kept, "E", "Largest error of any voxel; 0, the default: lossless",
+      number_row(setting::max_error, kept, "E", "Largest error of any voxel; 0, the default, is lossless",
                  &E::max_error),
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
@@ -51,22 +51,24 @@ std::vector<Row> all_rows() {
       {"effort",
        kept,
        "fast|default|best",
-       "fast, default or best: time for size, of voxels of 8 and 16 bits",
+       "Trade time for size; has an effect on voxels of 8 and 16 bits only",
        set_effort,
        {"fast", "default", "best"}},
-      number_row(setting::mesh_error, kept, "E",
-                 "Refine until the mesh is within E of every sample; not below the bound of active voxels",
-                 &E::mesh_error),
-      number_row(setting::accuracy, grid, "m", "m: as good as a circle's m-gon (20)", &E::accuracy),
-      number_row(setting::cube, grid, "S", "Edge of a root cube, a power of two, 4 .. 256 (32)",
+      number_row(
+          setting::mesh_error, kept, "E",
+          "Refine until the mesh is within E of every sample; E must not be below the bound on active voxels",
+          &E::mesh_error),
+      number_row(setting::accuracy, grid, "m",
+                 "Follow the volume as closely as a regular m-gon follows its circle (20)", &E::accuracy),
+      number_row(setting::cube, grid, "S", "Edge of a root cube: a power of two from 4 to 256 (32)",
                  &E::cube_size),
       number_row(setting::max_level, grid, "n", "Refine no further than this level", &E::max_level),
       text_row(setting::range.name, grid, "lo:hi|auto",
-               "Value range that counts as 8 voxels of height, or auto: that of the data",
+               "Span of values that counts as 8 voxels of height, or auto for that of the data",
                &EncodingOptions::range),
       number_row(setting::field_scale, grid, "lambda",
                  "Voxels of height per unit of value, instead of --range", &E::field_scale),
-      number_row(setting::brick, grid, "N", "Root cubes an edge of a brick; default max(2, 64/S)",
+      number_row(setting::brick, grid, "N", "Edge of a brick in root cubes; default max(2, 64/S)",
                  &E::brick_edge),
   };
   for (const auto& row : raw_rows()) {

@@ -39,18 +39,20 @@ int RunOptions::thread_count() const { return threads > 0 ? threads : available_
 
 void add_run_options(CLI::App& command, RunOptions& options) {
   add_number_option(command, "-T,--threads", options.threads,
-                    "Threads to use; 0, the default: all that the process may run on")
+                    "Threads to use; 0, the default, means all processors that the process may run on")
       ->check([](const std::string& text) {
         const auto threads = whole_number<int>(text);
         const bool good = threads && *threads >= 0 && *threads <= most_threads;
-        return good ? std::string() : fmt::format("{} is no whole number from 0 to {}", text, most_threads);
+        return good ? std::string()
+                    : fmt::format("{} is not a whole number from 0 to {}", text, most_threads);
       });
-  command.add_flag("-q,--quiet", options.quiet, "Say nothing but errors");
-  command.add_flag("-v,--verbose", options.verbosity, "Say more");
+  command.add_flag("-q,--quiet", options.quiet, "Print nothing but errors");
+  command.add_flag("-v,--verbose", options.verbosity, "Print more");
   command
       .add_option_function<std::string>(
           "--progress", [&options](const std::string& style) { options.progress = progress_style(style); },
-          "auto (a bar on a terminal, else nothing), bar, plain (a line a minute) or none")
+          "How to show progress: auto (a bar on a terminal, otherwise nothing), bar, plain (a line per "
+          "minute) or none")
       ->check(one_of({"auto", "bar", "plain", "none"}))
       ->option_text("auto|bar|plain|none");
 }
@@ -84,17 +86,18 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
           [&options](const std::string& text) {
             options.memory = byte_count(text);
             if (!options.memory || *options.memory == 0)
-              throw UsageError(
-                  fmt::format("-M: {}: must be a number of bytes above 0, or one with K, M, G or T", text));
+              throw UsageError(fmt::format(
+                  "-M: {}: must be a number of bytes above 0, optionally with K, M, G or T", text));
           },
-          "Take no more memory than this, at any moment; K, M, G, T: times 1024, 1024^2 and so on")
+          "Never use more memory than SIZE bytes; K, M, G, T mean times 1024, 1024^2 and so on")
       ->option_text("SIZE");
 }
 
 void add_spool_option(CLI::App& command, RunOptions& options) {
   command
-      .add_option("--spool", options.spool,
-                  "Folder for a temporary file of samples, where a pipe is too wide for memory")
+      .add_option(
+          "--spool", options.spool,
+          "Folder for a temporary file of samples, needed if the slices of a pipe are too wide for memory")
       ->option_text("DIR");
 }
 
@@ -111,11 +114,13 @@ void add_removal_options(CLI::App& command, bool& remove) {
 void add_trust_option(CLI::App& command, bool& trust) {
   command.add_flag(
       "--trust-description", trust,
-      "Remove headerless input after a lossy encoding, too: --dims, --type and --endian are right");
+      "Confirm that --dims, --type and --endian are right, so that headerless input may be removed "
+      "after a lossy encoding");
 }
 
 void add_output_options(CLI::App& command, OutputOptions& options) {
-  command.add_option("-o,--output", options.path, "Output; - is the standard output")->option_text("FILE");
+  command.add_option("-o,--output", options.path, "Output file, or - for standard output")
+      ->option_text("FILE");
   command.add_flag("-f,--force", options.overwrite, "Overwrite the output if it exists");
 }
 
@@ -125,7 +130,9 @@ void add_format_option(CLI::App& command, std::string& format) {
     names.emplace_back(written->name);
     help.push_back(fmt::format("{} ({})", written->name, written->help));
   }
-  command.add_option("--format", format, fmt::format("{}; default: from the name", fmt::join(help, ", ")))
+  command
+      .add_option("--format", format,
+                  fmt::format("{}; default: from the name of the output", fmt::join(help, ", ")))
       ->check(one_of(names))
       ->option_text(fmt::format("{}", fmt::join(names, "|")));
 }
@@ -138,17 +145,16 @@ const Format& volume_format_option(const std::string& format, const std::string&
   const Format* named = format_with_extension(output);
   if (is_file && named != nullptr && named != &asked)
     throw UsageError(fmt::format(
-        "--format {}: {} has the name of another format, and who reads it would be "
-        "misled; leave out --format, or name it {}",
+        "--format {}: the extension of {} is that of another format; leave out --format, or name the output "
+        "{}",
         format, output, std::filesystem::path(output).replace_extension(asked.extensions.front()).string()));
   return asked;
 }
 
 SampleType sample_type_option(const std::string& name) {
   if (const auto type = sample_type_named(name)) return *type;
-  throw UsageError(fmt::format(
-      "--type {}: not a sample type; uint8, int8, uint16, int16, uint32, int32, float32 and float64 are",
-      name));
+  throw UsageError(
+      fmt::format("--type {}: must be uint8, int8, uint16, int16, uint32, int32, float32 or float64", name));
 }
 
 CLI::Option* add_dims_option(CLI::App& command, std::string& dims) {
@@ -175,10 +181,10 @@ std::optional<RawDescription> RawOptions::description() const {
                                       {"--offset", &offset}})
       if (!value->empty()) given.emplace_back(name);
     const std::string options = fmt::format("{}", fmt::join(given, ", "));
-    throw UsageError(fmt::format(
-        "{}: headerless input needs both --dims and --type; an NRRD or OpenVDB file says itself how "
-        "its samples lie: leave out {}",
-        options, options));
+    throw UsageError(
+        fmt::format("{}: headerless input needs both --dims and --type; an NRRD or OpenVDB file describes "
+                    "its samples itself: leave out {}",
+                    options, options));
   }
   RawDescription raw;
   raw.dims = dims_option(dims);
@@ -188,7 +194,7 @@ std::optional<RawDescription> RawOptions::description() const {
     const auto bytes = byte_count(offset);
     if (!bytes)
       throw UsageError(
-          fmt::format("--offset: {}: must be a whole number of bytes, or one with K, M, G or T", offset));
+          fmt::format("--offset: {}: must be a whole number of bytes, optionally with K, M, G or T", offset));
     raw.offset = *bytes;
   }
   if (!spacing.empty()) {
@@ -202,14 +208,14 @@ std::optional<RawDescription> RawOptions::description() const {
 void refuse_terminal(const Ranks& ranks, const std::string& output, const char* what) {
   if (output != "-" || !isatty(STDOUT_FILENO)) return;
   if (ranks.count() > 1)
-    throw UsageError("standard output: mpirun makes it a terminal, which changes bytes; give -o FILE");
+    throw UsageError("standard output: is a terminal under mpirun, which changes bytes; give -o FILE");
   throw UsageError(
-      fmt::format("standard output: {} are not written to a terminal; give -o FILE, or a pipe", what));
+      fmt::format("standard output: {} are not written to a terminal; give -o FILE, or use a pipe", what));
 }
 
 void refuse_terminal_input(const std::string& input) {
   if (input == "-" && isatty(STDIN_FILENO))
-    throw UsageError("standard input: is a terminal; give a file, or a pipe");
+    throw UsageError("standard input: is a terminal; give a file, or use a pipe");
 }
 
 void warn(const RunOptions& options, const std::string& message) {

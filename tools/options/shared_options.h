@@ -44,7 +44,7 @@ struct RunOptions {
 template <class Number>
 std::string number_wanted() {
   if constexpr (std::unsigned_integral<Number>)
-    return fmt::format("a whole number, not below 0 and below 2^{}", 8 * sizeof(Number));
+    return fmt::format("a whole number of at least 0 and below 2^{}", 8 * sizeof(Number));
   else if constexpr (std::integral<Number>)
     return "a whole number";
   else

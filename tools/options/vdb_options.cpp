@@ -14,15 +14,16 @@ void add_vdb_grid_option(CLI::App& command, std::string& name) {
 
 void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
   const char* group = "OpenVDB output";
-  command.add_option("--vdb-grid", options.grid, "Name of the grid; default: as it was, or density")
+  command.add_option("--vdb-grid", options.grid, "Name of the grid; default: the name it had, or density")
       ->option_text("NAME")
       ->group(group);
-  add_number_option(command, "--vdb-background", options.background,
-                    "Value of inactive voxels; default: as it was, or that of the first voxel")
+  add_number_option(
+      command, "--vdb-background", options.background,
+      "Value of inactive voxels; default: the background it had, or the value of the first voxel")
       ->option_text("V")
       ->group(group);
   add_number_option(command, "--vdb-tolerance", options.tolerance,
-                    "Voxels so near to the background become the background (0)")
+                    "Voxels within T of the background become the background (0)")
       ->option_text("T")
       ->group(group);
 }

@@ -7,7 +7,7 @@ namespace {
 
 std::string memory_advice(const std::vector<std::uint64_t>& needed) {
   const auto mebibytes = [](std::uint64_t bytes) { return (bytes + (1 << 20) - 1) >> 20; };
-  const std::string limit = fmt::format(": give -M {}M", mebibytes(needed[0]));
+  const std::string limit = fmt::format("; give -M {}M", mebibytes(needed[0]));
   if (needed.size() < 3) return limit;
   return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[2]));
 }
@@ -22,35 +22,32 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::memory_limit:
       return memory_advice(detail.numbers);
     case Problem::no_known_format:
-      return "; if these are samples without a header, say how they lie, with --dims and --type";
+      return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
-      return "; decompress it into a pipe: zcat FILE | tagrid encode - (or verify NAME.tag --against -), or "
-             "into "
-             "a file: zcat FILE > OTHER; what is no NRRD file needs --dims and --type; the like for zstd, xz "
-             "and "
-             "bzip2";
+      return "; decompress it into a pipe: zcat FILE | tagrid encode - -o NAME.tag (or tagrid verify "
+             "NAME.tag --against -), or into a file: zcat FILE > OTHER; samples without a header need --dims "
+             "and --type; use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
     case Problem::nifti_header:
       return "; give its .img file with --dims, --type and --endian";
     case Problem::nifti_file:
-      return "; its samples can be read with --offset (352, if vox_offset does not say otherwise), --dims "
-             "and "
-             "--type, or make an NRRD volume of it";
+      return "; read its samples with --offset (352, unless vox_offset says otherwise), --dims and --type, "
+             "or convert it to an NRRD volume";
     case Problem::meta_image_header:
-      return "; give the file of its samples with --dims and --type, or make an NRRD volume of it";
+      return "; give the file with its samples, with --dims and --type, or convert it to an NRRD volume";
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
     case Problem::openvdb_described:
-      return "; leave out --dims and the like";
+      return "; leave out --dims and the other options that describe samples";
     case Problem::endian_differs:
       return "; leave out --endian";
     case Problem::spacing_differs:
       return "; leave out --spacing";
     case Problem::spacing_not_in_header:
-      return "; leave out --spacing, or give the header a line \"spacings: x y z\"";
+      return "; leave out --spacing, or add to its header the line \"spacings: x y z\"";
     case Problem::several_grids:
       return "; choose one with --vdb-grid";
     case Problem::mesh_fills_no_space:
-      return "; --padded gives the mesh of whole root cubes";
+      return "; give --padded for the mesh of whole root cubes";
   }
   return "";
 }

@@ -88,7 +88,7 @@ void say_to_terminal(std::string_view text) {
 
 void flush_standard_output() {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return;
-  if (errno == EPIPE) throw ClosedPipe("standard output: nobody reads it any more");
+  if (errno == EPIPE) throw ClosedPipe("standard output: the reader closed the pipe");
   throw world_error("cannot write", "standard output", errno);
 }
 

@@ -79,8 +79,7 @@ using Line = std::function<void(const char* name, const std::string& value)>;
 /// The position of the samples in the world, as far as the source gave it.
 void print_geometry(const TagHeader& header, const Line& line) {
   const Geometry g = geometry_of(header.nrrd_fields);
-  if (!g.has_spacing && !g.has_origin && g.space.empty())
-    return line("geometry", "the source says nothing of it");
+  if (!g.has_spacing && !g.has_origin && g.space.empty()) return line("geometry", "not given by the source");
   if (g.has_spacing) {
     std::array<double, 3> size = {};
     for (int axis = 0; axis < 3; ++axis) {
@@ -115,7 +114,7 @@ std::string json_text(const std::string& bytes) {
 std::string summary(const EncodeResult& result) {
   const std::uint64_t n = voxels(result.header), raw = n * size_of(result.header.parameters.type);
   const auto file = static_cast<double>(result.file_bytes);
-  return fmt::format("{} -> {}, ratio {:.2f}, {:.4f} bits a voxel, largest error {}", human_bytes(raw),
+  return fmt::format("{} -> {}, ratio {:.2f}, {:.4f} bits per voxel, largest error {}", human_bytes(raw),
                      human_bytes(result.file_bytes), static_cast<double>(raw) / file,
                      8 * file / static_cast<double>(n), result.index.total.max_error);
 }
@@ -202,14 +201,14 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
-  line("root cubes", fmt::format("edge {}, {} an edge of a brick, {} bricks", p.cube_size, p.brick_edge,
+  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {} bricks", p.cube_size, p.brick_edge,
                                  p.bricks().count()));
   line("criterion",
        fmt::format(
-           "m = {}, field scale {:.6g} voxels a unit{}", p.accuracy, p.field_scale,
+           "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
            p.range_low == p.range_high ? "" : fmt::format(" (range {} .. {})", p.range_low, p.range_high)));
   const auto part = [&](const char* name, std::uint64_t bytes) {
-    line(name, fmt::format("{:>12}  {:5.1f} %  {:.4f} bits a voxel", bytes,
+    line(name, fmt::format("{:>12}  {:5.1f} %  {:.4f} bits per voxel", bytes,
                            100.0 * static_cast<double>(bytes) / static_cast<double>(sizes.file),
                            8.0 * static_cast<double>(bytes) / static_cast<double>(n)));
   };

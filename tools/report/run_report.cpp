@@ -49,7 +49,7 @@ RunReport::RunReport(std::string path, int threads, bool overwrite, std::string 
   // volume. If the file does not exist now, but exists when the report is complete, this run has written it.
   const bool exists = is_regular_output(path_) && status_of_name(path_);
   if (exists && overwrite && FileBytes(path_).peek(1) != "{")
-    throw UsageError(fmt::format("--json {}: is there and is no JSON file; choose another name", path_));
+    throw UsageError(fmt::format("--json {}: exists and is not a JSON file; choose another name", path_));
   file_.emplace(path_, exists && overwrite);
 }
 

@@ -44,26 +44,26 @@ def numbers(text):
 def command_line(arguments):
     parser = argparse.ArgumentParser(prog="python3 tools/scale", description=__doc__)
     parser.add_argument("--dims", type=dims, action="append", metavar="X,Y,Z",
-                        help="of a volume; may be repeated. Default: cubes of about 1 TB and 100 TB")
-    parser.add_argument("--type", choices=SAMPLE_BYTES, default="int16", help="of its samples (int16)")
+                        help="size of a volume; may be repeated; default: cubes of about 1 TB and 100 TB")
+    parser.add_argument("--type", choices=SAMPLE_BYTES, default="int16", help="type of the samples (int16)")
     parser.add_argument("--brick", type=positive, metavar="N",
-                        help="root cubes an edge of a brick, the option of encode; default: 2, or more where the index "
+                        help="edge of a brick in root cubes, as encode --brick; default: 2, or more where the index "
                              "would take a quarter of the memory")
-    parser.add_argument("--nodes", type=numbers, default=[1, 1000], metavar="N,N,...", help="(1,1000)")
-    parser.add_argument("--cores", type=positive, default=32, help="of a node (32)")
-    parser.add_argument("--memory", type=size, default=size("8G"), help="that a process may use, its -M (8G)")
+    parser.add_argument("--nodes", type=numbers, default=[1, 1000], metavar="N,N,...", help="numbers of nodes (1,1000)")
+    parser.add_argument("--cores", type=positive, default=32, help="cores per node (32)")
+    parser.add_argument("--memory", type=size, default=size("8G"), help="memory that a process may use, its -M (8G)")
     parser.add_argument("--node-bandwidth", type=size, default=2e9, metavar="BYTES",
-                        help="a second, between a node and the file system (2e9)")
+                        help="bytes per second between a node and the file system (2e9)")
     parser.add_argument("--file-system", type=size, default=100e9, metavar="BYTES",
-                        help="a second, of all nodes together (100e9)")
+                        help="bytes per second of all nodes together (100e9)")
     parser.add_argument("--rates", type=Path, default=HERE / "rates.json", metavar="FILE",
                         help="measured rates (rates.json beside this program)")
     parser.add_argument("--measure", metavar="VOLUME",
                         help="measure the rates here, on this volume, and write them to the file of --rates")
-    parser.add_argument("--max-error", type=int, default=2, metavar="E", help="of the measured runs (2)")
+    parser.add_argument("--max-error", type=int, default=2, metavar="E", help="bound of the measured runs (2)")
     parser.add_argument("--tagrid", type=Path, default=HERE.parents[1] / "build/release/tagrid", metavar="PROGRAM",
-                        help="that is measured (build/release/tagrid of this project)")
-    parser.add_argument("--document", type=Path, metavar="FILE", help="put the tables between its marks, too")
+                        help="program to measure (build/release/tagrid of this project)")
+    parser.add_argument("--document", type=Path, metavar="FILE", help="also put the tables between the marks of FILE")
     return parser.parse_args(arguments)
 
 
@@ -71,7 +71,7 @@ def main(arguments):
     options = command_line(arguments)
     if options.measure:
         if not options.tagrid.exists():
-            raise RuntimeError(f"{options.tagrid}: is not there; build it (tools/quickstart.sh), or give --tagrid PROGRAM")
+            raise RuntimeError(f"{options.tagrid}: does not exist; build it (tools/quickstart.sh), or give --tagrid PROGRAM")
         measured = measure(options.tagrid, options.measure, options.max_error)
         options.rates.write_text(json.dumps(measured, indent=2) + "\n")
     rates = json.loads(options.rates.read_text())

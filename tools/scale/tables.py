@@ -35,7 +35,7 @@ def markdown(rows, rates):
     lines = [f"Nodes of {cluster.cores} cores, {human(cluster.memory)} a process, {human(cluster.node_bandwidth)}/s a "
              f"node, {human(cluster.file_system)}/s for all. Rates of one core: {rates['source']}: "
              + ", ".join(f"{name} {value:.3g}" for name, value in rates["rates"].items())
-             + " (ns a sample, and bits a sample).", "",
+             + " (ns per sample, and bits per sample).", "",
              "| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
     lines += ["| " + " | ".join(row_of(*row)) + " |" for row in rows]
     return "\n".join(lines)

@@ -45,7 +45,8 @@ class MpiRanks : public Ranks {
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &given);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
-    if (given < MPI_THREAD_FUNNELED) throw std::runtime_error("this MPI cannot be used beside threads");
+    if (given < MPI_THREAD_FUNNELED)
+      throw std::runtime_error("this MPI library does not support programs with threads");
     MPI_Comm neighbours;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
     MPI_Comm_size(neighbours, &on_this_machine_);

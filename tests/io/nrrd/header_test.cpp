@@ -140,7 +140,8 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + shape + storage, "\"type\" is missing"},
       {magic + "type: block\n" + shape + storage, "block"},
       {magic + "type: int64\n" + shape + storage, "int64"},
-      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage, "a volume has 3 axes, and this is more"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage,
+       "a volume has 3 axes, and this file has one more"},
       {magic + type + "dimension: 2\nsizes: 3 4\n" + storage, "a volume has 3 axes; only dimension 3"},
       {magic + type + "dimension: 3\nsizes: 3 4\n" + storage, "3 numbers"},
       {magic + type + "dimension: 3\nsizes: 3 4 5x\n" + storage, "5x"},
@@ -149,7 +150,7 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + "dimension: 3\nsizes: 4294967296 4294967296 4294967296\n" + storage, "2^62"},
       {magic + type + "dimension: 3\nsizes: 3 4 99999999999999999999\n" + storage, "whole number"},
       {magic + type + shape + "encoding: raw\n", "\"endian\" is missing"},
-      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw and gzip"},
+      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw or gzip"},
       {magic + type + shape + "encoding: raw\nendian: middle\n", "little or big"},
       {magic + type + shape + storage + "data file: LIST\na.raw\n", "several files"},
       {magic + type + shape + storage + "data file: a%03d.raw 1 5 1\n", "several files"},
@@ -184,7 +185,7 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
          {kind + " domain domain", "space " + kind + " space", "none none " + kind}) {
       const std::string message =
           message_of<BrokenInput>([&] { parse_nrrd_header(plain + "kinds: " + kinds + "\n"); });
-      EXPECT_NE(message.find("is of the kind \"" + kind + "\""), std::string::npos) << message;
+      EXPECT_NE(message.find("has kind \"" + kind + "\""), std::string::npos) << message;
       EXPECT_NE(message.find("not a volume of single values"), std::string::npos) << message;
     }
   const std::string four =

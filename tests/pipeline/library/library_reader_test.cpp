@@ -347,7 +347,7 @@ TEST(LibraryReader, AThreadReadsItsOwnMessageAlsoWhereItHasTheNumberOfOneThatIsG
   for (int i = 0; i < 5; ++i) {
     std::thread([&] {
       EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
-      EXPECT_STREQ(tagrid_reader_message(reader.get()), "there is no brick of this number");
+      EXPECT_STREQ(tagrid_reader_message(reader.get()), "there is no brick with this number");
       EXPECT_STREQ(tagrid_reader_message(other.get()), "");
     }).join();
     std::thread([&] { EXPECT_STREQ(tagrid_reader_message(reader.get()), ""); }).join();
@@ -356,7 +356,7 @@ TEST(LibraryReader, AThreadReadsItsOwnMessageAlsoWhereItHasTheNumberOfOneThatIsG
   // One message a thread: that of its last failure.
   EXPECT_NE(tagrid_reader_brick(reader.get(), -1, nullptr), TAGRID_OK);
   EXPECT_NE(tagrid_reader_info(other.get(), nullptr), TAGRID_OK);
-  EXPECT_STREQ(tagrid_reader_message(other.get()), "there is no struct to be filled");
+  EXPECT_STREQ(tagrid_reader_message(other.get()), "there is no struct to fill");
   EXPECT_STREQ(tagrid_reader_message(reader.get()), "");
 }
 
@@ -379,7 +379,7 @@ TEST(LibraryReader, ALimitOfMemoryIsOfTheWorkAndTheMessageSaysTheOneThatIsEnough
   call.memory_limit = 17;
   ASSERT_EQ(tagrid_reader_read(reader.get(), &all, nullptr, out.data(), nullptr, &call), TAGRID_MEMORY_LIMIT);
   const std::string message = tagrid_reader_message(reader.get());
-  EXPECT_NE(message.find("and 17 B are allowed"), message.npos) << message;
+  EXPECT_NE(message.find("but the limit is 17 B"), message.npos) << message;
   int needed = 0;
   ASSERT_EQ(std::sscanf(message.c_str(), "reading a part of the volume needs at least %d MiB", &needed), 1)
       << message;
@@ -413,7 +413,9 @@ TEST_F(LibraryReaderOfFiles, APipeIsRefusedAndNotWaitedFor) {
     tagrid_reader* opened = nullptr;
     EXPECT_EQ(tagrid_reader_open_file(name.c_str(), &opened), TAGRID_IO_ERROR);
     EXPECT_EQ(std::string(tagrid_reader_message(opened)),
-              name + ": is no file, and only a file can be read in any order; copy it to a file first");
+              name +
+                  ": is not a regular file, and only regular files can be read in any order; copy it to a "
+                  "file first");
     tagrid_reader_close(opened);
   }
 }
@@ -469,7 +471,7 @@ TEST(LibraryReader, ArgumentsThatMakeNoSenseAreRefused) {
   bad(tagrid_reader_brick(reader, 0, nullptr), "no brick");
 
   bad(tagrid_reader_read(reader, nullptr, nullptr, out.data(), nullptr, nullptr), "no box");
-  bad(tagrid_reader_read(reader, &all, nullptr, nullptr, nullptr, nullptr), "no place");
+  bad(tagrid_reader_read(reader, &all, nullptr, nullptr, nullptr, nullptr), "buffer");
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<tagrid_box> boxes(4, all);
     boxes[0].low[axis] = -1;

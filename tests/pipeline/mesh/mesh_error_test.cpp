@@ -206,13 +206,14 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
   forge(9, reached - 0.25);
   EXPECT_NO_THROW(verify_file(path("forged.tag"), "", {}, Resources(1)))
       << "nothing is known without the original";
-  EXPECT_NE(complaint(in_).find("errors that it records"), std::string::npos) << complaint(in_);
+  EXPECT_NE(complaint(in_).find("the recorded errors"), std::string::npos) << complaint(in_);
   forge(3, 2.5);
-  EXPECT_NE(complaint(in_).find("the mesh is up to"), std::string::npos) << complaint(in_);
+  EXPECT_NE(complaint(in_).find("the mesh is off from the original by up to"), std::string::npos)
+      << complaint(in_);
   forge(3, reached);
   EXPECT_NE(complaint("").find("above its bound"), std::string::npos) << complaint("");
   forge(9, NAN);
-  EXPECT_NE(complaint("").find("no number"), std::string::npos) << complaint("");
+  EXPECT_NE(complaint("").find("not a number"), std::string::npos) << complaint("");
 }
 
 // Verifies rows in any order, as several processes do.
@@ -243,7 +244,7 @@ TEST_F(MeshErrorRecord, IsNotThereWithoutABoundOfTheMesh) {
 TEST_F(MeshErrorRecord, AMeshBoundBelowThatOfItsValuesIsRefusedWithAdviceThatWorks) {
   const std::string message = message_of<UsageError>([&] { encode(10, 3); });
   for (const char* advice :
-       {"bound of the mesh 10 or more", "largest error 3 or less", "active points 3 besides"})
+       {"bound of the mesh 10 or more", "largest error 3 or less", "or add the bound of the active points 3"})
     EXPECT_NE(message.find(advice), std::string::npos) << message;
   EXPECT_EQ(names(), std::vector<std::string>{"in.nrrd"});
   expect_promise(samples_, dims_, {false, 10, {}, 10}, 8);

@@ -199,7 +199,7 @@ TEST_F(ReadRegion, WhatFollowsAFileIsToldAlikeHoweverItIsRead) {
     const auto open = [&] { TagBricks(std::make_shared<FileSource>(name)); };
     const auto read = [&] { TagReader(name).read_index(); };
     EXPECT_EQ(message_of<BrokenInput>(open), message_of<BrokenInput>(read));
-    EXPECT_NE(message_of<BrokenInput>(open).find("bytes follow after"), std::string::npos) << more.size();
+    EXPECT_NE(message_of<BrokenInput>(open).find("extra bytes after"), std::string::npos) << more.size();
   }
 }
 

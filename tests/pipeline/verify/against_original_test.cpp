@@ -77,8 +77,8 @@ TEST_F(AgainstOriginalTest, ErrorsWithinTheBoundAreCountedWhateverTheRows) {
 TEST_F(AgainstOriginalTest, AVoxelBeyondTheBoundIsNamedWithBothValues) {
   const Index3 p{7, 12, 9};
   decoded(p) = static_cast<std::int16_t>(decoded(p) + 6);
-  expect_refused("(7, 12, 9) is " + std::to_string(decoded(p)) + ", the original " +
-                 std::to_string(decoded(p) - 6) + ": further apart than 5");
+  expect_refused("(7, 12, 9) is " + std::to_string(decoded(p)) + ", but " + std::to_string(decoded(p) - 6) +
+                 " in the original; they differ by more than 5");
 }
 
 TEST_F(AgainstOriginalTest, ActiveVoxelsHaveTheTighterBoundInEveryBrickOfTheRows) {

@@ -65,7 +65,7 @@ TEST_F(MeshErrorCommand, TheMeshIsWithinItsBoundWhateverElseIsAsked) {
 TEST_F(MeshErrorCommand, ABoundBelowThatOfTheValuesIsRefusedAndTheAdviceWorks) {
   const Ending refused = encode({"--max-error", "10", "--mesh-error", "3"});
   expect_error(refused, usage, "--mesh-error 3 cannot be kept with --max-error 10");
-  EXPECT_NE(refused.err.find("--mesh-error 10 or more, or --max-error 3 or less, or --surface-error 3"),
+  EXPECT_NE(refused.err.find("--mesh-error 10 or more, or --max-error 3 or less, or add --surface-error 3"),
             std::string::npos)
       << refused.err;
   EXPECT_EQ(names(), std::vector<std::string>{"volume.raw"});

@@ -66,7 +66,7 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
   expect_error(tagrid({"mesh", "volume.tag", "-o", "no/x.vtu"}), world, "no/x.vtu");
   expect_error(tagrid({"mesh", "volume.tag", "-o", "/dev/full"}), usage, ".vtu");
   file("volume.vtu", "precious");
-  expect_error(tagrid({"mesh", "volume.tag"}), usage, "volume.vtu: exists already");
+  expect_error(tagrid({"mesh", "volume.tag"}), usage, "volume.vtu: already exists");
   EXPECT_EQ(content("volume.vtu"), "precious");
   expect_ok(script("cp volume.tag same.vtu"));
   expect_error(tagrid({"mesh", "same.vtu", "-f"}), usage, "is the input itself");

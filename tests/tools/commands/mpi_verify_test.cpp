@@ -180,14 +180,14 @@ TEST_F(MpiVerify, WrongStatisticsAreFound) {
   };
   write("new.tag", good);
   EXPECT_TRUE(content("new.tag") == content("good.tag"));
-  expect_refused_with("the value range of brick 77 is not",
+  expect_refused_with("the value range of brick 77 does not match",
                       [](TagIndex& index) { index.bricks[77].high += 9; });
-  expect_refused_with("active points are not as many", [](TagIndex& index) { ++index.total.active[5]; });
+  expect_refused_with("the number of active points", [](TagIndex& index) { ++index.total.active[5]; });
   expect_refused_with("the number of finite samples", [](TagIndex& index) { --index.total.finite; });
   expect_refused_with("above the bound", [](TagIndex& index) { index.total.max_error = 3; });
-  expect_refused_with("the recorded error is no number",
+  expect_refused_with("the recorded error is not a number",
                       [](TagIndex& index) { index.total.max_error = NAN; });
-  expect_refused_with("the errors that it records are not those",
+  expect_refused_with("the recorded errors are not those",
                       [](TagIndex& index) { ++index.total.sum_squared_error; }, {"--against=volume.nhdr"});
 }
 
@@ -207,7 +207,7 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
     std::string damaged = good;
     damaged[at] = static_cast<char>(damaged[at] ^ 8);
     file("new.tag", damaged);
-    expect_refused(": the checksum does not fit");
+    expect_refused(": the checksum does not match");
     if (HasFailure()) return;
   }
   // The checksum between two parts: the message may name either of its bricks.
@@ -215,7 +215,7 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
   bytes[start - 1] = static_cast<char>(bytes[start - 1] ^ 8);
   file("new.tag", bytes);
   for (const int processes : {2, 3, 4})
-    expect_one_error(by(processes, verify()), broken_input, ": the checksum does not fit");
+    expect_one_error(by(processes, verify()), broken_input, ": the checksum does not match");
   file("new.tag", good + "x");
   EXPECT_EQ(by(3, verify()).code, broken_input);
   file("new.tag", good.substr(0, good.size() - 100));
@@ -235,7 +235,7 @@ TEST_F(MpiVerify, AnotherOriginalIsRefused) {
     std::string other = samples;
     other[2 * voxel] = static_cast<char>(other[2 * voxel] + 64);
     file("volume.raw", other);
-    expect_refused("further apart than 2", against);
+    expect_refused("they differ by more than 2", against);
   }
   file("volume.raw", samples + "xx");
   expect_refused("volume.raw", against);

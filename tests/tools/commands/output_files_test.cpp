@@ -44,9 +44,9 @@ TEST_F(OutputFiles, AnOutputThatExistsNeedsForce) {
   make_tag();
   const std::string before = content("volume.tag");
   expect_error(tagrid({"encode", "volume.nrrd", "--max-error=5"}), usage,
-               "volume.tag: exists already; give -f");
-  expect_error(tagrid({"decode", "volume.tag"}), usage, "volume.nrrd: exists already");
-  expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "volume.nrrd"}), usage, "exists already");
+               "volume.tag: already exists; give -f");
+  expect_error(tagrid({"decode", "volume.tag"}), usage, "volume.nrrd: already exists");
+  expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "volume.nrrd"}), usage, "already exists");
   EXPECT_EQ(content("volume.tag"), before);
   expect_ok(tagrid({"encode", "volume.nrrd", "--max-error=5", "-f"}));
   EXPECT_NE(content("volume.tag"), before);
@@ -55,7 +55,7 @@ TEST_F(OutputFiles, AnOutputThatExistsNeedsForce) {
 TEST_F(OutputFiles, BothFilesOfADetachedHeaderNeedForce) {
   make_tag();
   file("other.raw", "precious");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "other.nhdr"}), usage, "other.raw: exists already");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "other.nhdr"}), usage, "other.raw: already exists");
   EXPECT_EQ(content("other.raw"), "precious");
   EXPECT_EQ(names(), (Names{"other.raw", "volume.nrrd", "volume.tag"}));
 }
@@ -166,7 +166,7 @@ TEST_F(OutputFiles, AfterALossyEncodingHeaderlessSamplesGoOnlyIfTheirDescription
     expect_error(tagrid(with(with({"encode", "volume.raw", "--rm"}, more), raw_)), usage,
                  "volume.raw: cannot be removed: it has no header");
   expect_error(tagrid(with({"encode", "volume.raw", "--max-error", "5", "--trust-description"}, raw_)), usage,
-               "--trust-description: is about removing the input; give --rm, or leave it out");
+               "--trust-description: has an effect only together with --rm; give --rm, or leave it out");
   expect_error(tagrid({"convert", "--manifest", "list.tsv", "--output-dir", "out", "--trust-description"}),
                usage, "give --remove-verified, or leave it out");
   EXPECT_EQ(names(), Names{"volume.raw"});
@@ -279,7 +279,7 @@ TEST_F(OutputFiles, NothingIsRemovedAfterAFailure) {
   const std::string tag = content("volume.tag");
   file("broken.tag", tag.substr(0, tag.size() - 1));
   expect_error(tagrid({"decode", "broken.tag", "--rm"}), broken_input, "broken.tag");
-  expect_error(tagrid({"encode", "volume.nrrd", "--rm"}), usage, "exists already");
+  expect_error(tagrid({"encode", "volume.nrrd", "--rm"}), usage, "already exists");
   EXPECT_EQ(names(), (Names{"broken.tag", "volume.nrrd", "volume.tag"}));
 }
 

@@ -15,7 +15,7 @@ TEST_F(Resume, ARunThatIsNotInterruptedLeavesNothingButTheSameFile) {
   const Ending ending = tagrid(command());
   EXPECT_EQ(ending.err, "");
   expect_result(ending);
-  expect_error(tagrid(command()), usage, "new.tag: exists already; give -f");
+  expect_error(tagrid(command()), usage, "new.tag: already exists; give -f");
   expect_result(tagrid(command({"-f"})));
 }
 
@@ -124,11 +124,11 @@ TEST_F(Resume, FoldersThatAreNoRecordAreLeftAlone) {
     begin_anew();
   };
   expect_ok(script("mkdir other && ln -s other .new.tag.parts && printf precious > other/a"));
-  expect_untouched("other/a", "is something else");
+  expect_untouched("other/a", "is not a folder");
   file(".new.tag.parts", "precious");
-  expect_untouched(".new.tag.parts", "is something else");
+  expect_untouched(".new.tag.parts", "is not a folder");
   expect_ok(script("mkdir .new.tag.parts && printf precious > .new.tag.parts/000001.dcm"));
-  expect_untouched(".new.tag.parts/000001.dcm", "holds 000001.dcm");
+  expect_untouched(".new.tag.parts/000001.dcm", "contains 000001.dcm");
   // If the file lies beside a record, it stays, and so does the folder.
   make_record();
   for (const std::string name : {"notes", ".somenotes", "00001", "1.part"})
@@ -220,7 +220,7 @@ TEST_F(Resume, AnotherInputIsRefused) {
   expect_error(tagrid(command()), usage, "volume.raw has changed since: modified 20");
   // Even if the change is hidden by setting the time back.
   ASSERT_EQ(utimensat(AT_FDCWD, path("volume.raw").c_str(), times, 0), 0);
-  expect_error(tagrid(command()), usage, "volume.raw has changed since: other bytes");
+  expect_error(tagrid(command()), usage, "volume.raw has changed since: its content differs");
   file("volume.raw", raw);
   ASSERT_EQ(utimensat(AT_FDCWD, path("volume.raw").c_str(), times, 0), 0);
   expect_error(tagrid(command()), usage, "volume.raw has changed since: written to");
@@ -253,7 +253,7 @@ TEST_F(Resume, TwoRunsAtOnceAreRefused) {
   make_record();
   const int lock = open(path(".new.tag.parts/lock").c_str(), O_RDWR);
   ASSERT_EQ(flock(lock, LOCK_EX | LOCK_NB), 0);
-  expect_error(tagrid(command()), usage, "another process is at this run");
+  expect_error(tagrid(command()), usage, "another process is working on this run");
   close(lock);
   expect_result(tagrid(command()));
 }
@@ -264,7 +264,27 @@ TEST_F(Resume, ADamagedRecordIsRefused) {
   std::string record = content(".new.tag.parts/run");
   record[20] ^= 1;
   file(".new.tag.parts/run", record);
-  expect_error(tagrid(command()), usage, "remove .new.tag.parts to begin anew");
+  expect_error(tagrid(command()), usage, "remove .new.tag.parts to start again");
+}
+
+TEST_F(Resume, AReportInTheFolderOfThePartsIsRefusedBeforeAnyWork) {
+  make_volume("23,19,21");
+  const auto expect_clash = [&](const std::string& report) {
+    const std::vector<std::string> before = names();
+    expect_error(tagrid(command({"--json", report})), usage,
+                 "--json " + report +
+                     ": .new.tag.parts is the folder for the parts of the run; choose a file outside it");
+    EXPECT_EQ(names(), before);
+  };
+  for (const std::string report :
+       {".new.tag.parts", "./.new.tag.parts", ".new.tag.parts/report.json", ".new.tag.parts/a/../b/c.json"})
+    expect_clash(report);
+  make_record();
+  const std::size_t done = parts().size();
+  for (const std::string report : {".new.tag.parts", ".new.tag.parts/report.json", ".new.tag.parts/run"})
+    expect_clash(report);
+  EXPECT_EQ(parts().size(), done);
+  expect_ok(tagrid(command({"--json", ".new.tag.parts.json"})));
 }
 
 TEST_F(Resume, NeedsAFileOnBothSides) {
@@ -282,7 +302,7 @@ TEST_F(Resume, AnInterruptionSaysHowToGoOn) {
   const std::vector<Call> calls = calls_of(full, ending);
   begin_anew();
   ending = run(full, std::to_string(calls.size() / 2), "SIGTERM");
-  expect_error(ending, resumable, "interrupted; the same command goes on");
+  expect_error(ending, resumable, "interrupted; the same command continues");
   expect_result(tagrid(command()));
 }
 

@@ -160,7 +160,7 @@ TEST_F(RoundTrip, AFormatThatContradictsTheNameIsRefused) {
       if (format == ending) continue;
       for (const Arguments& command : {Arguments{"decode", "volume.tag"}, {"phantom", "--dims", "4,4,4"}})
         expect_error(tagrid(with(command, {"--format", format, "-fo", "x." + ending})), usage,
-                     "x." + ending + " has the name of another format");
+                     "x." + ending + " is that of another format");
     }
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
   // The advice works.

@@ -70,8 +70,9 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.nrrd", "--vdb-grid", "x"}), usage, "-o FILE.vdb");
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-tolerance", "-1"}), usage, "negative");
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-background", "0.5"}), usage,
-               "is no int16");
-  expect_error(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--vdb-grid", "x"}), usage, "no OpenVDB file");
+               "is not a value of type int16");
+  expect_error(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--vdb-grid", "x"}), usage,
+               "not an OpenVDB file");
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));
   expect_error(tagrid({"encode", "a.vdb", "--vdb-grid", "other"}), usage, "\"density\"");
   expect_error(tagrid(with({"encode", "a.vdb"}, raw_)), usage, "--dims");
@@ -86,7 +87,7 @@ TEST_F(Vdb, NothingIsLeftWhereTheOutputCannotBe) {
   make_tag();
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));
   const std::string before = content("a.vdb");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb"}), usage, "exists already");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "a.vdb"}), usage, "already exists");
   expect_error(tagrid({"decode", "volume.tag", "-o", "nowhere/a.vdb"}), world, "nowhere/a.vdb");
   EXPECT_EQ(content("a.vdb"), before);
   EXPECT_EQ(names(), (std::vector<std::string>{"a.vdb", "volume.nrrd", "volume.tag"}));

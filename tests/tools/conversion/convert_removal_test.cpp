@@ -78,7 +78,7 @@ TEST_F(ConvertRemoval, AnOutputThatDecodesToSomethingElseKeepsItsOriginal) {
   Json forged = old;
   forged["output_xxh3"] = checksum(content("out/a.tag"));
   file("out/results.jsonl", forged.dump() + "\n");
-  expect_kept("a.nrrd", "kept", "further apart than 0");
+  expect_kept("a.nrrd", "kept", "they differ by more than 0");
 }
 
 TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
@@ -109,7 +109,7 @@ TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
 
 TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   volumes(1);
-  expect_error(remove(), world, "out: is no folder: nothing was converted to it yet");
+  expect_error(remove(), world, "out: does not exist; nothing has been converted to it yet");
   expect_ok(script("mkdir out"));
   expect_ok(remove());
   EXPECT_EQ(last()["status"], "skipped");
@@ -122,7 +122,7 @@ TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   file("list.tsv", "a.nrrd\tmax-error=0\n");
   expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 0");
   expect_ok(script("mkdir other && cp a.nrrd other && echo other/a.nrrd > list.tsv"));
-  expect_kept("other/a.nrrd", "kept", "is recorded as made of");
+  expect_kept("other/a.nrrd", "kept", "is recorded as made from");
   // Options that are given must be those of the record; others need not be repeated.
   file("list.tsv", "a.nrrd\tmax-error=5\n");
   expect_ok(remove());
@@ -134,7 +134,7 @@ TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
   volumes(1);
   expect_ok(convert({"--max-error", "5"}));
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  expect_kept("a.nrrd", "kept", "the last run failed with it");
+  expect_kept("a.nrrd", "kept", "the last run failed on it");
   expect_ok(convert({"--skip-done", "--max-error", "5"}));
   expect_ok(remove({"--max-error", "5.0"}));
   EXPECT_FALSE(exists("a.nrrd"));
@@ -177,7 +177,7 @@ TEST_F(ConvertRemoval, NothingGoesForAGridThatNothingBounds) {
   file("list.tsv", "a.nrrd\tgrid-only=true\nb.nrrd\tgrid-only=true\tmax-error=9\n");
   expect_ok(convert());
   expect_error(remove({"--grid-only"}), usage,
-               "list.tsv: line 1: --remove-verified: a grid without a bound is no replacement");
+               "list.tsv: line 1: --remove-verified: a grid without a bound cannot replace a volume");
   EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd"));
   // Whatever options are given now, the file says how it was made.
   for (const std::string list : {"a.nrrd\tgrid-only=true\nb.nrrd\n", "a.nrrd\nb.nrrd\n"}) {
@@ -253,7 +253,7 @@ TEST_F(ConvertRemoval, ANewVolumeUnderTheNameOfARemovedOneDoesNotReplaceItsOutpu
   const std::string before = content("out/a.tag");
   volume("a.nrrd", 9);
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  EXPECT_NE(last()["error"].get<std::string>().find("exists already"), std::string::npos);
+  EXPECT_NE(last()["error"].get<std::string>().find("already exists"), std::string::npos);
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_TRUE(exists("a.nrrd"));
   EXPECT_TRUE(content("out/a.tag") == before);

@@ -92,9 +92,9 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
   const std::vector<Json> all = records();
   const std::pair<int, const char*> expected[] = {{65, "a.nrrd: "},
                                                   {74, "b.nrrd: cannot open"},
-                                                  {64, "out/c.tag: exists already; give -f"},
+                                                  {64, "out/c.tag: already exists; give -f"},
                                                   {64, "d.nrrd: is not a file"},
-                                                  {64, "out/e.tag: is there and is no file"}};
+                                                  {64, "out/e.tag: exists and is not a regular file"}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     EXPECT_EQ(all[i]["code"], expected[i].first) << all[i];
     EXPECT_NE(all[i]["error"].get<std::string>().find(expected[i].second), std::string::npos) << all[i];
@@ -164,7 +164,7 @@ TEST_F(Convert, SaysWhatWasDoneWhereSomebodyLooks) {
   const std::string text = convert({"--skip-done", "--progress", "plain"}).err;
   EXPECT_NE(text.find("volumes: 3, 2 skipped, 1 failed\n"), std::string::npos) << text;
   expect_error(convert({"--remove-verified", "--output-dir", "elsewhere"}), world,
-               "nothing was converted to it yet");
+               "nothing has been converted to it yet");
 }
 
 TEST_F(Convert, AListMayBeginWithAByteOrderMark) {
@@ -181,7 +181,7 @@ TEST_F(Convert, TwoVolumesWithOneOutputAreRefusedBeforeAnythingIsDone) {
   file("list.tsv", "a.nrrd\nb.nrrd\nc.nrrd\nelsewhere/b.nhdr\n");
   // Neither volume belongs to this shard.
   expect_error(convert({"--shard", "0/2"}), usage,
-               "list.tsv: line 4: b.tag would be the output of line 2, too");
+               "list.tsv: line 4: b.tag would also be the output of line 2");
   EXPECT_FALSE(exists("out"));
 }
 
@@ -200,7 +200,7 @@ TEST_F(Convert, WhatCannotBeIsRefusedBeforeAnythingIsDone) {
       {"b.nrrd\tdims=4,4,4", "needs both --dims and --type"},
       {"b.nrrd\tendian=middle", "--endian"},
       {"b.nrrd\tsurface-error=5", "--surface-error needs --max-error"},
-      {"b.nrrd\trange=1:2\tfield-scale=3", "say the same thing"},
+      {"b.nrrd\trange=1:2\tfield-scale=3", "have the same meaning"},
       {"folder/", "is not the name of a file"}};
   for (const auto& [line, what] : lines) {
     file("list.tsv", std::string("a.nrrd\n") + line + "\n");
@@ -336,7 +336,7 @@ TEST_F(Convert, AnOutputWithoutARecordIsAdoptedIfItIsGoodAndElseKept) {
   EXPECT_EQ(convert({"--max-error", "2", "--skip-done"}).code, broken_input);
   EXPECT_EQ(statuses(), "a ok, b failed, c failed, d failed, e failed");
   for (std::size_t i = 1; i < 5; ++i) {
-    EXPECT_NE(records()[i]["error"].get<std::string>().find("exists already"), std::string::npos);
+    EXPECT_NE(records()[i]["error"].get<std::string>().find("already exists"), std::string::npos);
     EXPECT_EQ(records()[i]["code"], usage);
   }
   EXPECT_EQ(status_of("out/a.tag").st_ino, inode);

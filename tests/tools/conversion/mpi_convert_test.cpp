@@ -87,7 +87,7 @@ TEST_F(MpiConvert, ShardsAndSkippingAndRemovalAreThoseOfOneProcess) {
 TEST_F(MpiConvert, WhatCannotBeIsRefusedOnceBeforeAnythingIsDone) {
   volumes(2);
   file("list.tsv", "a.nrrd\nb.nrrd\nelsewhere/b.nhdr\n");
-  expect_error(convert_by(3), usage, "list.tsv: line 3: b.tag would be the output of line 2, too");
+  expect_error(convert_by(3), usage, "list.tsv: line 3: b.tag would also be the output of line 2");
   file("list.tsv", "a.nrrd\nb.nrrd\tmax-eror=5\n");
   expect_error(convert_by(3), usage, "list.tsv: line 2: unknown option --max-eror");
   EXPECT_FALSE(exists("out"));

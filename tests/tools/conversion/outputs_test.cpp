@@ -54,7 +54,7 @@ TEST_F(ConvertOutputs, AColumnSaysTheOutputBelowTheFolderAndTheEndingIsAddedWher
 
 TEST_F(ConvertOutputs, VolumesOfOneNameAreOneListWhenItsFoldersAreKept) {
   patients();
-  expect_error(convert(), usage, "list.tsv: line 2: knee.tag would be the output of line 1, too");
+  expect_error(convert(), usage, "list.tsv: line 2: knee.tag would also be the output of line 1");
   EXPECT_FALSE(exists("out"));
   expect_ok(convert({"--keep-folders"}));
   EXPECT_EQ(files_below("out"), tags_);
@@ -84,25 +84,26 @@ TEST_F(ConvertOutputs, PathsWhoseFoldersCannotBeMirroredAreRefusedWithAdvice) {
 
 TEST_F(ConvertOutputs, AnOutputThatWouldLeaveTheFolderIsRefusedBeforeAnythingIsDone) {
   volumes(1);
-  const std::pair<std::string, const char*> lines[] = {{"../b", "must not have a .."},
-                                                       {"x/../b", "must not have a .."},
-                                                       {"x/..", "must not have a .."},
-                                                       {"/tmp/b", "below the folder of the outputs"},
-                                                       {"x/", "is not the name of a file"},
-                                                       {".", "is not the name of a file"},
-                                                       {"./", "is not the name of a file"},
-                                                       {"results.jsonl/b", "is a name of records"},
-                                                       {"results-0-of-2.jsonl/b", "is a name of records"},
-                                                       {"a", "a.tag would be the output of line 1, too"},
-                                                       {"./a.tag", "would be the output of line 1, too"},
-                                                       {"a.tag/b", "a.tag is the output of line 1"}};
+  const std::pair<std::string, const char*> lines[] = {
+      {"../b", "must not contain .."},
+      {"x/../b", "must not contain .."},
+      {"x/..", "must not contain .."},
+      {"/tmp/b", "inside the output folder"},
+      {"x/", "is not the name of a file"},
+      {".", "is not the name of a file"},
+      {"./", "is not the name of a file"},
+      {"results.jsonl/b", "is a name for a file of records"},
+      {"results-0-of-2.jsonl/b", "is a name for a file of records"},
+      {"a", "a.tag would also be the output of line 1"},
+      {"./a.tag", "would also be the output of line 1"},
+      {"a.tag/b", "a.tag is the output of line 1"}};
   for (const auto& [name, what] : lines) {
     file("list.tsv", "a.nrrd\nb.nrrd\toutput=" + name + "\n");
     expect_error(convert(), usage, what);
     EXPECT_FALSE(exists("out")) << name;
   }
   file("list.tsv", "a.nrrd\toutput=x.tag/y\nb.nrrd\toutput=x\n");
-  expect_error(convert(), usage, "x.tag would be a folder of the output of line 1, too");
+  expect_error(convert(), usage, "x.tag would also be a folder of the output of line 1");
 }
 
 TEST_F(ConvertOutputs, NoOutputGoesThroughALinkToAnotherPlace) {
@@ -134,7 +135,7 @@ TEST_F(ConvertOutputs, AFileInThePlaceOfAFolderFailsThatVolumeAlone) {
   expect_ok(script("mkdir out && echo precious > out/x"));
   EXPECT_EQ(convert().code, broken_input);
   EXPECT_EQ(statuses(), "x/y/a failed, y/b ok");
-  EXPECT_NE(records()[0]["error"].get<std::string>().find("out/x: is no folder"), std::string::npos);
+  EXPECT_NE(records()[0]["error"].get<std::string>().find("out/x: is not a folder"), std::string::npos);
   EXPECT_EQ(content("out/x"), "precious\n");
 }
 

@@ -37,9 +37,9 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({}), usage, "tagrid --help");
   for (const char* command : {"encode", "decode", "info", "verify"})
     expect_error(tagrid({command}), usage, "INPUT is required");
-  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: one input is taken");
-  expect_error(tagrid({"encode", "a", "b"}), usage, "for several use tagrid convert");
-  expect_error(tagrid({"decode", "a", "b"}), usage, "for several use a loop of the shell");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: only one input is accepted");
+  expect_error(tagrid({"encode", "a", "b"}), usage, "for several inputs use tagrid convert");
+  expect_error(tagrid({"decode", "a", "b"}), usage, "for several inputs use a shell loop");
   expect_error(tagrid({"convert", "a"}), usage, "a: one argument too many; see tagrid convert --help");
 }
 
@@ -57,7 +57,7 @@ TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
 
 TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
   phantom("volume.nrrd");
-  const std::string why = "an NRRD or OpenVDB file says itself how its samples lie: leave out --";
+  const std::string why = "an NRRD or OpenVDB file describes its samples itself: leave out --";
   for (const std::string option :
        {"dims=52,40,36", "type=int16", "endian=little", "spacing=1,1,1", "offset=0"})
     expect_error(tagrid({"encode", "volume.nrrd", "--" + option}), usage,
@@ -66,10 +66,10 @@ TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 2\nencoding: raw\n\n12345678");
   const Arguments raw = {"--dims", "2,2,2", "--type", "uint8", "--spacing", "1,1,3"};
   expect_error(tagrid(with({"encode", "spaced.nrrd"}, raw)), usage,
-               "its NRRD header says the spacing 1, 1, 2; leave out --spacing");
+               "its NRRD header gives the spacing 1, 1, 2; leave out --spacing");
   file("bare.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678");
   expect_error(tagrid(with({"encode", "bare.nrrd"}, raw)), usage,
-               "give the header a line \"spacings: x y z\"");
+               "add to its header the line \"spacings: x y z\"");
   file("bare.nrrd",
        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 3\nencoding: raw\n\n12345678");
   expect_ok(tagrid({"encode", "bare.nrrd"}));
@@ -232,7 +232,7 @@ TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
       expect_error(
           tagrid(with({"encode", input, "-o", "x.tag", "--dims", "52,40,36", "--type", "int16"}, options),
                  content("volume.nrrd")),
-          usage, "its NRRD header says");
+          usage, "its NRRD header ");
   expect_ok(tagrid(with({"encode", "volume.nrrd", "--endian=little", "--spacing=1,1,1"}, raw_)));
 }
 
@@ -295,9 +295,9 @@ TEST_F(Options, SamplesFarBeyondTheUsualRangeAreToldOnce) {
   file("wide.raw", samples);
   const Arguments raw = {"--dims", "20,20,20", "--type", "uint16"};
   expect_error(tagrid(with({"encode", "-", "-o", "piped.tag"}, raw), samples), 0,
-               "--range lo:hi gives the span");
+               "--range lo:hi sets the span");
   expect_error(tagrid(with({"encode", "wide.raw"}, raw)), 0,
-               "its samples lie between 0 and 57000, and the grid was made for 0 .. 4096");
+               "its samples lie between 0 and 57000, but the grid was made for 0 .. 4096");
   for (const Arguments& more : {Arguments{"--range", "auto"},
                                 {"--range", "0:60000"},
                                 {"--range", "0:4096"},
@@ -324,7 +324,7 @@ TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
   expect_ok(script(
       "gzip -c volume.nrrd > a.gz; (head -c 128 /dev/zero; echo DICM) > a.dcm; (head -c 344 /dev/zero; "
       "echo n+1) > a.nii; echo ObjectType = Image > a.mha; printf 'II*\\0....' > a.tif"));
-  const std::pair<const char*, const char*> files[] = {{"volume.tag", "is a .tag file already"},
+  const std::pair<const char*, const char*> files[] = {{"volume.tag", "is already a .tag file"},
                                                        {"a.gz", "zcat FILE | tagrid encode -"},
                                                        {"a.dcm", "is a DICOM file"},
                                                        {"a.nii", "is a NIfTI file"},

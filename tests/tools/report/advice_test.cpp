@@ -24,8 +24,8 @@ std::string refusal_of(const EncodeOptions& options) {
 }
 
 TEST(Advice, FollowsWhatHappened) {
-  EXPECT_EQ(words_of(UsageError("a.tag: exists already", Problem::output_exists)),
-            "a.tag: exists already; give -f to overwrite it");
+  EXPECT_EQ(words_of(UsageError("a.tag: already exists", Problem::output_exists)),
+            "a.tag: already exists; give -f to overwrite it");
   EXPECT_EQ(words_of(UsageError("a.tag: is gone")), "a.tag: is gone");
 }
 
@@ -38,17 +38,18 @@ TEST(Advice, IsThereForEveryProblem) {
 
 TEST(Advice, NamesTheSmallestLimitOnMemory) {
   const MemoryLimit with_spool("encoding", 1 << 20, (9 << 20) + 1, 5 << 20);
-  EXPECT_STREQ(with_spool.what(), "encoding needs at least 10 MiB of memory, and 1 MiB are allowed");
-  EXPECT_EQ(words_of(with_spool),
-            "encoding needs at least 10 MiB of memory, and 1 MiB are allowed: give -M 10M, or --spool DIR, a "
-            "folder for the samples, and -M 5M");
+  EXPECT_STREQ(with_spool.what(), "encoding needs at least 10 MiB of memory, but the limit is 1 MiB");
+  EXPECT_EQ(
+      words_of(with_spool),
+      "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M, or --spool DIR, a "
+      "folder for the samples, and -M 5M");
   EXPECT_EQ(words_of(MemoryLimit("decoding", 17, 1, {})),
-            "decoding needs at least 1 MiB of memory, and 17 B are allowed: give -M 1M");
+            "decoding needs at least 1 MiB of memory, but the limit is 17 B; give -M 1M");
 }
 
 TEST(Advice, NamesNoFolderForSamplesWhereThatGainsNothing) {
   EXPECT_EQ(words_of(MemoryLimit("encoding", 1 << 20, (9 << 20) + 1, (9 << 20) + 1)),
-            "encoding needs at least 10 MiB of memory, and 1 MiB are allowed: give -M 10M");
+            "encoding needs at least 10 MiB of memory, but the limit is 1 MiB; give -M 10M");
 }
 
 TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
@@ -68,22 +69,23 @@ TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
 TEST(Advice, CallsSettingsByTheirOptions) {
   EncodeOptions options;
   options.max_error = -1;
-  EXPECT_EQ(refusal_of(options), "--max-error must be a number from 0");
+  EXPECT_EQ(refusal_of(options), "--max-error must be a finite number of at least 0");
   options.max_error = 1;
   options.surface_error = 2;
   EXPECT_EQ(refusal_of(options), "--surface-error must be below --max-error");
   options = {};
   options.max_level = 3;
   options.mesh_error = 1;
-  EXPECT_EQ(refusal_of(options), "a grid with --max-level keeps no bound: leave out --mesh-error");
+  EXPECT_EQ(refusal_of(options),
+            "a grid that is limited by --max-level cannot keep a bound; leave out --mesh-error");
   options = {};
   options.range = {2, 1};
   EXPECT_EQ(refusal_of(options), "--range must be lo:hi with lo < hi");
   options.field_scale = 1;
-  EXPECT_EQ(refusal_of(options), "--field-scale and --range say the same thing: give one");
+  EXPECT_EQ(refusal_of(options), "--field-scale and --range have the same meaning; give only one");
   options = {};
   options.cube_size = 33;
-  EXPECT_EQ(refusal_of(options), "--cube must be a power of two, 4 .. 256");
+  EXPECT_EQ(refusal_of(options), "--cube must be a power of two from 4 to 256");
 }
 
 TEST(Advice, KeepsTheRankThatFailed) {

@@ -246,7 +246,7 @@ TEST_F(Reports, InfoSaysWhereTheSamplesLie) {
   EXPECT_EQ(json["spacing"], Json::parse("[0.7,null,-1.25]"));
   EXPECT_EQ(json["units"], Json::parse("[\"mm\",null,\"cm\"]"));
   EXPECT_TRUE(json["directions"].is_null() && json["origin"].is_null() && json["space"].is_null());
-  expect_line(encoded(""), "geometry", "the source says nothing of it");
+  expect_line(encoded(""), "geometry", "not given by the source");
   json = info("a.tag")["geometry"];
   for (const auto& [key, value] : json.items()) EXPECT_TRUE(value.is_null()) << key;
 }
