@@ -21,7 +21,7 @@ configure() {
     gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
       -DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON ;;
     clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
-      -DCMAKE_CXX_COMPILER=clang++-14 -DTAGRID_FEWER_UNITS=ON ;;
+      -DCMAKE_CXX_COMPILER=clang++-14 -DTAGRID_UNITY="stages;io;pipeline;tools" ;;
   esac
 }
 for build in "${builds[@]}"; do

@@ -31,6 +31,8 @@ inline constexpr std::string_view magic = {" BDV\0\0\0\0", 8};
 inline constexpr std::uint64_t magic_number = 0x56444220;  // the same
 inline constexpr std::uint32_t oldest_version = 222, newest_version = 224;
 inline constexpr std::size_t uuid_bytes = 36;
+/// No name of a grid, a type or a map is longer, in bytes.
+inline constexpr std::size_t longest_name = 4096;
 /// Separates the name of a grid from a number, if several grids have the same name.
 inline constexpr char name_separator = '\x1e';
 inline constexpr std::string_view half_suffix = "_HalfFloat";

@@ -12,15 +12,14 @@
 namespace tagrid {
 namespace {
 
-constexpr std::size_t longest_name = 4096;
 constexpr Setting vdb_grid_setting = {"vdb-grid", "the grid"};
 
 /// Reads the metadata of a file or a grid; values that tagrid wrote go to `head`.
 void read_metadata(VdbBytes& bytes, VdbGridHead* head) {
   const auto count = bytes.number<std::uint32_t>();
   for (std::uint32_t i = 0; i < count; ++i) {
-    const std::string name = bytes.text(longest_name);
-    const std::string type = bytes.text(longest_name);
+    const std::string name = bytes.text(vdb::longest_name);
+    const std::string type = bytes.text(vdb::longest_name);
     const bool ours = head != nullptr && name.starts_with("tagrid_");
     if (ours && type == "string") {
       head->texts[name] = bytes.text(max_nrrd_header_bytes);
@@ -45,11 +44,11 @@ std::string readable(const std::string& unique_name) {
 
 VdbGrid read_grid_name(VdbBytes& bytes) {
   VdbGrid grid;
-  grid.name = readable(bytes.text(longest_name));
-  grid.type = bytes.text(longest_name);
+  grid.name = readable(bytes.text(vdb::longest_name));
+  grid.type = bytes.text(vdb::longest_name);
   grid.half = grid.type.ends_with(vdb::half_suffix);
   if (grid.half) grid.type.resize(grid.type.size() - vdb::half_suffix.size());
-  grid.parent = readable(bytes.text(longest_name));
+  grid.parent = readable(bytes.text(vdb::longest_name));
   return grid;
 }
 

@@ -6,11 +6,11 @@
 #include <cmath>
 
 #include "io/nrrd/line.h"
+#include "io/vdb/format.h"
 
 namespace tagrid {
 namespace {
 
-constexpr std::size_t longest_name = 4096;
 constexpr std::string_view origin_key = "vdb_origin:=", grid_key = "vdb_grid:=",
                            background_key = "vdb_background:=";
 
@@ -39,7 +39,7 @@ VdbTransform read_matrix(VdbBytes& bytes) {
 }
 
 std::optional<VdbTransform> read_map(VdbBytes& bytes, int depth) {
-  const std::string map = bytes.text(longest_name);
+  const std::string map = bytes.text(vdb::longest_name);
   // Numbers derived from the scale follow it.
   if (map == "ScaleMap" || map == "UniformScaleMap") {
     const VdbTransform transform = scaled(read_vector(bytes));

@@ -12,15 +12,15 @@
 namespace tagrid {
 namespace {
 
-constexpr std::int64_t stretches = 32, stretch_length = 256;
+constexpr std::int64_t stretch_count = 32, stretch_length = 256;
 // Distant slices differ more than neighbouring rows; the right order must not be suspected because of that.
-constexpr double far_better = 2;
+constexpr double much_smoother = 2;
 constexpr std::int64_t least_size = 4;
 
 /// Samples of a headerless file at any position.
-class Samples {
+class FileSamples {
  public:
-  Samples(FileBytes& file, const RawDescription& raw) : file_(file), raw_(raw) {}
+  FileSamples(FileBytes& file, const RawDescription& raw) : file_(file), raw_(raw) {}
 
   std::vector<double> read(std::int64_t first, std::int64_t count) {
     const std::size_t size = size_of(raw_.type);
@@ -43,12 +43,12 @@ class Samples {
 };
 
 /// The mean difference between samples that are dims.x (neighbours along y) and dims.x * dims.y apart.
-double roughness(Samples& samples, const Index3& dims, std::int64_t total) {
+double roughness(FileSamples& samples, const Index3& dims, std::int64_t total) {
   double sum = 0, count = 0;
   for (const std::int64_t apart : {dims.x, dims.x * dims.y}) {
     const std::int64_t length = std::min(stretch_length, total - apart);
-    for (std::int64_t i = 0; i < stretches; ++i) {
-      const auto part = (static_cast<double>(i) + 0.5) / static_cast<double>(stretches);
+    for (std::int64_t i = 0; i < stretch_count; ++i) {
+      const auto part = (static_cast<double>(i) + 0.5) / static_cast<double>(stretch_count);
       const auto first = static_cast<std::int64_t>(part * static_cast<double>(total - apart - length));
       const std::vector<double> here = samples.read(first, length),
                                 there = samples.read(first + apart, length);
@@ -78,11 +78,11 @@ std::optional<Index3> likelier_dims(const std::string& path, const RawDescriptio
   if (path == "-" || sizes[0] < least_size || sizes[0] == sizes[2]) return std::nullopt;
   FileBytes file(path);
   if (!fits(file, raw)) return std::nullopt;
-  Samples samples(file, raw);
+  FileSamples samples(file, raw);
   const std::int64_t total = raw.dims.x * raw.dims.y * raw.dims.z;
   const double given = roughness(samples, raw.dims, total);
   std::optional<Index3> likelier;
-  double least = given / far_better;
+  double least = given / much_smoother;
   do {
     const Index3 other = {sizes[0], sizes[1], sizes[2]};
     if (const double r = roughness(samples, other, total); r < least) {

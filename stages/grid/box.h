@@ -19,6 +19,11 @@ struct Index3 {
   friend constexpr Index3 operator*(std::int64_t s, Index3 a) { return {s * a.x, s * a.y, s * a.z}; }
 };
 
+constexpr Index3 cross(Index3 a, Index3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+constexpr std::int64_t dot(Index3 a, Index3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
 /// Unit vector along an axis (0 = x, 1 = y, 2 = z).
 constexpr Index3 unit_vector(int axis) { return {axis == 0, axis == 1, axis == 2}; }
 

@@ -98,18 +98,18 @@ TAGRID_INLINE float from_ordered(std::int32_t order) {
 
 inline __attribute__((always_inline)) CurvatureField::RowBounds bounds_of_row(
     const std::array<float*, 10>& row, std::int64_t n) {
-  using F = CurvatureField;
+  using Field = CurvatureField;
   constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(),
                          most = std::numeric_limits<std::int32_t>::max();
   std::int32_t lowest = most, highest = least;
   std::uint32_t slope = 0, bend = 0;  // a NaN counts as the largest, whatever its sign
   for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t value = ordered(row[F::value][i]);
+    const std::int32_t value = ordered(row[Field::value][i]);
     lowest = value < lowest ? value : lowest;
     highest = value > highest ? value : highest;
-    const float gx = row[F::gx][i], gy = row[F::gy][i], gz = row[F::gz][i];
-    const float hxx = row[F::hxx][i], hyy = row[F::hyy][i], hzz = row[F::hzz][i];
-    const float hxy = row[F::hxy][i], hxz = row[F::hxz][i], hyz = row[F::hyz][i];
+    const float gx = row[Field::gx][i], gy = row[Field::gy][i], gz = row[Field::gz][i];
+    const float hxx = row[Field::hxx][i], hyy = row[Field::hyy][i], hzz = row[Field::hzz][i];
+    const float hxy = row[Field::hxy][i], hxz = row[Field::hxz][i], hyz = row[Field::hyz][i];
     const auto g = std::bit_cast<std::uint32_t>(gx * gx + gy * gy + gz * gz);
     const auto h = std::bit_cast<std::uint32_t>((hxx * hxx + hyy * hyy + hzz * hzz) +
                                                 2.0F * (hxy * hxy + hxz * hxz + hyz * hyz));

@@ -9,11 +9,6 @@
 namespace tagrid {
 namespace {
 
-constexpr Index3 cross(Index3 a, Index3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-constexpr std::int64_t dot(Index3 a, Index3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 struct Corner {
   Index3 at;
   unsigned planes = 0;  // bits 0 .. 3: faces of the tetrahedron; 4 .. 6: planes of the border

@@ -5,11 +5,6 @@
 namespace tagrid {
 namespace {
 
-constexpr Index3 cross(Index3 a, Index3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-constexpr std::int64_t dot(Index3 a, Index3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 bool apart_along(Index3 normal, const std::array<Index3, 4>& vertices, const Box& box) {
   std::int64_t low = dot(normal, vertices[0]), high = low;
   for (const Index3& v : vertices) {

@@ -19,7 +19,7 @@ struct Ellipsoid {
 };
 
 /// HU of tissues.
-constexpr double air = -1000, fat = -100, water = 0, muscle = 55, spongy_bone = 280, hard_bone = 1150,
+constexpr double air = phantom_air, fat = -100, water = 0, muscle = 55, spongy_bone = 280, hard_bone = 1150,
                  metal = 2600;
 
 class Scene {

@@ -17,6 +17,9 @@ struct PhantomEllipse {
   double value, slope_x = 0, slope_y = 0;
 };
 
+/// The value of air in HU.
+constexpr double phantom_air = -1000;
+
 /// The ellipses of slice `z`, in the order in which they are painted over air.
 std::vector<PhantomEllipse> phantom_ellipses(const Index3& dims, std::uint64_t seed, std::int64_t z);
 

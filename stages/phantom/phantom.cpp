@@ -14,7 +14,7 @@
 namespace tagrid {
 namespace {
 
-constexpr float air = -1000, lowest = -1024, highest = 3071;
+constexpr float lowest = -1024, highest = 3071;
 
 /// The integers low to high - 1.
 struct Interval {
@@ -164,7 +164,7 @@ void phantom_slice(const Index3& dims, std::uint64_t seed, std::int64_t z, std::
   std::vector<float> row(static_cast<std::size_t>(nx));
   const double half_x = static_cast<double>(nx) / 2, half_y = static_cast<double>(ny) / 2;
   for (std::int64_t y = 0; y < ny; ++y) {
-    std::fill(row.begin(), row.end(), air);
+    std::fill(row.begin(), row.end(), static_cast<float>(phantom_air));
     for (std::int32_t i : rows[static_cast<std::size_t>(y)])
       paint_row(ellipses[static_cast<std::size_t>(i)], y, nx, row.data());
 
