@@ -69,8 +69,7 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
     });
   };
   DecodeStreams streams;
-  streams.name = reader.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.bricks = reader.bricks();
   streams.inspect_brick = [&](DecodedBrick& brick) {
     layer.push_back(
         {parameters.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});

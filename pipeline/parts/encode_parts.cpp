@@ -11,6 +11,7 @@
 #include "io/files/temporaries.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "io/tag/bricks.h"
 #include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
@@ -148,13 +149,12 @@ class RunInParts {
   }
 
   EncodeResult finished_result() const {
-    TagReader reader(run_.output);
-    reader.read_index();
+    TagSummary summary = summary_of(run_.output);
     EncodeResult result;
-    result.header = reader.header();
-    result.index = reader.index();
+    result.header = std::move(summary.header);
+    result.index = std::move(summary.index);
     result.bytes_in = input_bytes();
-    result.file_bytes = reader.sizes().file;
+    result.file_bytes = summary.sizes.file;
     result.temporary = run_.output;
     result.memory = plan_.memory;
     return result;
