@@ -136,8 +136,8 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   const bool may_spool = in_order && !resources.spool.empty();
   const bool strips = any_order || may_spool;
   DecodeLoad smallest;
-  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream || use == DecodeUse::mesh;
-  smallest.mesh = use == DecodeUse::mesh;
+  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
+  smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
   smallest.rows = strips ? 1 : all;
   DecodeLoad wanted = smallest;
   wanted.threads = resources.threads;
