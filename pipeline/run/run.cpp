@@ -34,8 +34,9 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
   // Checked before anything is read: a limit that cannot be kept is reported at once.
+  const SourceTraits& traits = volume->traits();
   const EncodePlan plan = plan_encoding(parameters_but_scale(run.options, volume->info()), resources,
-                                        volume->traits().any_rows, volume->traits().memory);
+                                        traits.any_rows, traits.memory, original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
   const bool reads_range = takes_range_from_data(run.options, *volume);
