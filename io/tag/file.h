@@ -40,8 +40,8 @@ class TagWriter : public BrickSink {
   TagIndex index_;
 };
 
-/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput, which says where they
-/// are.
+/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput, which says where
+/// they are.
 class TagReader {
  public:
   /// Reads the header. "-" stands for standard input.

@@ -28,8 +28,8 @@ struct DecodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// Decodes the bricks of `rows`; streams.bricks must give the first of them first. At most the bricks that were
-/// read so far are in memory. Throws BrokenInput if a brick does not decode.
+/// Decodes the bricks of `rows`; streams.bricks must give the first of them first. At most the bricks that
+/// were read so far are in memory. Throws BrokenInput if a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

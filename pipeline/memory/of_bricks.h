@@ -18,8 +18,8 @@ struct EncodeLoad {
 };
 std::uint64_t memory_of_encoding(const CodingParameters& parameters, const EncodeLoad& load);
 
-/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: grids are decoded for the
-/// caller, who counts what it keeps.
+/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: grids are decoded for
+/// the caller, who counts what it keeps.
 struct DecodeLoad {
   std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
   bool inspect = false, with_grid = false;

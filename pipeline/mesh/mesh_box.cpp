@@ -65,7 +65,7 @@ int threads_for(const CodingParameters& parameters, const MeshPart& part, const 
 
 }  // namespace
 
-// Two layers of decoded bricks are in memory: one that is decoded, or made into tetrahedra, and the one below.
+// Two layers of decoded bricks are in memory: the one that is made into tetrahedra, and the one below.
 std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshPart& part, int threads) {
   const BrickGrid grid = parameters.bricks();
   const Box meshed = bricks_of(part, grid), needed = needed_for(meshed, parameters);

@@ -77,7 +77,7 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
 
 using Line = std::function<void(const char* name, const std::string& value)>;
 
-/// What the file keeps of its source: the lines of an NRRD header. A name that comes twice has its last value.
+/// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
 nlohmann::ordered_json source_json(const TagHeader& header) {
   using nlohmann::ordered_json;
   ordered_json json = {{"fields", ordered_json::object()},
