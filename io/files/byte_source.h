@@ -23,7 +23,7 @@ class ByteSource {
 /// A regular file: other files cannot be read in any order.
 class FileSource : public ByteSource {
  public:
-  /// Throws WorldError.
+  /// Opens a file, or the standard input for "-", from its position on. Throws WorldError.
   explicit FileSource(const std::string& path);
   ~FileSource() override;
   FileSource(const FileSource&) = delete;
@@ -36,6 +36,7 @@ class FileSource : public ByteSource {
  private:
   std::string name_;
   int descriptor_ = -1;
+  std::uint64_t base_ = 0;  ///< position of the first byte; not 0 if the standard input was partly read
   std::uint64_t size_ = 0;
 };
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -20,12 +19,10 @@ class ByteStream {
   virtual ~ByteStream() = default;
   /// Reads `size` bytes, or fewer at the end; returns their number.
   virtual std::size_t read(std::byte* out, std::size_t size) = 0;
-  /// Bytes in all, where any can be read again.
+  /// Bytes in all, if they are known.
   virtual std::optional<std::uint64_t> size() const = 0;
   /// Bytes read so far.
   virtual std::uint64_t position() const = 0;
-  /// Moves to byte `position`. REQUIRES: size().
-  virtual void seek(std::uint64_t position) = 0;
   /// From now on a read that waits ends with a WorldError once `stop` is true. `stop` must outlive the reads.
   virtual void stop_when(const std::atomic<bool>& stop) = 0;
   /// For messages.
@@ -45,10 +42,6 @@ class SourceStream : public ByteStream {
   }
   std::optional<std::uint64_t> size() const override { return source_->size(); }
   std::uint64_t position() const override { return position_; }
-  void seek(std::uint64_t position) override {
-    assert(position <= source_->size());
-    position_ = position;
-  }
   void stop_when(const std::atomic<bool>&) override {}  // it does not wait
   const std::string& name() const override { return source_->name(); }
 

@@ -36,6 +36,11 @@ void set_permissions(int descriptor, const FileAttributes& attributes) {
   if (fchmod(descriptor, mode) != 0) return;
 }
 
+bool is_regular_input(const std::string& path) {
+  const auto status = status_of_stream_or(path, STDIN_FILENO);
+  return status && S_ISREG(status->st_mode);
+}
+
 bool is_regular_output(const std::string& path) {
   if (path == "-") return false;
   const auto status = status_of(path);

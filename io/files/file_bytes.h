@@ -39,7 +39,7 @@ class FileBytes : public ByteStream {
   /// Bytes read so far.
   std::uint64_t position() const override { return position_; }
   /// Moves to byte `position`. REQUIRES: size().
-  void seek(std::uint64_t position) override;
+  void seek(std::uint64_t position);
   /// From now on, a read that waits for a pipe ends with a WorldError once `stop` is true, for callers that
   /// must be able to give up. `stop` must outlive the reads.
   void stop_when(const std::atomic<bool>& stop) override { stop_ = &stop; }

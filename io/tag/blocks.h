@@ -5,7 +5,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/files/byte_sink.h"
@@ -27,6 +29,13 @@ class BrickSink {
  public:
   virtual ~BrickSink() = default;
   virtual void write_brick(const BrickBytes& brick, const Statistics& statistics) = 0;
+};
+
+/// Gives the bricks of a file in the order of their numbers, however the file is read.
+struct BrickStream {
+  std::string name;  ///< of the file, for messages
+  /// Reads the next brick, or returns false after the last one. Never called by two threads at once.
+  std::function<bool(BrickBytes&)> next;
 };
 
 /// Bytes of a block besides activity and values: length, number, length of the activity, checksum.

@@ -5,7 +5,9 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/tag/end_of_file.h"
+#include "io/tag/file.h"
 
 namespace tagrid {
 
@@ -18,14 +20,16 @@ TagBricks::TagBricks(std::shared_ptr<const ByteSource> source) : source_(std::mo
     starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
 }
 
-void TagBricks::fail(const std::string& where, const std::string& what) const {
-  throw BrokenInput(name() + ": " + where + ": " + what);
+// As TagReader says it.
+void TagBricks::fail(const std::string& place, std::uint64_t before, const std::string& what) const {
+  throw BrokenInput(name() + ": " + place + ", before byte " + std::to_string(before) + ": " + what);
 }
 
-// Reads in steps, so that a false size takes no memory.
+// A false size takes no memory: it is compared with the size of the file first.
 std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
   if (position > source_->size() || size > source_->size() - position)
-    fail("before byte " + std::to_string(position + size), "the file ends; it is truncated");
+    throw BrokenInput(name() + ": before byte " + std::to_string(position + size) +
+                      ": the file ends; it is truncated");
   std::vector<std::byte> bytes(size);
   source_->read_at(position, bytes);
   return bytes;
@@ -48,7 +52,8 @@ void TagBricks::read_header() {
 
 void TagBricks::read_end() {
   const std::uint64_t size = source_->size();
-  if (size < header_size_ + footer_size) fail("the footer", "the file ends before it; it is truncated");
+  if (size < header_size_ + footer_size)
+    fail("the index", size, "the file ends before its index; it is truncated");
   std::uint64_t start = 0;
   if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), start);
       !status.ok() || start < header_size_ || start > size - footer_size)
@@ -57,24 +62,45 @@ void TagBricks::read_end() {
   const FileEnd end = {parameters(), header_size_, header_checksum_, start, last_checksum};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - start;
-  if (present < index_head_size) fail("the index", "it is truncated");
+  if (present < index_head_size) fail("the index", size, "the file ends in it; it is truncated");
   if (Status status = end.parse_head(bytes_at(start, index_head_size), rest); !status.ok())
-    fail("the index", status.what());
+    fail("the index", start + index_head_size, status.what());
   if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
-  if (rest > present - index_head_size) fail("the index", "it is truncated");
+  if (rest > present - index_head_size) fail("the index", size, "the file ends in it; it is truncated");
   if (Status status = end.parse(bytes_at(start, present), index_); !status.ok())
-    fail("the index", status.what());
+    fail("the index", size, status.what());
 }
 
 BrickBytes TagBricks::read(std::int64_t brick) const {
   assert(brick >= 0 && brick < count());
+  // Before anything is read: a false size takes no memory.
+  if (block_bytes(brick) > 4 + largest_body(parameters(), brick) + 8)
+    fail("brick " + std::to_string(brick), start(brick), "an impossible size");
   const std::vector<std::byte> bytes = bytes_at(start(brick) - 8, block_bytes(brick) + 8);
   auto checksum = load_little_endian<std::uint64_t>(bytes.data());
   BrickBytes result;
   if (Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
       !status.ok())
-    fail("brick " + std::to_string(brick), status.what());
+    fail("brick " + std::to_string(brick), start(brick + 1), status.what());
   return result;
+}
+
+BrickStream TagBricks::bricks_from(std::int64_t first) const {
+  return {name(), [this, id = first](BrickBytes& brick) mutable {
+            if (id == count()) return false;
+            brick = read(id++);
+            return true;
+          }};
+}
+
+TagSummary summary_of(const std::string& path) {
+  if (is_regular_input(path)) {
+    const TagBricks file(std::make_shared<FileSource>(path));
+    return {file.header(), file.index(), file.sizes()};
+  }
+  TagReader reader(path);
+  reader.read_to_end();
+  return {reader.header(), reader.index(), reader.sizes()};
 }
 
 }  // namespace tagrid

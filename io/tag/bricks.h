@@ -34,9 +34,11 @@ class TagBricks {
 
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
+  /// The bricks from `first` on. This object must outlive the stream.
+  BrickStream bricks_from(std::int64_t first) const;
 
  private:
-  [[noreturn]] void fail(const std::string& where, const std::string& what) const;
+  [[noreturn]] void fail(const std::string& place, std::uint64_t before, const std::string& what) const;
   std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
   void read_header();
   void read_end();
@@ -47,5 +49,16 @@ class TagBricks {
   TagIndex index_;
   std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
 };
+
+/// All that a .tag file says besides its bricks.
+struct TagSummary {
+  TagHeader header;
+  TagIndex index;
+  TagSizes sizes;
+};
+
+/// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which
+/// checks every checksum. Throws BrokenInput and WorldError.
+TagSummary summary_of(const std::string& path);
 
 }  // namespace tagrid

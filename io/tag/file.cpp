@@ -134,40 +134,11 @@ void TagReader::read_index_section() {
   file_size_ = end.start + section.size();
 }
 
-// The block before it ends with the checksum that is the seed of the next one's; so does the header.
-void TagReader::seek_brick(std::int64_t brick) {
-  assert(can_seek() && index_.bricks.size() == static_cast<std::uint64_t>(parameters().bricks().count()));
-  std::uint64_t start = header_size_;
-  for (std::int64_t i = 0; i < brick; ++i) {
-    const IndexEntry& entry = index_.bricks[static_cast<std::size_t>(i)];
-    start += block_frame_size + entry.activity_bytes + entry.value_bytes;
-  }
-  std::array<std::byte, 8> before;
-  next_brick_ = brick;
-  bytes_->seek(start - before.size());
-  read_exactly(before.data(), before.size(), "a brick");
-  last_checksum_ = load_little_endian<std::uint64_t>(before.data());
-  starting_ = true;
+BrickStream TagReader::bricks() {
+  return {name(), [this](BrickBytes& brick) { return read_brick(brick); }};
 }
 
-void TagReader::read_index() {
-  if (const auto size = bytes_->size()) {
-    if (*size < header_size_ + footer_size) fail("the file ends before its index; it is truncated");
-    std::array<std::byte, footer_size> footer;
-    bytes_->seek(*size - footer_size);
-    read_exactly(footer.data(), footer.size(), "the footer");
-    std::uint64_t start = 0;
-    if (Status status = find_file_end(footer, start);
-        !status.ok() || start < header_size_ || start > *size - footer_size)
-      throw BrokenInput(name() + ": " + no_footer);
-    std::array<std::byte, 8> before;
-    bytes_->seek(start - before.size());
-    read_exactly(before.data(), before.size(), "the last brick");
-    last_checksum_ = load_little_endian<std::uint64_t>(before.data());
-    next_brick_ = parameters().bricks().count();
-    read_index_section();
-    return;
-  }
+void TagReader::read_to_end() {
   BrickBytes brick;
   while (read_brick(brick)) {
   }

@@ -1,4 +1,4 @@
-// .tag files: written front to back; read front to back from any stream, or by their index from files.
+// .tag files, written and read front to back. TagBricks reads them in any order.
 #pragma once
 
 #include <cstddef>
@@ -40,7 +40,8 @@ class TagWriter : public BrickSink {
   TagIndex index_;
 };
 
-/// Reads a .tag file. Wrong bytes throw BrokenInput, which says where they are.
+/// Reads a .tag file once, front to back, from any stream. Wrong bytes throw BrokenInput, which says where
+/// they are.
 class TagReader {
  public:
   /// Reads the header. "-" stands for standard input.
@@ -57,13 +58,12 @@ class TagReader {
   /// brick, or index and footer, which nothing may follow. Returns false after the last brick.
   bool read_brick(BrickBytes& brick);
 
-  /// Makes `brick` the next one to be read. REQUIRES: read_index(), can_seek().
-  void seek_brick(std::int64_t brick);
-  bool can_seek() const { return bytes_->size().has_value(); }
+  /// All bricks. The reader must outlive the stream.
+  BrickStream bricks();
+  /// Reads the bricks that are left, and the index.
+  void read_to_end();
 
-  /// Makes index() available: without reading the bricks if the file can seek, otherwise by reading them all.
-  void read_index();
-  /// REQUIRES: read_brick() has returned the last brick, or read_index() was called.
+  /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, index_); }
 

@@ -12,6 +12,7 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/nrrd/geometry.h"
 #include "stages/grid/lattice.h"
+#include "stages/volume/bound.h"
 
 namespace tagrid {
 namespace {
@@ -22,8 +23,6 @@ constexpr std::array<std::uint8_t, 8> magic = {0x89, 'T', 'A', 'G', '\r', '\n', 
 constexpr std::uint32_t version = 3;
 constexpr std::size_t checksum_size = 8;
 constexpr std::uint32_t max_fields_size = 1 << 24;
-
-bool is_bound(double e) { return e >= 0 && std::isfinite(e); }
 
 // Says what a file that is not a .tag file is, if known: most often it is the volume itself, given by
 // mistake.

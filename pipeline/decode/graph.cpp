@@ -28,7 +28,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::graph graph;
   flow::input_node<CodedBrick> read(graph, [&](oneapi::tbb::flow_control& control) -> CodedBrick {
     auto bytes = std::make_shared<BrickBytes>();
-    if (bricks_left == 0 || !streams.read_brick(*bytes))
+    if (bricks_left == 0 || !streams.bricks.next(*bytes))
       control.stop();
     else
       --bricks_left;
@@ -38,7 +38,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::function_node<CodedBrick, Brick> decode(
       graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
         auto decoded = std::make_shared<DecodedBrick>(decode_block(
-            *brick, parameters, streams.name, keep ? Wanted::samples_and_grid : Wanted::samples));
+            *brick, parameters, streams.bricks.name, keep ? Wanted::samples_and_grid : Wanted::samples));
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
       });
@@ -64,13 +64,6 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 }
 
 }  // namespace
-
-DecodeStreams streams_of(TagReader& reader) {
-  DecodeStreams streams;
-  streams.name = reader.name();
-  streams.read_brick = [&reader](BrickBytes& brick) { return reader.read_brick(brick); };
-  return streams;
-}
 
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {

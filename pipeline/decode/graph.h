@@ -4,10 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
-#include "io/tag/file.h"
+#include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/memory/resources.h"
 #include "stages/brick/decode.h"
@@ -18,10 +17,7 @@
 namespace tagrid {
 
 struct DecodeStreams {
-  /// Name of the file, for messages.
-  std::string name;
-  /// Reads the next brick, or returns false after the last one. Never called by two threads at once.
-  std::function<bool(BrickBytes&)> read_brick;
+  BrickStream bricks;
   /// Takes groups of rows of bricks in the order of their numbers. Never called by two threads at once. Every
   /// brick in them has been decoded without an error.
   std::function<void(const DecodedRows& rows)> write_rows;
@@ -32,11 +28,8 @@ struct DecodeStreams {
   std::function<void(std::int64_t brick)> brick_done = {};
 };
 
-/// The streams of `reader`: its name and its bricks. `reader` must outlive them.
-DecodeStreams streams_of(TagReader& reader);
-
-/// Decodes the bricks of `rows`; read_brick must give the first of them first. At most the bricks that were
-/// read so far are in memory. Throws BrokenInput if a brick does not decode.
+/// Decodes the bricks of `rows`; streams.bricks must give the first of them first. At most the bricks that
+/// were read so far are in memory. Throws BrokenInput if a brick does not decode.
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams);
 

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "io/tag/file.h"
+#include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
@@ -15,18 +15,20 @@ namespace tagrid {
 /// Decodes the bricks of a file: all at once, or one part after the other.
 class RowDecoder {
  public:
-  /// `reader` must outlive the decoder, and must not be read after it. A reader that waits gives up if
-  /// samples cannot be written.
-  RowDecoder(TagReader& reader, const DecodeBudget& budget);
+  RowDecoder(const CodingParameters& parameters, const DecodeBudget& budget)
+      : parameters_(parameters), budget_(budget) {}
 
-  /// Decodes `rows`; `reader` must be at their first brick. Passes rows to `write` in the order of their
+  /// Becomes true if samples cannot be written, so that a reader that waits can give up.
+  const std::atomic<bool>& failed() const { return output_works_.failed(); }
+
+  /// Decodes `rows`; `bricks` must give the first of them first. Passes rows to `write` in the order of their
   /// bricks. Throws the exceptions of reading, `write` and `watch`. If several fail, the exception of `write`
   /// is thrown.
-  void decode(const BrickRows& rows, const std::function<void(const DecodedRows&)>& write,
-              const Watch& watch);
+  void decode(const BrickRows& rows, const BrickStream& bricks,
+              const std::function<void(const DecodedRows&)>& write, const Watch& watch);
 
  private:
-  TagReader& reader_;
+  CodingParameters parameters_;
   DecodeBudget budget_;
   UntilItFails output_works_;
 };

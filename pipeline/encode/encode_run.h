@@ -3,13 +3,15 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "io/tag/header.h"
 #include "io/tag/index.h"
-#include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/encode/options.h"
 #include "pipeline/memory/finished.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 
@@ -27,11 +29,19 @@ struct EncodeRun {
   /// Continues the run recorded in `.NAME.parts/` beside the output, or begins a run that can be continued.
   /// If false, a run that fails leaves nothing.
   bool resume = false;
+  /// The file will be compared with the input, with the same limit on memory: see plan_encoding().
+  bool verified = false;
   /// The name and version of the encoding program, for the record: another program may produce other bytes.
   std::string program = {};
   /// Called once if an earlier run is continued, with the number of its complete parts.
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
 };
+
+/// How the input will be read when the file is compared with it; nothing if it will not be.
+inline std::optional<OriginalAccess> original_access(const EncodeRun& run, const VolumeSource& input) {
+  if (!run.verified) return std::nullopt;
+  return OriginalAccess{input.traits().any_rows, input.traits().memory};
+}
 
 struct EncodeResult {
   TagHeader header;

@@ -9,6 +9,7 @@
 #include "io/files/errors.h"
 #include "io/tag/header.h"
 #include "stages/grid/lattice.h"
+#include "stages/volume/bound.h"
 
 namespace tagrid {
 namespace {
@@ -18,8 +19,7 @@ void require(bool condition, const Sentence& otherwise) {
 }
 
 void require_bound(const std::optional<double>& bound, const Setting& setting) {
-  require(!bound || (std::isfinite(*bound) && *bound >= 0),
-          {"{} must be a finite number of at least 0", {setting}});
+  require(!bound || is_bound(*bound), {"{} must be a finite number of at least 0", {setting}});
 }
 
 // The field scale is this many voxels for the whole value range. It does not depend on S: with a scale

@@ -10,13 +10,33 @@
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"
-#include "stages/points/field.h"
 
 namespace tagrid {
 namespace {
 
 // For a hostile header, sums over all bricks need more than 64 bits. The memory of one brick does not.
 using ByteCount = double;
+
+// What is allocated besides the data themselves: the object, what shares it, and the blocks of the heap.
+constexpr ByteCount bytes_of_array = 64;    // a vector in a list, and its block
+constexpr ByteCount bytes_of_object = 128;  // a shared slice, or the bits of a box
+constexpr ByteCount bytes_of_tile = 250;    // the marks of a tile, in the map of the schedule
+constexpr ByteCount bytes_of_face = 250;    // a face with its bits and values, in the map of shared faces
+constexpr ByteCount bytes_of_job = 350;     // a brick that waits for a thread, without its marks
+constexpr ByteCount bytes_of_pointer = 16;  // a shared pointer
+constexpr ByteCount bytes_of_range = 16;    // the lowest and the highest sample of a brick
+constexpr ByteCount bytes_of_entry = 32;    // an entry of the index, in memory and as bytes
+// An entry of the index while it is read: packed, unpacked and in memory, and the position of its brick.
+constexpr ByteCount bytes_of_read_entry = 130;
+
+// A vector that grows by copying has room for twice its content, and three times while it is copied.
+constexpr ByteCount grown = 2, growing = 3;
+
+// Samples are written in parts of this size, or of a row: DecodedRows::for_each_part().
+constexpr ByteCount part_of_rows = 1 << 20;
+
+// Columns of tiles on which a brick depends: its own, and those around it.
+constexpr ByteCount columns_around = 9;
 
 struct Sizes {
   explicit Sizes(const CodingParameters& p)
@@ -37,7 +57,9 @@ struct Sizes {
   // The bytes of an encoded brick.
   ByteCount code() const { return static_cast<ByteCount>(most_bytes_of_code(parameters, largest)); }
   // The activity of a brick's closed box.
-  ByteCount bits() const { return static_cast<ByteCount>(LatticeBits::working_bytes(closed.size())) + 128; }
+  ByteCount bits() const {
+    return static_cast<ByteCount>(LatticeBits::working_bytes(closed.size())) + bytes_of_object;
+  }
 
   // No other brick is larger.
   static constexpr Index3 largest{0, 0, 0};
@@ -91,8 +113,17 @@ ByteCount closed_faces(const Sizes& z, ByteCount rows) {
 }
 
 std::uint64_t whole(ByteCount bytes) {
-  // A heap loses a little memory between its blocks.
-  return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * 1.03, 9e18));
+  return memory_of_program + static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 9e18));
+}
+
+// The end of encoding: the index and its bytes, and for zstd ten times as much, but at most its window.
+ByteCount index_of_encoding(const Sizes& z) {
+  return z.brick_count * (grown + growing) * bytes_of_entry +
+         std::min(z.brick_count * 10 * bytes_of_entry, 40e6);
+}
+// For zstd, the index counts once more, but at most the largest window that a file may ask for.
+ByteCount index_of_decoding(const Sizes& z) {
+  return z.brick_count * bytes_of_read_entry + std::min(z.brick_count * bytes_of_entry, 128e6);
 }
 
 }  // namespace
@@ -107,7 +138,7 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   const ByteCount sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
   const ByteCount slices =
       strips ? z.edge + 2 * around + 1 : z.edge + around + ByteCount(load.slices_ahead) + 2;
-  const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + 128);
+  const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + bytes_of_object);
 
   const ByteCount layers =
       std::min(p.brick_edge + 3 + (strips ? 0 : ByteCount(load.slices_ahead) / z.cube + 1),
@@ -121,57 +152,52 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
           ByteCount((static_cast<std::int64_t>(std::min(z.edge, cropped ? z.nx : 9e18)) + 63) / 64) +
       1;
   const ByteCount tiles = z.row_count * (rows + 2);
-  const ByteCount marks = layers * (mark_rows * mark_slices * words * 8 + tiles * 250);
-  const ByteCount jobs = tiles * (350 + 16.0 * 9 * (p.brick_edge + 2));
+  const ByteCount marks = layers * (mark_rows * mark_slices * words * 8 + tiles * bytes_of_tile);
+  const ByteCount jobs = tiles * (bytes_of_job + bytes_of_pointer * columns_around * (p.brick_edge + 2));
 
   const ByteCount work = ByteCount(load.threads) * std::max({work_of_marking(z), work_of_subdividing(z),
                                                              work_of_encoding(z), work_of_measuring(z)});
   const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
-  const ByteCount run = samples + marks + jobs + work + flight + closed_faces(z, rows) + 64 * z.brick_count;
-  // The index, its fields, and the memory for compressing them.
-  const ByteCount end = z.brick_count * 160 + std::min(z.brick_count * 320, 40e6);
-  return whole(std::max(run, end));
+  const ByteCount run =
+      samples + marks + jobs + work + flight + closed_faces(z, rows) + z.brick_count * grown * bytes_of_entry;
+  return whole(std::max(run, index_of_encoding(z)));
 }
 
 std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& load) {
   const Sizes z(p);
   const ByteCount rows = ByteCount(load.rows), nz = ByteCount(p.dims.z), ny = ByteCount(p.dims.y);
   const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * z.s;
-  const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * 64;
-  const ByteCount pieces = 2 * std::max(ByteCount{1 << 20}, z.nx * z.s);
+  const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * bytes_of_array;
+  const ByteCount pieces = grown * std::max(part_of_rows, z.nx * z.s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
-  const bool keeps_grid = load.inspect || load.mesh;
   const ByteCount brick =
-      z.code() + 2 * z.owned * z.s + (keeps_grid ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
-  const ByteCount work =
-      ByteCount(load.threads) * work_of_decoding(z, keeps_grid ? Wanted::samples_and_grid : Wanted::samples);
+      z.code() + 2 * z.owned * z.s + (load.with_grid ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+  const ByteCount work = ByteCount(load.threads) *
+                         work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples);
+  // The reader has a brick as read and as parsed, the one before it, and one more that the heap still holds.
   const ByteCount flight = ByteCount(load.bricks_in_flight) * brick + 4 * z.code();
   ByteCount inspection = 0;
   if (load.inspect) {
-    const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1)), face = z.bits() / z.edge;
+    // Each brick of a layer leaves three faces. Rows of bits are whole words, so faces along x have more.
+    const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1)), face = 2 * z.bits() / z.edge;
     const ByteCount face_points = z.grid ? (z.edge + 1) * (z.edge + 1) * z.s : 0;
-    inspection = layer * 3 * (face * 2 + face_points + 250) + z.brick_count * 32 + 2 * slice;
+    const ByteCount original_and_decoded = 2 * slice;
+    inspection = layer * 3 * (face + face_points + bytes_of_face) + z.brick_count * grown * bytes_of_range +
+                 original_and_decoded;
     if (p.surface_error >= 0) inspection += rows * z.row_count * z.bits();
     // Bricks wait for the original samples of their layer.
     if (p.mesh_error >= 0)
       inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
                     ByteCount(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
   }
-  if (load.mesh) {
-    const ByteCount layer = z.row_count * ByteCount(z.bricks.bricks(1));
-    inspection = layer * (z.bits() + (z.grid ? z.points * z.s : 0) + 200) + z.points * 8 +
-                 (z.nx + z.edge) * (ny + z.edge) * (8 + z.s) + (z.nx + z.edge) * z.edge * 8 + 16e6;
-    // The field of one brick at the border, two copies of it as samples, and the grid of the field.
-    inspection += z.points * (ByteCount(field_number_bytes(p.type)) + 3 * z.s) + z.bits();
-  }
-  const ByteCount index = z.brick_count * 130 + std::min(z.brick_count * 32, 128e6);
-  return whole(gathered + pieces + work + flight + inspection + index);
+  return whole(gathered + pieces + work + flight + inspection + index_of_decoding(z));
 }
 
-std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads) {
+std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads, bool with_grid) {
   const Sizes z(p);
   // The block of the brick, as read and as parsed, and the freed memory of the brick before it.
-  const ByteCount brick = 2 * z.code() + z.owned * z.s + work_of_decoding(z, Wanted::samples);
+  const ByteCount brick = 2 * z.code() + z.owned * z.s +
+                          work_of_decoding(z, with_grid ? Wanted::samples_and_grid : Wanted::samples);
   return whole(ByteCount(threads) * brick);
 }
 

@@ -9,6 +9,8 @@ namespace tagrid {
 
 /// Memory of the program and its libraries, and unused parts of the heap.
 inline constexpr std::uint64_t memory_of_program = std::uint64_t{12} << 20;
+/// A heap loses a little memory between its blocks.
+inline constexpr double heap_overhead = 1.03;
 
 /// The amount of work that is in memory while rows of bricks are encoded.
 struct EncodeLoad {
@@ -16,14 +18,17 @@ struct EncodeLoad {
 };
 std::uint64_t memory_of_encoding(const CodingParameters& parameters, const EncodeLoad& load);
 
-/// The same for decoding. `inspect`: grids and shared faces are checked.
+/// The same for decoding. `inspect`: grids and shared faces are checked. `with_grid`: grids are decoded for
+/// the caller, who counts what it keeps.
 struct DecodeLoad {
   std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
-  bool inspect = false, mesh = false;
+  bool inspect = false, with_grid = false;
 };
 std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
 
-/// The same for bricks that are read one by one, each by a thread that stores the samples elsewhere.
-std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads);
+/// The same for bricks that are read one by one, each by a thread that stores the result elsewhere: the
+/// samples and, `with_grid`, the grid.
+std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads,
+                                bool with_grid = false);
 
 }  // namespace tagrid

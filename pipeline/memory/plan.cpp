@@ -82,6 +82,13 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
   return std::nullopt;
 }
 
+DecodeLoad smallest_verifying(const CodingParameters& p, bool strips) {
+  DecodeLoad load;
+  load.inspect = load.with_grid = true;
+  load.rows = strips ? 1 : p.bricks().bricks(1);
+  return load;
+}
+
 [[noreturn]] void refuse(const CodingParameters& p, const char* what, std::uint64_t limit,
                          std::uint64_t needed, std::optional<std::uint64_t> with_spool) {
   throw MemoryLimit(fmt::format("{} {} x {} x {} {}", what, p.dims.x, p.dims.y, p.dims.z, name_of(p.type)),
@@ -103,8 +110,12 @@ std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips
   return memory_of_encoding(p, strips ? smallest_strip : smallest_whole(p)) + besides;
 }
 
+std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strips, std::uint64_t besides) {
+  return memory_of_decoding(p, smallest_verifying(p, strips)) + besides;
+}
+
 EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, bool random_access,
-                         std::uint64_t besides) {
+                         std::uint64_t besides, std::optional<OriginalAccess> verified) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
   const EncodeLoad smallest = strips ? smallest_strip : smallest_whole(p);
@@ -115,10 +126,23 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
       resources, [&](std::uint64_t limit) { return best(strips, limit); }, smallest);
   const std::uint64_t memory = memory_of_encoding(p, load) + besides,
                       limit = resources.memory ? *resources.memory : share_of_memory(resources);
-  if (memory > limit) {
+  // Without an explicit limit, verifying is never refused.
+  const bool then_verified = verified && resources.memory;
+  const auto with_verifying = [&](std::uint64_t encoding, bool spooled) {
+    if (!then_verified) return encoding;
+    return std::max(encoding,
+                    smallest_memory_of_verifying(p, verified->any_rows || spooled, verified->besides));
+  };
+  if (const std::uint64_t needed = with_verifying(memory, !resources.spool.empty()); needed > limit) {
+    const bool can_spool = !random_access || (then_verified && !verified->any_rows);
     std::optional<std::uint64_t> with_spool;
-    if (!strips && all > 1) with_spool = smallest_memory_of_encoding(p, true, besides);
-    refuse(p, strips ? "encoding" : "encoding a pipe or gzip file of", limit, memory, with_spool);
+    if (can_spool && resources.spool.empty() && all > 1)
+      with_spool = with_verifying(smallest_memory_of_encoding(p, true, besides), true);
+    refuse(p,
+           then_verified ? "encoding and verifying"
+           : strips      ? "encoding"
+                         : "encoding a pipe or gzip file of",
+           limit, needed, with_spool);
   }
   EncodePlan plan;
   plan.budget = {static_cast<int>(load.threads), load.slices_ahead, load.bricks_in_flight};
@@ -136,8 +160,8 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   const bool may_spool = in_order && !resources.spool.empty();
   const bool strips = any_order || may_spool;
   DecodeLoad smallest;
-  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream || use == DecodeUse::mesh;
-  smallest.mesh = use == DecodeUse::mesh;
+  smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
+  smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
   smallest.rows = strips ? 1 : all;
   DecodeLoad wanted = smallest;
   wanted.threads = resources.threads;

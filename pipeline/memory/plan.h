@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pipeline/memory/resources.h"
@@ -28,17 +29,30 @@ struct EncodePlan {
   std::vector<BrickRows> strips(const BrickGrid& bricks, const BrickRows& part) const;
 };
 
+/// How an original is read when a file is compared with it.
+struct OriginalAccess {
+  bool any_rows = true;       ///< in any order, without a spool
+  std::uint64_t besides = 0;  ///< memory of the reader itself
+};
+
 /// The plan that needs the least reading, with the largest number of threads that then fit. It has whole
 /// layers, unless rows of a slice can be read in any order: with `random_access`, or if they may be spooled.
 /// Throws UsageError, which names a sufficient limit, if the limit cannot be kept. `besides`: memory of the
-/// reader itself.
+/// reader itself. `verified`: with the same limit, the file will be compared with its original, so a limit
+/// that is too small for that is refused, too.
 EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& resources,
-                         bool random_access = true, std::uint64_t besides = 0);
+                         bool random_access = true, std::uint64_t besides = 0,
+                         std::optional<OriginalAccess> verified = {});
 
 /// The smallest limit on memory that plan_encoding() can keep. `strips`: rows of a slice can be read in any
 /// order.
 std::uint64_t smallest_memory_of_encoding(const CodingParameters& parameters, bool strips,
                                           std::uint64_t besides = 0);
+
+/// The smallest limit on memory with which a file can be compared with an original. `strips`: rows of the
+/// original can be read in any order, or spooled.
+std::uint64_t smallest_memory_of_verifying(const CodingParameters& parameters, bool strips,
+                                           std::uint64_t besides = 0);
 
 /// How decoded bricks are used.
 enum class DecodeUse {

@@ -5,7 +5,6 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/mesh/vtu_writer.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/mesh/mesh_bricks.h"
 #include "stages/grid/lattice.h"
 
@@ -42,7 +41,7 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   const MeshPart part = {checked_level(run.options, parameters.cube_size), run.options.padded};
   refuse_flat(reader, part);
   // Checked before anything is written.
-  plan_decoding(parameters, run.resources, DecodeUse::mesh);
+  plan_mesh(parameters, run.resources);
   const auto writer = std::make_shared<VtuWriter>(run.output, parameters.type, run.options.overwrite);
   mesh_all(reader, part, run.resources, *writer, run.progress);
   writer->finish();

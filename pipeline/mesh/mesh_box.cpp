@@ -46,20 +46,41 @@ Box layer_of(Box box, std::int64_t z) {
   return box;
 }
 
-// The number of threads that may decode beside two layers of bricks. Throws MemoryLimit if not even one may.
-int threads_beside_layers(const CodingParameters& parameters, const Box& needed, const Resources& resources) {
+// The bricks that the part needs: in a file with voxels, also those that own samples on its low faces.
+Box needed_for(const Box& meshed, const CodingParameters& parameters) {
+  Box needed = meshed;
+  if (parameters.mode == FileMode::voxels)
+    for (int axis = 0; axis < 3; ++axis) needed.low[axis] = std::max(needed.low[axis] - 1, std::int64_t{0});
+  return needed;
+}
+
+// The most threads that may decode. Throws MemoryLimit if not even one may.
+int threads_for(const CodingParameters& parameters, const MeshPart& part, const Resources& resources) {
   if (!resources.memory) return resources.threads;
-  const std::uint64_t points = static_cast<std::uint64_t>(parameters.bricks().closed_box({0, 0, 0}).count());
-  // Samples, values and bits of all bricks; for one brick, the numbers of its points and its field.
-  const auto layer = static_cast<std::uint64_t>(layer_of(needed, needed.low.z).count());
-  const std::uint64_t kept = 2 * layer * points * (2 * size_of(parameters.type) + 1) + 40 * points;
-  const auto wanted = [&](int threads) { return memory_of_reading(parameters, threads) + kept; };
   for (int threads = resources.threads; threads >= 1; --threads)
-    if (wanted(threads) <= *resources.memory) return threads;
-  throw MemoryLimit("meshing a part of the volume", *resources.memory, wanted(1), {});
+    if (memory_of_mesh_box(parameters, part, threads) <= *resources.memory) return threads;
+  throw MemoryLimit("meshing a part of the volume", *resources.memory,
+                    memory_of_mesh_box(parameters, part, 1), {});
 }
 
 }  // namespace
+
+// Two layers of decoded bricks are in memory: the one that is made into tetrahedra, and the one below.
+std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshPart& part, int threads) {
+  const BrickGrid grid = parameters.bricks();
+  const Box meshed = bricks_of(part, grid), needed = needed_for(meshed, parameters);
+  const Box largest = grid.closed_box({0, 0, 0});
+  const std::uint64_t sample = size_of(parameters.type);
+  const auto points = static_cast<std::uint64_t>(largest.count()) * sample,
+             owned = static_cast<std::uint64_t>(grid.owned_box({0, 0, 0}).count()) * sample;
+  const std::uint64_t brick = sizeof(DecodedBrick) + owned + LatticeBits::working_bytes(largest.size()) +
+                              (parameters.mode == FileMode::grid ? points : 0);
+  const double bricks = 2 * static_cast<double>(layer_of(needed, needed.low.z).count());
+  const double kept = bricks * static_cast<double>(brick) +
+                      static_cast<double>(MeshBuilder::working_bytes(parameters, meshed));
+  return memory_of_reading(parameters, threads, true) +
+         static_cast<std::uint64_t>(std::min(kept * heap_overhead, 4e18));
+}
 
 void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
@@ -67,12 +88,9 @@ void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& reso
   const BrickGrid grid = parameters.bricks();
   const std::size_t size = size_of(parameters.type);
   const bool voxels = parameters.mode == FileMode::voxels;
-  const Box meshed = bricks_of(part, grid);
-  Box needed = meshed;
-  if (voxels)
-    for (int axis = 0; axis < 3; ++axis) needed.low[axis] = std::max(needed.low[axis] - 1, std::int64_t{0});
+  const Box meshed = bricks_of(part, grid), needed = needed_for(meshed, parameters);
 
-  oneapi::tbb::task_arena arena(threads_beside_layers(parameters, needed, resources));
+  oneapi::tbb::task_arena arena(threads_for(parameters, part, resources));
   MeshBuilder mesh(file.header(), part, sink);
   const Box volume = parameters.domain().volume();
   const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);

@@ -1,9 +1,10 @@
 #include "pipeline/mesh/mesh_bricks.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "pipeline/decode/graph.h"
-#include "pipeline/memory/plan.h"
+#include "pipeline/memory/of_bricks.h"
 
 namespace tagrid {
 namespace {
@@ -40,7 +41,29 @@ class LayerSamples {
   std::vector<std::byte> below_;
 };
 
+// The memory of making the mesh besides that of decoding: the builder, the bricks of a layer, and the slice
+// below it. The header of a file may be wrong: sums over a layer need more than 64 bits.
+std::uint64_t memory_beside_decoding(const CodingParameters& p) {
+  const BrickGrid bricks = p.bricks();
+  const Index3 size = bricks.closed_box({0, 0, 0}).size();
+  const std::uint64_t points = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(p.type);
+  // The list of a layer grows by copying: it is there three times.
+  const std::uint64_t brick =
+      3 * sizeof(BrickPoints) + LatticeBits::working_bytes(size) + (p.mode == FileMode::grid ? points : 0);
+  const double layer = static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1));
+  const double slice =
+      static_cast<double>(p.dims.x) * static_cast<double>(p.dims.y) * static_cast<double>(size_of(p.type));
+  const Box all = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
+  const double bytes =
+      layer * static_cast<double>(brick) + slice + static_cast<double>(MeshBuilder::working_bytes(p, all));
+  return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
+}
+
 }  // namespace
+
+DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resources) {
+  return plan_decoding(parameters, resources, DecodeUse::mesh, memory_beside_decoding(parameters));
+}
 
 bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
   const Index3& n = parameters.dims;
@@ -51,7 +74,7 @@ bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
+  const DecodePlan plan = plan_mesh(parameters, resources);
   MeshBuilder mesh(reader.header(), part, sink);
   const Watch watch = watch_for(
       progress, static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type));
@@ -69,8 +92,7 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
     });
   };
   DecodeStreams streams;
-  streams.name = reader.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+  streams.bricks = reader.bricks();
   streams.inspect_brick = [&](DecodedBrick& brick) {
     layer.push_back(
         {parameters.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});

@@ -1,5 +1,6 @@
 #include "pipeline/mesh/mesh_builder.h"
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -59,7 +60,31 @@ MeshBuilder::MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink
       mirrored_(is_mirrored(geometry_)),
       part_(part),
       ids_(parameters_.bricks(), bricks_of(part, parameters_.bricks())),
-      sink_(sink) {}
+      sink_(sink) {
+  const std::size_t points = most_points(parameters_, bricks_of(part, parameters_.bricks()));
+  coordinates_.reserve(3 * points);
+  values_.reserve(size_of(parameters_.type) * points);
+  connectivity_.reserve(4 * batch);
+  levels_.reserve(batch);
+}
+
+std::size_t MeshBuilder::most_points(const CodingParameters& parameters, const Box& positions) {
+  const auto of_brick = static_cast<std::size_t>(parameters.bricks().closed_box(positions.low).count());
+  return std::min(4 * batch, of_brick);
+}
+
+std::uint64_t MeshBuilder::working_bytes(const CodingParameters& parameters, const Box& positions) {
+  const BrickGrid bricks = parameters.bricks();
+  const Box brick = bricks.closed_box(positions.low);
+  const std::uint64_t sample = size_of(parameters.type);
+  const std::uint64_t waiting = most_points(parameters, positions) * (3 * sizeof(double) + sample) +
+                                batch * (4 * sizeof(std::int64_t) + sizeof(std::uint8_t));
+  // field_of() has the values of the points, the field, and the field as samples and as their bytes.
+  const std::uint64_t field =
+      static_cast<std::uint64_t>(brick.count()) * (field_number_bytes(parameters.type) + 3 * sample);
+  return PointIds::working_bytes(bricks, positions) + waiting + field +
+         LatticeBits::working_bytes(brick.size());
+}
 
 void MeshBuilder::add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) {
   ids_.begin_brick(position);

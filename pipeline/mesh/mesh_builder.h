@@ -37,12 +37,19 @@ class MeshBuilder {
   /// `header` and `sink` must outlive the builder.
   MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink);
 
+  /// The peak of the heap that a builder takes for the bricks at `positions`: the ids of points, what waits
+  /// for the sink, and the grid and the field of one brick at the border of the volume.
+  static std::uint64_t working_bytes(const CodingParameters& parameters, const Box& positions);
+
   /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers. `active` belongs to the closed
   /// box.
   void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of);
 
  private:
   static constexpr std::size_t batch = std::size_t{1} << 16;  // tetrahedra that wait for the sink
+
+  // The points that wait: four for each tetrahedron, and each point of a brick once.
+  static std::size_t most_points(const CodingParameters& parameters, const Box& positions);
 
   void add_leaves(const LatticeBits& active, const ValueOf& value_of);
   void add_cut_leaves(const LatticeBits& active, const ValueOf& value_of);

@@ -10,6 +10,11 @@ void for_each_point_of(const Box& box, Visit visit) {
       for (std::int64_t x = box.low.x; x <= box.high.x; ++x) visit(Index3{x, y, z});
 }
 
+// The points of the planes that are left behind along each axis.
+Index3 points_of_faces(Index3 brick, Index3 all) {
+  return {brick.y * brick.z, all.x * brick.z, all.x * all.y};
+}
+
 }  // namespace
 
 PointIds::PointIds(const BrickGrid& bricks, const Box& positions)
@@ -18,10 +23,16 @@ PointIds::PointIds(const BrickGrid& bricks, const Box& positions)
       all_{bricks.closed_box(positions.low).low, bricks.closed_box(positions.high).high} {}
 
 void PointIds::make_faces() {
-  const Index3 brick = bricks_.closed_box(positions_.low).size(), all = all_.size();
-  const std::int64_t points[3] = {brick.y * brick.z, all.x * brick.z, all.x * all.y};
+  const Index3 points = points_of_faces(bricks_.closed_box(positions_.low).size(), all_.size());
   for (int axis = 0; axis < 3; ++axis)
     if (positions_.size()[axis] > 1) faces_[axis].assign(static_cast<std::size_t>(points[axis]), none);
+}
+
+std::uint64_t PointIds::working_bytes(const BrickGrid& bricks, const Box& positions) {
+  const PointIds ids(bricks, positions);
+  const Box brick = bricks.closed_box(positions.low);
+  const Index3 faces = points_of_faces(brick.size(), ids.all_.size());
+  return static_cast<std::uint64_t>(brick.count() + faces.x + faces.y + faces.z) * sizeof(std::int64_t);
 }
 
 // The position of `p` in the face left behind along `axis`.

@@ -18,8 +18,6 @@ namespace tagrid {
 /// point, the last one knows every id that the others knew. This is the brick on the other side of the x face
 /// if the point lies on that face; otherwise of the y face; otherwise of the z face. Therefore faces are
 /// taken over in the order z, y, x, and one plane for each axis is enough.
-///
-/// Memory, from the first brick on: 8 bytes for every point of one brick and of one slice of all bricks.
 class PointIds {
  public:
   static constexpr std::int64_t none = -1;
@@ -28,6 +26,9 @@ class PointIds {
   PointIds(const BrickGrid& bricks, const Box& positions);
   explicit PointIds(const BrickGrid& bricks)
       : PointIds(bricks, Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)})) {}
+
+  /// The heap that it takes from the first brick on: the ids of one brick, and of one plane for each axis.
+  static std::uint64_t working_bytes(const BrickGrid& bricks, const Box& positions);
 
   /// Takes over the ids that are known on the low faces. REQUIRES: bricks come in the order of their numbers,
   /// and each ends before the next begins.

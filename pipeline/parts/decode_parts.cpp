@@ -4,6 +4,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/placed_file.h"
+#include "io/tag/bricks.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/parts.h"
@@ -16,21 +17,18 @@ class PartDecoder {
  public:
   PartDecoder(const Ranks& ranks, const DecodeOrder& order)
       : start_(order.start),
-        reader_(order.input),
+        tag_(std::make_shared<FileSource>(order.input)),
         file_(order.file, order.name),
         parts_(parts_of(parameters().bricks())),
-        decoder_(reader_, plan_decoding(parameters(), of_this_rank(ranks, order.resources)).budget) {
-    reader_.read_index();
-  }
+        decoder_(parameters(), plan_decoding(parameters(), of_this_rank(ranks, order.resources)).budget) {}
 
-  const CodingParameters& parameters() const { return reader_.parameters(); }
+  const CodingParameters& parameters() const { return tag_.parameters(); }
   std::int64_t count() const { return static_cast<std::int64_t>(parts_.size()); }
 
   void decode(std::int64_t part, const Watch& watch) {
     const BrickRows& rows = parts_[static_cast<std::size_t>(part)];
-    reader_.seek_brick(rows.first_brick(parameters().bricks()));
     decoder_.decode(
-        rows,
+        rows, tag_.bricks_from(rows.first_brick(parameters().bricks())),
         [&](const DecodedRows& decoded) {
           decoded.for_each_part(
               [&](std::int64_t first, std::span<const std::byte> samples) { write(first, samples); });
@@ -49,7 +47,7 @@ class PartDecoder {
   }
 
   std::uint64_t start_;
-  TagReader reader_;
+  TagBricks tag_;
   PlacedFile file_;
   std::vector<BrickRows> parts_;
   RowDecoder decoder_;

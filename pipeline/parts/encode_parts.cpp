@@ -11,6 +11,7 @@
 #include "io/files/temporaries.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "io/tag/bricks.h"
 #include "pipeline/encode/row_encoder.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
@@ -68,7 +69,8 @@ class RunInParts {
     if (!run_.resume || !status_of(part_folder_of(run_.output))) check_output(run_.output, run_.overwrite);
     // Checked before anything is read: a limit that cannot be kept is reported at once.
     plan_ = plan_encoding(parameters_but_scale(run_.options, volume_->info()),
-                          of_this_rank(ranks_, run_.resources), true, memory_besides_parts(*volume_));
+                          of_this_rank(ranks_, run_.resources), true, memory_besides_parts(*volume_),
+                          original_access(run_, *volume_));
     const auto output = std::make_shared<FileOfParts>();
     output->folder = std::make_unique<PartFolder>(run_.output, run_.resume);
     PartFolder& folder = *output->folder;
@@ -148,13 +150,12 @@ class RunInParts {
   }
 
   EncodeResult finished_result() const {
-    TagReader reader(run_.output);
-    reader.read_index();
+    TagSummary summary = summary_of(run_.output);
     EncodeResult result;
-    result.header = reader.header();
-    result.index = reader.index();
+    result.header = std::move(summary.header);
+    result.index = std::move(summary.index);
     result.bytes_in = input_bytes();
-    result.file_bytes = reader.sizes().file;
+    result.file_bytes = summary.sizes.file;
     result.temporary = run_.output;
     result.memory = plan_.memory;
     return result;

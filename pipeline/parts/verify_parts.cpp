@@ -1,18 +1,26 @@
 #include "pipeline/parts/verify_parts.h"
 
+#include <memory>
+#include <utility>
+
+#include "io/tag/bricks.h"
 #include "pipeline/parts/order_members.h"
 #include "pipeline/parts/parts.h"
 #include "pipeline/ranks/messages.h"
+#include "pipeline/verify/part_verifier.h"
 
 namespace tagrid {
 
-VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::unique_ptr<Verifier> verifier,
+VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup,
                           const Progress& progress) {
+  std::optional<TagBricks> file;
+  std::optional<PartVerifier> verifier;
   all_do(ranks, [&] {
-    if (!verifier)
-      verifier = std::make_unique<Verifier>(order.input, order.original, order.source,
-                                            of_this_rank(ranks, order.resources));
-    verifier->begin_any_order();
+    file.emplace(std::make_shared<FileSource>(order.input));
+    if (!setup)
+      setup = verify_setup(file->name(), file->parameters(), order.original, order.source,
+                           of_this_rank(ranks, order.resources));
+    verifier.emplace(*file, std::move(*setup));
   });
   const BrickGrid bricks = verifier->parameters().bricks();
   const std::vector<BrickRows> parts = parts_of(bricks);

@@ -1,7 +1,7 @@
 // Verifies a .tag file with several processes.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 
 #include "pipeline/parts/part_work.h"
@@ -16,9 +16,9 @@ struct VerifyOrder {
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
-/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the whole file. `verifier` is
-/// the one that this rank has already opened, if any.
-VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order,
-                          std::unique_ptr<Verifier> verifier = nullptr, const Progress& progress = {});
+/// Collective. Verifies the parts. Rank 0 also verifies the index's totals for the whole file. `setup` is
+/// that of this rank, if it has it already.
+VerifyResult verify_parts(Ranks& ranks, const VerifyOrder& order, std::optional<VerifySetup> setup = {},
+                          const Progress& progress = {});
 
 }  // namespace tagrid

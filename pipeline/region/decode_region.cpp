@@ -23,7 +23,7 @@ namespace {
 class Blocks {
  public:
   explicit Blocks(const std::string& input) {
-    if (input != "-" && attributes_of(input))
+    if (is_regular_input(input))
       indexed_ = std::make_unique<TagBricks>(std::make_shared<FileSource>(input));
     else
       stream_ = std::make_unique<TagReader>(input);
@@ -43,9 +43,7 @@ class Blocks {
   /// Returns the index. A pipe is read to its end, so that its writer does not fail, and damage is found.
   const TagIndex& finish() {
     if (indexed_) return indexed_->index();
-    BrickBytes brick;
-    while (stream_->read_brick(brick)) {
-    }
+    stream_->read_to_end();
     return stream_->index();
   }
   TagSizes sizes() const { return indexed_ ? indexed_->sizes() : stream_->sizes(); }

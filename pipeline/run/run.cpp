@@ -1,11 +1,14 @@
 #include "pipeline/run/run.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/spooled.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
 #include "pipeline/encode/input_slices.h"
@@ -31,8 +34,9 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
   // Checked before anything is read: a limit that cannot be kept is reported at once.
+  const SourceTraits& traits = volume->traits();
   const EncodePlan plan = plan_encoding(parameters_but_scale(run.options, volume->info()), resources,
-                                        volume->traits().any_rows, volume->traits().memory);
+                                        traits.any_rows, traits.memory, original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
   const bool reads_range = takes_range_from_data(run.options, *volume);
@@ -57,6 +61,47 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   return {std::move(result), file};
 }
 
+DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
+                   const Resources& resources) {
+  const bool any_order = run.format.any_order && is_regular_output(run.output);
+  return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
+                       run.format.memory(info));
+}
+
+FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
+  TagReader reader(run.input);
+  const CodingParameters& parameters = reader.parameters();
+  const VolumeInfo info = volume_info_of(reader.header());
+  const DecodePlan plan = plan_of(run, parameters, info, resources);
+  const auto sink = open_output(run, info, parameters);
+  RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
+  RowDecoder decoder(parameters, plan.budget);
+  reader.stop_when(decoder.failed());
+  decoder.decode(
+      BrickRows::all(parameters.bricks()), reader.bricks(),
+      [&](const DecodedRows& rows) { output.write(rows); },
+      watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
+  return {{reader.header(), reader.index(), reader.sizes().file, sink->bytes_written(), plan.memory,
+           vdb_summary(*sink)},
+          sink};
+}
+
+FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resources& resources) {
+  TagSummary file = summary_of(run.input);
+  const CodingParameters& parameters = file.header.parameters;
+  const VolumeInfo info = volume_info_of(file.header);
+  const DecodePlan plan = plan_of(run, parameters, info, resources);
+  const auto sink = open_output(run, info, parameters, true);
+  const VolumeSink::Place place = sink->place();
+  const DecodeOrder order{run.input, place.file, place.name, place.start, run.resources};
+  send_order(ranks, order);
+  decode_parts(ranks, order, run.progress);
+  sink->samples_were_placed();
+  return {{std::move(file.header), std::move(file.index), file.sizes.file, sink->bytes_written(), plan.memory,
+           vdb_summary(*sink)},
+          sink};
+}
+
 }  // namespace
 
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run) {
@@ -74,39 +119,18 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
   if (!run.region.is_all()) return decode_region(run, resources);
   const bool in_parts =
       ranks.count() > 1 && run.format.any_order && parts_are_possible(run.input, run.output);
-  TagReader reader(run.input);
-  if (in_parts) reader.read_index();
-  const CodingParameters& parameters = reader.parameters();
-  const VolumeInfo info = volume_info_of(reader.header());
-  const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const DecodePlan plan = plan_decoding(
-      parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream, run.format.memory(info));
-  const auto sink = open_output(run, info, parameters, in_parts);
-  if (in_parts) {
-    const VolumeSink::Place place = sink->place();
-    const DecodeOrder order{run.input, place.file, place.name, place.start, run.resources};
-    send_order(ranks, order);
-    decode_parts(ranks, order, run.progress);
-    sink->samples_were_placed();
-  } else {
-    RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
-    RowDecoder(reader, plan.budget)
-        .decode(
-            BrickRows::all(parameters.bricks()), [&](const DecodedRows& rows) { output.write(rows); },
-            watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
-  }
-  return {{reader.header(), reader.index(), reader.sizes().file, sink->bytes_written(), plan.memory,
-           vdb_summary(*sink)},
-          sink};
+  return in_parts ? decode_to_parts(ranks, run, resources) : decode_at_once(run, resources);
 }
 
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
-  auto verifier =
-      std::make_unique<Verifier>(run.input, run.original, run.source, of_this_rank(ranks, run.resources));
-  if (ranks.count() == 1 || !verifier->any_order()) return verify_all(*verifier, run.progress);
+  TagReader reader(run.input);
+  VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+                                   of_this_rank(ranks, run.resources));
+  if (ranks.count() == 1 || !setup.any_order || !attributes_of(run.input))
+    return verify_all(reader, std::move(setup), run.progress);
   const VerifyOrder order{run.input, run.original, run.source, run.resources};
   send_order(ranks, order);
-  return verify_parts(ranks, order, std::move(verifier), run.progress);
+  return verify_parts(ranks, order, std::move(setup), run.progress);
 }
 
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,

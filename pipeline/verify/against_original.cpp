@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "io/files/errors.h"
-#include "io/formats/open_volume.h"
-#include "io/samples/spooled.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/mesh/mesh_error.h"
 
@@ -19,20 +18,19 @@ std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); 
 
 }  // namespace
 
-AgainstOriginal::AgainstOriginal(const std::string& name, const CodingParameters& parameters,
-                                 const std::string& original, const SourceDescription& source)
-    : name_(name),
-      parameters_(parameters),
-      bricks_(parameters.bricks()),
-      source_(open_volume(original, source)) {
-  const VolumeInfo& info = source_->info();
-  if (info.dims != parameters.dims || info.type != parameters.type)
-    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, but the file has {} of {}",
-                                  original, text(info.dims), name_of(info.type), text(parameters.dims),
+void check_original(const std::string& name, const VolumeInfo& original, const CodingParameters& parameters) {
+  if (original.dims != parameters.dims || original.type != parameters.type)
+    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, but the file has {} of {}", name,
+                                  text(original.dims), name_of(original.type), text(parameters.dims),
                                   name_of(parameters.type)));
 }
 
-void AgainstOriginal::spool(const std::string& folder) { source_ = spooled(std::move(source_), folder); }
+AgainstOriginal::AgainstOriginal(std::string name, const CodingParameters& parameters,
+                                 std::unique_ptr<VolumeSource> original)
+    : name_(std::move(name)),
+      parameters_(parameters),
+      bricks_(parameters.bricks()),
+      source_(std::move(original)) {}
 
 void AgainstOriginal::compare(const DecodedRows& rows, Statistics& errors) {
   const bool keep = !meshes_.empty();
@@ -73,7 +71,7 @@ double AgainstOriginal::mesh_error(const BrickMesh& mesh, const Box& rows) const
 }
 
 void AgainstOriginal::finish() {
-  if (random_access()) source_->seek_slice(parameters_.dims.z);
+  if (source_->traits().any_rows) source_->seek_slice(parameters_.dims.z);
   source_->finish();
 }
 

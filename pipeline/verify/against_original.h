@@ -10,20 +10,17 @@
 
 namespace tagrid {
 
-/// Compares decoded rows with the original as they arrive.
+/// Throws BrokenInput if the original, named `name`, has another size or type than the file.
+void check_original(const std::string& name, const VolumeInfo& original, const CodingParameters& parameters);
+
+/// Compares decoded rows with the original as they arrive: in any order if the original's rows can be read in
+/// any order, otherwise in raster order.
 class AgainstOriginal : public Comparison {
  public:
-  /// `parameters` must outlive this. `name` is that of the file, for messages. Throws BrokenInput if the
-  /// original has another size or type.
-  AgainstOriginal(const std::string& name, const CodingParameters& parameters, const std::string& original,
-                  const SourceDescription& source);
+  /// `name` and `parameters` are those of the file; the name is for messages. REQUIRES: check_original().
+  AgainstOriginal(std::string name, const CodingParameters& parameters,
+                  std::unique_ptr<VolumeSource> original);
 
-  /// True if rows may come in any order; otherwise all of them must come in raster order.
-  bool random_access() const { return source_->traits().any_rows; }
-  /// Memory for reading besides rows; see SourceTraits.
-  std::uint64_t memory() const { return source_->traits().memory; }
-  /// Copies the original to a temporary file; after this, random_access() is true.
-  void spool(const std::string& folder);
   void add_activity(const LatticeBits& active) override {
     if (parameters_.surface_error >= 0) active_.push_back(active);
   }
@@ -46,7 +43,7 @@ class AgainstOriginal : public Comparison {
   bool is_active(Index3 p) const;
 
   std::string name_;
-  const CodingParameters& parameters_;
+  CodingParameters parameters_;
   BrickGrid bricks_;
   std::unique_ptr<VolumeSource> source_;
   std::vector<LatticeBits> active_;  ///< of the bricks of the rows; only if they have a bound of their own

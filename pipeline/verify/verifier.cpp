@@ -6,11 +6,33 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
+#include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
 #include "stages/grid/conformity.h"
 
 namespace tagrid {
+namespace {
+
+// The samples on the low faces of `rows`, which bricks below own.
+ClosedSamples low_faces(const CodingParameters& parameters, const BrickRows& rows,
+                        const std::function<BrickStream(const BrickRows&)>& open,
+                        const DecodeBudget& budget) {
+  ClosedSamples closed(parameters, rows);
+  const BrickGrid bricks = parameters.bricks();
+  for (const BrickRows& below : rows_below(rows)) {
+    DecodeStreams streams;
+    streams.bricks = open(below);
+    streams.write_rows = [](const DecodedRows&) {};
+    streams.inspect_brick = [&](const DecodedBrick& brick) {
+      closed.complete(bricks.position(brick.id), brick.samples);
+    };
+    run_decode_graph(parameters, below, budget, streams);
+  }
+  return closed;
+}
+
+}  // namespace
 
 // The range of the finite samples of consecutive bricks.
 class Verifier::Ranges {
@@ -52,49 +74,28 @@ class Verifier::Ranges {
   std::vector<std::pair<double, double>> ranges_;
 };
 
-Verifier::Verifier(std::unique_ptr<ByteStream> input, const Resources& resources)
-    : reader_(std::move(input)),
-      any_order_(reader_.can_seek()),
-      plan_(plan_decoding(parameters(), resources, DecodeUse::verify)) {}
-
 void Verifier::fail_index(const std::string& what) const {
-  throw BrokenInput(reader_.name() + ": the index: " + what);
+  throw BrokenInput(name_ + ": the index: " + what);
 }
 
 void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const {
-  throw BrokenInput(
-      fmt::format("{}: brick {}: {} at ({}, {}, {})", reader_.name(), brick, what, p.x, p.y, p.z));
+  throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name_, brick, what, p.x, p.y, p.z));
 }
 
-// Decodes the samples on the low faces of `rows`, which bricks below own.
-ClosedSamples Verifier::low_faces(const BrickRows& rows) {
-  ClosedSamples closed(parameters(), rows);
-  const BrickGrid bricks = parameters().bricks();
-  for (const BrickRows& below : rows_below(rows)) {
-    reader_.seek_brick(below.first_brick(bricks));
-    DecodeStreams streams = streams_of(reader_);
-    streams.write_rows = [](const DecodedRows&) {};
-    streams.inspect_brick = [&](const DecodedBrick& brick) {
-      closed.complete(bricks.position(brick.id), brick.samples);
-    };
-    run_decode_graph(parameters(), below, plan_.budget, streams);
-  }
-  return closed;
-}
-
-Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
+Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
+                          const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
   const std::int64_t first_brick = rows.first_brick(bricks);
   Findings found;
   SharedFaces faces(parameters());
   Ranges ranges(parameters().type, first_brick);
-  const bool meshed = against_ && parameters().mesh_error >= 0;
+  Comparison* const against = setup_.against.get();
+  const bool meshed = against && parameters().mesh_error >= 0;
   std::optional<ClosedSamples> closed;
-  if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(rows);
+  if (meshed && parameters().mode == FileMode::voxels) closed = low_faces(parameters(), rows, open, budget());
 
   DecodeStreams streams;
-  streams.name = reader_.name();
-  streams.read_brick = [&](BrickBytes& brick) { return reader_.read_brick(brick); };
+  streams.bricks = open(rows);
   streams.inspect_brick = [&](DecodedBrick& brick) {
     if (const auto p =
             first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
@@ -104,55 +105,33 @@ Findings Verifier::verify(const BrickRows& rows, const Watch& watch) {
     count_active(brick.active, parameters(), bricks.position(brick.id), found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
     const std::uint64_t finite = ranges.add(brick.samples);
-    if (!against_) found.counted.finite += finite;
-    if (against_) against_->add_activity(brick.active);
+    if (!against) found.counted.finite += finite;
+    if (against) against->add_activity(brick.active);
     if (meshed) {
       const Index3 position = bricks.position(brick.id);
-      against_->add_mesh(position, brick.active,
-                         closed ? closed->complete(position, brick.samples) : std::move(brick.points));
+      against->add_mesh(position, brick.active,
+                        closed ? closed->complete(position, brick.samples) : std::move(brick.points));
     }
     watch.done(brick.samples.size());
   };
   streams.write_rows = [&](const DecodedRows& decoded) {
-    if (against_) against_->compare(decoded, found.counted);
+    if (against) against->compare(decoded, found.counted);
   };
-  if (seeks_) reader_.seek_brick(first_brick);
-  run_decode_graph(parameters(), rows, plan_.budget, streams);
-  if (const auto brick = ranges.first_wrong(reader_.index()))
+  run_decode_graph(parameters(), rows, budget(), streams);
+  if (const auto brick = ranges.first_wrong(index_))
     fail_index(fmt::format("the value range of brick {} does not match its voxels", *brick));
   found.open_faces = faces.open_faces();
   return found;
 }
 
-void Verifier::tell_difference(const Disagreement& bricks) {
-  const BrickGrid grid = parameters().bricks();
-  SharedFaces faces(parameters());
-  for (const std::int64_t id : {bricks.below, bricks.above}) {
-    const Index3 position = grid.position(id);
-    const BrickRows row = {position.y, position.y + 1, position.z, position.z + 1};
-    reader_.seek_brick(row.first_brick(grid));
-    DecodeStreams streams = streams_of(reader_);
-    streams.write_rows = [](const DecodedRows&) {};
-    streams.inspect_brick = [&](const DecodedBrick& brick) {
-      if (brick.id != id) return;
-      if (const auto p = faces.first_difference(brick))
-        fail_brick(brick.id, "it disagrees with its neighbour", *p);
-    };
-    run_decode_graph(parameters(), row, plan_.budget, streams);
-  }
-  throw WorldError(
-      fmt::format("{}: bricks {} and {} changed while they were read; is the file being written to?",
-                  reader_.name(), bricks.below, bricks.above));
-}
-
 void Verifier::compare_with_index(const Statistics& counted) const {
-  const Statistics& total = reader_.index().total;
+  const Statistics& total = index_.total;
   if (total.active != counted.active) fail_index("the number of active points is not that of the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
   // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are
   // finite.
-  const bool all_come_back = against_ || bound >= 0;
+  const bool all_come_back = setup_.against || bound >= 0;
   if (all_come_back ? total.finite != counted.finite : total.finite > counted.samples)
     fail_index("the number of finite samples does not match the bricks");
   if (bound >= 0 && !(total.max_error <= bound)) fail_index("the recorded error is above the bound");
@@ -160,10 +139,10 @@ void Verifier::compare_with_index(const Statistics& counted) const {
   if (of_mesh >= 0 && !(total.mesh_error >= 0)) fail_index("the recorded error of the mesh is not a number");
   if (of_mesh >= 0 && !(total.mesh_error <= of_mesh))
     fail_index("the recorded error of the mesh is above its bound");
-  if (!against_) return;
+  if (!setup_.against) return;
   if (of_mesh >= 0 && counted.mesh_error > of_mesh)
-    throw BrokenInput(fmt::format("{}: the mesh is off from the original by up to {}, more than {}",
-                                  reader_.name(), counted.mesh_error, of_mesh));
+    throw BrokenInput(fmt::format("{}: the mesh is off from the original by up to {}, more than {}", name_,
+                                  counted.mesh_error, of_mesh));
   // Sums of floats depend slightly on the order of addition.
   const double real = total.sum_squared_real;
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
@@ -172,17 +151,17 @@ void Verifier::compare_with_index(const Statistics& counted) const {
     fail_index("the recorded errors are not those found against this original");
 }
 
-VerifyResult Verifier::finish(const Statistics& counted) {
-  if (against_) against_->finish();
+VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) {
+  if (setup_.against) setup_.against->finish();
   compare_with_index(counted);
   VerifyResult result;
-  result.header = reader_.header();
-  result.index = reader_.index();
-  result.bytes_in = reader_.sizes().file;
+  result.header = header_;
+  result.index = index_;
+  result.bytes_in = sizes.file;
   result.bricks = parameters().bricks().count();
   for (const auto points : counted.active) result.active_points += points;
-  if (against_) result.max_error = counted.max_error;
-  if (against_ && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
+  if (setup_.against) result.max_error = counted.max_error;
+  if (setup_.against && counted.mesh_error >= 0) result.mesh_error = counted.mesh_error;
   return result;
 }
 

@@ -1,17 +1,19 @@
-// Verifies a .tag file, all at once or some rows of bricks at a time.
+// The checks of a verification, for any rows of bricks.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "io/tag/file.h"
+#include "io/tag/blocks.h"
+#include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/verify/comparison.h"
 #include "pipeline/verify/shared_faces.h"
 #include "pipeline/verify/verify.h"
-#include "stages/brick/closed_samples.h"
 #include "stages/volume/statistics.h"
 
 namespace tagrid {
@@ -22,48 +24,56 @@ struct Findings {
   std::vector<OpenFace> open_faces;
 };
 
+/// What verifying a file takes besides the file.
+struct VerifySetup {
+  DecodePlan plan;
+  std::unique_ptr<Comparison> against = nullptr;  ///< comparison with an original; null if there is none
+  bool any_order = true;                          ///< rows may be compared in any order
+};
+
+/// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that
+/// of the file, for messages. Throws as verify_file() does.
+VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
+                         const std::string& original, const SourceDescription& source,
+                         const Resources& resources);
+
+/// The checks, however the bricks are read: verify_all() reads a file front to back, and PartVerifier reads
+/// rows of bricks in any order.
 class Verifier {
  public:
-  /// Opens the file and the original ("" for none). Throws as verify_file() does.
-  Verifier(const std::string& input, const std::string& original, const SourceDescription& source,
-           const Resources& resources);
-  /// The same for any bytes, without an original.
-  Verifier(std::unique_ptr<ByteStream> input, const Resources& resources);
+  /// `name`, `header` and `index` are those of the file. `header` and `index` must outlive the verifier.
+  Verifier(std::string name, const TagHeader& header, const TagIndex& index, VerifySetup setup)
+      : name_(std::move(name)), header_(header), index_(index), setup_(std::move(setup)) {}
   Verifier(const Verifier&) = delete;
   Verifier& operator=(const Verifier&) = delete;
 
-  const CodingParameters& parameters() const { return reader_.parameters(); }
-  /// True if rows may be verified in any order, after begin_any_order().
-  bool any_order() const { return any_order_; }
-  void begin_any_order() {
-    reader_.read_index();
-    seeks_ = true;
-  }
+  const CodingParameters& parameters() const { return header_.parameters; }
+  const DecodeBudget& budget() const { return setup_.plan.budget; }
 
-  /// Verifies the bricks of `rows`, which must be all bricks unless begin_any_order() was called. The caller
-  /// checks what depends on other bricks, using the findings. Throws BrokenInput at the first error.
-  Findings verify(const BrickRows& rows, const Watch& watch);
+  /// Verifies the bricks of `rows`. `open` gives the bricks of some rows; it is called for `rows` last, and
+  /// before that, if the mesh is measured, for the rows below them. The index is complete after the bricks of
+  /// `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput
+  /// at the first error.
+  Findings verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
+                  const Watch& watch);
 
-  /// Throws BrokenInput for two neighbouring bricks whose common face differs, as found by comparing parts.
-  /// The message says where.
-  [[noreturn]] void tell_difference(const Disagreement& bricks);
+  /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings,
+  /// and `sizes` are those of the file. Throws BrokenInput if the index differs from it.
+  VerifyResult finish(const Statistics& counted, const TagSizes& sizes);
 
-  /// Call this when all bricks have been verified, here or elsewhere. `counted` is the sum of the findings.
-  /// Throws BrokenInput if the index differs from it.
-  VerifyResult finish(const Statistics& counted);
+  /// Throws BrokenInput for what is wrong at a point of a brick.
+  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
  private:
   class Ranges;
 
-  ClosedSamples low_faces(const BrickRows& rows);
   void compare_with_index(const Statistics& counted) const;
   [[noreturn]] void fail_index(const std::string& what) const;
-  [[noreturn]] void fail_brick(std::int64_t brick, const char* what, Index3 p) const;
 
-  TagReader reader_;
-  std::unique_ptr<Comparison> against_;  ///< comparison with an original, if there is one
-  bool any_order_, seeks_ = false;
-  DecodePlan plan_;
+  std::string name_;
+  const TagHeader& header_;
+  const TagIndex& index_;
+  VerifySetup setup_;
 };
 
 }  // namespace tagrid

@@ -36,8 +36,8 @@ struct VerifyResult {
 VerifyResult verify_bytes(std::unique_ptr<ByteStream> input, const Resources& resources,
                           const Progress& progress = {});
 
-class Verifier;
+struct VerifySetup;
 /// The same for a file that has been opened but not read.
-VerifyResult verify_all(Verifier& verifier, const Progress& progress = {});
+VerifyResult verify_all(TagReader& reader, VerifySetup setup, const Progress& progress = {});
 
 }  // namespace tagrid

@@ -80,13 +80,16 @@ class WidePointModel {
         numbers_(static_cast<std::size_t>(active.box().count())),
         models_(diamond_kinds) {}
 
-  void run(bool escapes) {
+  /// Returns false if integers have escapes, which no encoder writes.
+  bool run(bool escapes) {
     escapes_ = coder_.code_raw(escapes, 1) != 0;
+    if (std::is_integral_v<T> && escapes_) return false;
     for_points_coarse_to_fine(
         active_, cube_size_,
         [&](std::int64_t at, std::int64_t before) { code(at, before < 0 ? 0 : number(before), 0, 0); },
         [&](Index3 p, std::int64_t unit, unsigned axes) { code_point(p, unit, axes); },
         [&] { return !coder_.exhausted(); });
+    return true;
   }
 
  private:
@@ -144,13 +147,13 @@ class WidePointModel {
 };
 
 template <class T, class Coder>
-void run_model(Coder& coder, const LatticeBits& active, int cube_size, double point_error,
+bool run_model(Coder& coder, const LatticeBits& active, int cube_size, double point_error,
                std::conditional_t<Coder::encoding, const T, T>* values, bool escapes) {
   const PointLattice<T> lattice(point_error);
   if constexpr (sizeof(T) == 8)
     if (point_error == 0)
       return WidePointModel<T, Int128, Coder>(coder, active, cube_size, lattice, values).run(escapes);
-  WidePointModel<T, std::int64_t, Coder>(coder, active, cube_size, lattice, values).run(escapes);
+  return WidePointModel<T, std::int64_t, Coder>(coder, active, cube_size, lattice, values).run(escapes);
 }
 
 }  // namespace
@@ -193,7 +196,8 @@ Status decode_wide_points(std::span<const std::uint8_t> bytes, const LatticeBits
                           double point_error, std::span<T> values) {
   assert(static_cast<std::int64_t>(values.size()) == active.box().count());
   RansDecoder coder(bytes);
-  run_model<T>(coder, active, cube_size, point_error, values.data(), false);
+  if (!run_model<T>(coder, active, cube_size, point_error, values.data(), false))
+    return Status::broken("values of integers that escape");
   if (!coder.finished()) return Status::broken("the values of the grid have the wrong number of bytes");
   return {};
 }

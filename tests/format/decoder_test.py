@@ -24,7 +24,6 @@ import tempfile
 
 import decoder
 from second_decoder.coding import Broken
-from second_decoder.xxh3 import xxh3
 
 LIMITS = {"uint8": (0, 255), "int8": (-128, 127), "uint16": (0, 65535), "int16": (-32768, 32767),
           "uint32": (0, (1 << 32) - 1), "int32": (-(1 << 31), (1 << 31) - 1)}
@@ -181,11 +180,11 @@ def with_right_checksums(data):
     for _ in range(math.prod(header.bricks)):
         length = struct.unpack_from("<I", data, at)[0]
         brick = data[at:at + 4 + length]
-        last = xxh3(brick, last)
+        last = decoder.chained(brick, last)
         out += brick + struct.pack("<Q", last)
         at += 12 + length
     index = data[at:-32]
-    return bytes(out + index + struct.pack("<Q", xxh3(index, last)) + data[-24:])
+    return bytes(out + index + struct.pack("<Q", decoder.chained(index, last)) + data[-24:])
 
 
 def test_made(comparison):
@@ -266,6 +265,17 @@ def test_broken(comparison):
             data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
             assert not comparison.compare(bytes(data), case), (case, "damage was not found")
         assert not comparison.compare(whole[:-1], case) and not comparison.compare(whole + b"\0", case)
+    assert not comparison.compare(integers_that_escape(comparison), "integers that escape")
+
+
+def integers_that_escape(comparison):
+    """A grid of integers with `escapes`: it is the highest of the lowest 16 bits of the coder's first state, and no other event
+    depends on it."""
+    data = bytearray(comparison.encode("int32", "phantom", (6, 9, 5), ["--cube=4", "--grid-only"]))
+    first = decoder.Header(data).size
+    _, _, activity_size = struct.unpack_from("<IQI", data, first)
+    data[first + 16 + activity_size + 1] ^= 0x80
+    return with_right_checksums(bytes(data))
 
 
 def main():

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
+#include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
@@ -30,7 +31,7 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
     if (!is_small(reader.parameters())) return std::nullopt;
     std::vector<std::byte> samples;
     DecodeStreams streams;
-    streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+    streams.bricks = reader.bricks();
     streams.write_rows = [&](const DecodedRows& rows) {
       rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
         samples.insert(samples.end(), part.begin(), part.end());
@@ -49,14 +50,12 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
 /// Reads the index alone; returns true if the file is small and its index is intact.
 bool report(const std::string& path) {
   try {
-    TagReader reader(path);
-    reader.read_index();
-    const TagSizes sizes = reader.sizes();
+    const auto [header, index, sizes] = summary_of(path);
     claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.index,
           "the parts sum to the file");
-    claim(!info_json(reader.header(), reader.index(), sizes).dump().empty(), "any file can be reported");
-    claim(!info_text(reader.header(), reader.index(), sizes).empty(), "any file can be printed");
-    return is_small(reader.parameters());
+    claim(!info_json(header, index, sizes).dump().empty(), "any file can be reported");
+    claim(!info_text(header, index, sizes).empty(), "any file can be printed");
+    return is_small(header.parameters);
   } catch (const BrokenInput&) {
     return false;
   }

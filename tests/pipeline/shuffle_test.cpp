@@ -82,7 +82,7 @@ std::vector<std::byte> decoded(const CodingParameters& parameters, const Bricks&
   std::size_t next = 0;
   std::vector<std::byte> samples;
   DecodeStreams streams;
-  streams.read_brick = [&](BrickBytes& brick) {
+  streams.bricks.next = [&](BrickBytes& brick) {
     if (next == bricks.size()) return false;
     brick = bricks[next++];
     return true;

@@ -93,6 +93,7 @@ struct EncodeCommand {
                                  .resources = run.resources_of_each_rank(),
                                  .progress = meter.progress(),
                                  .resume = resume,
+                                 .verified = remove,
                                  .program = "tagrid " TAGRID_VERSION,
                                  .goes_on = tell_of_parts()});
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "io/tag/bricks.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/report.h"
@@ -22,12 +23,11 @@ Action add_info_command(CLI::App& app) {
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
   return [state](Ranks&) {
     refuse_terminal_input(state->input);
-    TagReader reader(state->input);
-    reader.read_index();
+    const TagSummary summary = summary_of(state->input);
     if (state->json)
-      fmt::print("{}\n", info_json(reader.header(), reader.index(), reader.sizes()).dump(2));
+      fmt::print("{}\n", info_json(summary.header, summary.index, summary.sizes).dump(2));
     else
-      fmt::print("{}", info_text(reader.header(), reader.index(), reader.sizes()));
+      fmt::print("{}", info_text(summary.header, summary.index, summary.sizes));
   };
 }
 

@@ -107,10 +107,12 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                                                  .overwrite = overwrite,
                                                  .options = volume.asked.options,
                                                  .resources = resources_,
-                                                 .progress = [&](std::uint64_t done, std::uint64_t total) {
-                                                   if (stop_) throw Stopped();
-                                                   meter.update(done, total);
-                                                 }});
+                                                 .progress =
+                                                     [&](std::uint64_t done, std::uint64_t total) {
+                                                       if (stop_) throw Stopped();
+                                                       meter.update(done, total);
+                                                     },
+                                                 .verified = true});
   if (stop_) throw Stopped();
   const EncodeResult& result = encoded.result;
   verify_encoding(volume.input, source, result.temporary, resources_);

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/line.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/printable.h"
@@ -75,6 +76,29 @@ std::string lengths_text(const std::array<double, 3>& lengths, const std::array<
 }
 
 using Line = std::function<void(const char* name, const std::string& value)>;
+
+/// What the file keeps of its source, as lines of an NRRD header. A name that comes twice has its last value.
+nlohmann::ordered_json source_json(const TagHeader& header) {
+  using nlohmann::ordered_json;
+  ordered_json json = {{"fields", ordered_json::object()},
+                       {"pairs", ordered_json::object()},
+                       {"comments", ordered_json::array()}};
+  std::string_view rest = header.nrrd_fields;
+  while (!rest.empty()) {
+    const std::string_view line = take_line(rest);
+    const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.kind == NrrdLine::Kind::field) {
+      json["fields"][json_text(std::string(parsed.field))] = json_text(std::string(parsed.value));
+    } else if (parsed.kind == NrrdLine::Kind::key_value) {
+      const std::size_t sign = line.find(":=");
+      json["pairs"][json_text(std::string(line.substr(0, sign)))] =
+          json_text(std::string(line.substr(sign + 2)));
+    } else {
+      json["comments"].push_back(json_text(std::string(line)));
+    }
+  }
+  return json;
+}
 
 /// The position of the samples in the world, as far as the source gave it.
 void print_geometry(const TagHeader& header, const Line& line) {
@@ -177,6 +201,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
                    {"values", sizes.values},
                    {"index", sizes.index}};
   json["achieved"] = achieved_json(index);
+  json["source"] = source_json(header);
   return json;
 }
 

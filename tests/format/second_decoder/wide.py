@@ -256,6 +256,8 @@ def decode_wide_points(data, box, active, S, point_error, sample_type):
     """Values of the active points, by point."""
     coder, size = Decoder(data), sample_type.size
     escapes = coder.raw(1)
+    if escapes and not sample_type.is_float:
+        raise Broken("values of integers that escape")
     models = [ResidualModel(coder) for _ in range(7)]
     escape_bits, repeats = Bits(), Bits()
     numbers, values = {}, {}

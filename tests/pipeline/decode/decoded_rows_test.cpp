@@ -6,6 +6,7 @@
 #include <random>
 
 #include "io/files/errors.h"
+#include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
@@ -41,10 +42,12 @@ class DecodedRowsTest : public TemporaryFolder {
     return all;
   }
 
-  void decode(TagReader& reader, const BrickRows& rows, const DecodeBudget& budget,
+  static TagBricks opened(const std::string& path) { return TagBricks(std::make_shared<FileSource>(path)); }
+
+  void decode(const TagBricks& file, const BrickRows& rows, const DecodeBudget& budget,
               const std::function<void(std::int64_t, std::span<const std::byte>)>& take) const {
     DecodeStreams streams;
-    streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+    streams.bricks = file.bricks_from(rows.first_brick(file.parameters().bricks()));
     streams.write_rows = [&](const DecodedRows& decoded) {
       std::size_t bytes = 0;
       decoded.for_each_part([&](std::int64_t first, std::span<const std::byte> part) {
@@ -53,9 +56,7 @@ class DecodedRowsTest : public TemporaryFolder {
       });
       EXPECT_EQ(bytes, decoded.bytes());
     };
-    reader.read_index();
-    reader.seek_brick(rows.first_brick(reader.parameters().bricks()));
-    run_decode_graph(reader.parameters(), rows, budget, streams);
+    run_decode_graph(file.parameters(), rows, budget, streams);
   }
 
   const std::string tag_ = path("a.tag");
@@ -66,12 +67,12 @@ class DecodedRowsTest : public TemporaryFolder {
 TEST_F(DecodedRowsTest, OfAnyStretchAreThoseOfTheWhole) {
   for (const bool grid_only : {false, true}) {
     encode(grid_only);
-    TagReader reader(tag_);
-    const BrickGrid bricks = reader.parameters().bricks();
+    const TagBricks file = opened(tag_);
+    const BrickGrid bricks = file.parameters().bricks();
     for (const BrickRows& rows : stretches(bricks))
       for (const std::int64_t together : {1, 2, 5}) {
         std::int64_t count = 0;
-        decode(reader, rows, {2, 3, together}, [&](std::int64_t first, std::span<const std::byte> part) {
+        decode(file, rows, {2, 3, together}, [&](std::int64_t first, std::span<const std::byte> part) {
           count += static_cast<std::int64_t>(part.size()) / 2;
           const std::size_t place = static_cast<std::size_t>(first) * 2;
           ASSERT_LE(place + part.size(), whole_.size());
@@ -86,8 +87,8 @@ TEST_F(DecodedRowsTest, OfAnyStretchAreThoseOfTheWhole) {
 
 TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
   encode(false);
-  TagReader reader(tag_);
-  const BrickGrid bricks = reader.parameters().bricks();
+  const TagBricks file = opened(tag_);
+  const BrickGrid bricks = file.parameters().bricks();
   std::vector<BrickRows> rows;
   for (std::int64_t z = 0; z < bricks.bricks(2); ++z)
     for (std::int64_t y = 0; y < bricks.bricks(1); ++y) rows.push_back({y, y + 1, z, z + 1});
@@ -99,7 +100,7 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
         format_from_name(name).create(path(name), info, {.files = {.overwrite = true}, .vdb = {}});
     ASSERT_TRUE(writer->any_order());
     for (const BrickRows& row : rows)
-      decode(reader, row, {1, 1, 1}, [&](std::int64_t first, std::span<const std::byte> part) {
+      decode(file, row, {1, 1, 1}, [&](std::int64_t first, std::span<const std::byte> part) {
         writer->write_samples(first, part);
       });
     const std::uint64_t bytes = writer->bytes_written();
@@ -115,19 +116,18 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
 
 TEST_F(DecodedRowsTest, DamageBeforeABrickIsNoneOfIt) {
   encode(false);
-  TagReader whole(tag_);
+  const TagBricks whole = opened(tag_);
   const BrickGrid bricks = whole.parameters().bricks();
-  whole.read_index();
   // In the middle of the first brick, which begins right after the header.
   std::string damaged = file_content(tag_);
   const std::size_t place = whole.sizes().header + 24 + whole.index().bricks[0].activity_bytes / 2;
   damaged[place] = static_cast<char>(damaged[place] ^ 1);
   write_content(path("damaged.tag"), damaged);
-  TagReader reader(path("damaged.tag"));
+  const TagBricks file = opened(path("damaged.tag"));
   const auto nothing = [](std::int64_t, std::span<const std::byte>) {};
-  EXPECT_NO_THROW(decode(reader, {1, 2, 0, 1}, {1, 1, 1}, nothing));
-  EXPECT_THROW(decode(reader, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
-  EXPECT_NO_THROW(decode(reader, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
+  EXPECT_NO_THROW(decode(file, {1, 2, 0, 1}, {1, 1, 1}, nothing));
+  EXPECT_THROW(decode(file, {0, 1, 0, 1}, {1, 1, 1}, nothing), BrokenInput);
+  EXPECT_NO_THROW(decode(file, {0, bricks.bricks(1), 1, bricks.bricks(2)}, {2, 4, 2}, nothing));
 }
 
 }  // namespace

@@ -64,8 +64,7 @@ class LargeDamage : public TemporaryFolder, public testing::WithParamInterface<b
     try {
       TagReader reader(path("b.tag"));
       DecodeStreams streams;
-      streams.name = reader.name();
-      streams.read_brick = [&](BrickBytes& brick) { return reader.read_brick(brick); };
+      streams.bricks = reader.bricks();
       streams.write_rows = [&](const DecodedRows& rows) {
         rows.for_each_part([&](std::int64_t, std::span<const std::byte> part) {
           out.append(reinterpret_cast<const char*>(part.data()), part.size());

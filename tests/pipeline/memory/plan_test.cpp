@@ -99,6 +99,37 @@ TEST(MemoryPlan, OfDecodingKeepsEveryLimitThatItDoesNotRefuse) {
   });
 }
 
+TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
+  for_each_case([](const CodingParameters& p) {
+    for (const bool any_rows : {false, true})
+      for (const std::string spool : {"", "/tmp"}) {
+        const OriginalAccess original = {any_rows, 12345};
+        const auto both = [&](std::uint64_t limit) {
+          return plan_encoding(p, limited(3, limit, spool), any_rows, 12345, original);
+        };
+        const DecodeUse use = any_rows ? DecodeUse::verify : DecodeUse::verify_stream;
+        const auto verify = [&](std::uint64_t limit) {
+          plan_decoding(p, limited(3, limit, spool), use, 12345);
+        };
+        const std::uint64_t least = smallest(both);
+        EXPECT_EQ(least, std::max(smallest(verify), smallest([&](std::uint64_t limit) {
+                                    plan_encoding(p, limited(3, limit, spool), any_rows, 12345);
+                                  })));
+        EXPECT_THROW(both(least - 1), MemoryLimit);
+        EXPECT_LE(both(least).memory, least);
+        EXPECT_NO_THROW(verify(least));
+      }
+    try {
+      plan_encoding(p, limited(3, 1), false, 0, OriginalAccess{false, 0});
+    } catch (const MemoryLimit& error) {
+      if (error.needed_with_spool()) {
+        EXPECT_NO_THROW(plan_encoding(p, limited(3, *error.needed_with_spool(), "/tmp"), false, 0,
+                                      OriginalAccess{false, 0}));
+      }
+    }
+  });
+}
+
 TEST(MemoryPlan, SpoolsAPipeThatIsTooWideAndNoOther) {
   const CodingParameters wide = parameters_of({8192, 8192, 150}, SampleType::int16, Effort::normal, false);
   const std::uint64_t limit = std::uint64_t{1} << 30;

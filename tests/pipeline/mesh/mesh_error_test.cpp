@@ -7,7 +7,9 @@
 
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
-#include "pipeline/verify/verifier.h"
+#include "io/tag/bricks.h"
+#include "io/tag/file.h"
+#include "pipeline/verify/part_verifier.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/runs.h"
@@ -219,8 +221,8 @@ TEST_F(MeshErrorRecord, VerifyMeasuresTheMeshItself) {
 // Verifies rows in any order, as several processes do.
 TEST_F(MeshErrorRecord, IsWhatIsFoundRowByRow) {
   const double recorded = encode(2, 9).index.total.mesh_error;
-  Verifier verifier(tag_, in_, {}, Resources(1));
-  verifier.begin_any_order();
+  const TagBricks file(std::make_shared<FileSource>(tag_));
+  PartVerifier verifier(file, verify_setup(file.name(), file.parameters(), in_, {}, Resources(1)));
   const BrickGrid bricks = verifier.parameters().bricks();
   Statistics counted;
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)

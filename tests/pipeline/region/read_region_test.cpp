@@ -191,15 +191,15 @@ TEST_F(ReadRegion, ADamagedBrickIsNeverHandedOut) {
     EXPECT_THROW(TagBricks(std::make_shared<MemorySource>(good.substr(0, size))), BrokenInput) << size;
 }
 
-TEST_F(ReadRegion, WhatFollowsAFileIsToldAlikeHoweverItIsRead) {
+TEST_F(ReadRegion, WhatFollowsAFileIsToldHoweverItIsRead) {
   encode<std::int16_t>(false);
   const std::string good = content("file.tag");
   for (const std::string& more : {std::string("x"), std::string(100, '\0'), good}) {
     const std::string name = file("more.tag", good + more);
     const auto open = [&] { TagBricks(std::make_shared<FileSource>(name)); };
-    const auto read = [&] { TagReader(name).read_index(); };
-    EXPECT_EQ(message_of<BrokenInput>(open), message_of<BrokenInput>(read));
-    EXPECT_NE(message_of<BrokenInput>(open).find("extra bytes after"), std::string::npos) << more.size();
+    const auto read = [&] { TagReader(name).read_to_end(); };
+    for (const std::string& message : {message_of<BrokenInput>(open), message_of<BrokenInput>(read)})
+      EXPECT_NE(message.find("extra bytes after"), std::string::npos) << message;
   }
 }
 

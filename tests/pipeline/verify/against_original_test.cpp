@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "io/files/errors.h"
+#include "pipeline/verify/verifier.h"
 #include "tests/support/rows_of_volume.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -25,12 +26,13 @@ class AgainstOriginalTest : public TemporaryFolder {
   std::int16_t& decoded(Index3 p) {
     return decoded_[static_cast<std::size_t>(Box::of_size(dims_).offset(p))];
   }
-  AgainstOriginal opened() const { return {"a.tag", parameters_, path("a.nrrd"), {}}; }
+  VerifySetup opened() const { return verify_setup("a.tag", parameters_, path("a.nrrd"), {}, Resources(1)); }
 
   /// The statistics of all rows, `together` rows of bricks at a time. `active` gives the activity of every
   /// brick.
   Statistics compare(std::int64_t together, std::optional<Index3> active = std::nullopt) const {
-    AgainstOriginal against = opened();
+    const VerifySetup setup = opened();
+    Comparison& against = *setup.against;
     Statistics errors;
     const BrickGrid bricks = parameters_.bricks();
     // Activity comes before its rows.
@@ -113,8 +115,9 @@ TEST_F(AgainstOriginalTest, AnOriginalThatGoesOnIsRefusedAtTheEnd) {
 
 TEST_F(AgainstOriginalTest, RowsOfAFileMayComeInAnyOrder) {
   const BrickGrid bricks = parameters_.bricks();
-  AgainstOriginal against = opened();
-  ASSERT_TRUE(against.random_access());
+  const VerifySetup setup = opened();
+  ASSERT_TRUE(setup.any_order);
+  Comparison& against = *setup.against;
   Statistics errors;
   decoded({3, 3, 3}) = static_cast<std::int16_t>(decoded({3, 3, 3}) + 4);
   for (std::int64_t z = bricks.bricks(2) - 1; z >= 0; --z)

@@ -150,6 +150,46 @@ TEST_F(MemoryLimit, IsKeptWithGzip) {
   EXPECT_EQ(tagrid(with(convert, {"--brick", "1", "-M", "20M"})).code, broken_input);
 }
 
+// A limit that is too small for verifying is refused before anything is encoded.
+TEST_F(MemoryLimit, ThatEncodingAcceptsIsEnoughToVerifyBeforeTheInputIsRemoved) {
+  for (const Arguments& bounds : {Arguments{"--max-error", "2"},
+                                  {"--max-error", "2", "--mesh-error", "9"},
+                                  {"--max-error", "9", "--surface-error", "2", "--mesh-error", "20"},
+                                  {"--grid-only", "--max-error", "5"},
+                                  {"--grid-only", "--max-error", "9", "--mesh-error", "6"}}) {
+    SCOPED_TRACE(testing::PrintToString(bounds));
+    phantom("a.nrrd", {"--dims", "250,150,9"});
+    const Arguments encode =
+        with({"encode", "a.nrrd", "-f", "-o", "a.tag", "--cube", "4", "--brick", "1"}, bounds);
+    std::filesystem::remove(path("a.tag"));
+    const std::size_t limit = smallest(with(encode, {"--rm"}));
+    EXPECT_GT(limit, smallest(encode)) << "verifying takes more here";
+    expect_ok(tagrid(with(encode, {"--rm", "-M", std::to_string(limit) + "M"})));
+    EXPECT_FALSE(std::filesystem::exists(path("a.nrrd")));
+    expect_ok(tagrid({"verify", "a.tag", "-q", "-M", std::to_string(limit) + "M"}));
+
+    phantom("a.nrrd", {"--dims", "250,150,9"});
+    std::filesystem::remove(path("a.tag"));
+    expect_error(tagrid(with(encode, {"--rm", "-M", std::to_string(limit - 1) + "M"})), usage,
+                 "encoding and verifying");
+    EXPECT_FALSE(std::filesystem::exists(path("a.tag")));
+    const std::size_t resumed = smallest(with(encode, {"--rm", "--resume"}));
+    expect_ok(tagrid(with(encode, {"--rm", "--resume", "-M", std::to_string(resumed) + "M"})));
+
+    phantom("a.nrrd", {"--dims", "250,150,9"});
+    std::string line = "a.nrrd\tcube=4\tbrick=1";
+    for (std::size_t i = 0; i < bounds.size(); i += bounds[i] == "--grid-only" ? 1 : 2)
+      line += "\t" + bounds[i].substr(2) + "=" + (bounds[i] == "--grid-only" ? "true" : bounds[i + 1]);
+    write(line + "\n", "list.tsv");
+    std::filesystem::remove_all(path("out"));
+    const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir",
+                               "out",     "-q",         "-M",       std::to_string(limit) + "M"};
+    expect_ok(tagrid(convert));
+    expect_ok(tagrid(with(convert, {"--remove-verified"})));
+    EXPECT_FALSE(std::filesystem::exists(path("a.nrrd")));
+  }
+}
+
 TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
   phantom("a.nrrd");
   for (const std::string size : {"0", "-1", "5X", "1.5G", ""})

@@ -37,7 +37,7 @@ TEST_F(Reports, InfoHasEveryKey) {
   make_tag({"--max-error", "3"});
   const Json json = info("volume.tag");
   expect_keys(json, {"dims", "type", "cube", "accuracy", "field_scale", "range", "max_error", "effort",
-                     "mode", "levels", "bytes", "achieved"});
+                     "mode", "levels", "bytes", "achieved", "source"});
   EXPECT_EQ(json["dims"], Json({52, 40, 36}));
   EXPECT_EQ(json["type"], "int16");
   EXPECT_EQ(json["cube"], 32);
@@ -48,6 +48,27 @@ TEST_F(Reports, InfoHasEveryKey) {
   expect_keys(json["achieved"], {"max_error", "rmse", "psnr"});
   EXPECT_EQ(json["achieved"]["max_error"], 3);
   EXPECT_GT(json["achieved"]["psnr"], 50);
+}
+
+TEST_F(Reports, InfoSaysWhatTheFileCameFrom) {
+  const std::string samples(std::size_t{2} * 3 * 4, '\5');
+  std::ofstream(path("a.nrrd"), std::ios::binary)
+      << "NRRD0005\n# made by hand\ntype: uint8\ndimension: 3\nsizes: 2 3 4\nencoding: raw\n"
+         "space: left-posterior-superior\nspace directions: (1,0,0) (0,2,0) (0,0,3)\ncontent: a bone: left\n"
+         "patient:=nobody:=known\nkVp:=120\n\n"
+      << samples;
+  expect_ok(tagrid({"encode", "a.nrrd"}));
+  const Json source = info("a.tag")["source"];
+  EXPECT_EQ(source["fields"], Json({{"space", "left-posterior-superior"},
+                                    {"space directions", "(1,0,0) (0,2,0) (0,0,3)"},
+                                    {"content", "a bone: left"}}));
+  EXPECT_EQ(source["pairs"], Json({{"patient", "nobody:=known"}, {"kVp", "120"}}));
+  EXPECT_EQ(source["comments"], Json({"# made by hand"}));
+
+  std::ofstream(path("b.raw"), std::ios::binary) << samples;
+  expect_ok(tagrid({"encode", "b.raw", "--dims", "2,3,4", "--type", "uint8", "-o", "b.tag"}));
+  EXPECT_EQ(info("b.tag")["source"],
+            Json({{"fields", Json::object()}, {"pairs", Json::object()}, {"comments", Json::array()}}));
 }
 
 TEST_F(Reports, EveryEffortIsFoundInInfo) {
