@@ -115,7 +115,7 @@ TEST_F(ForgedFiles, AWideLayerOfWhichFewBricksAreThere) {
     std::string bytes = header_of(p);
     if (mode == FileMode::voxels)
       for (std::int64_t id = 0; id < 4; ++id) bytes = with_constant_brick(bytes, p, id);
-    expect_refused_everywhere(bytes, 60 * megabyte);
+    expect_refused_everywhere(bytes, 64 * megabyte);
   }
 }
 
@@ -156,7 +156,7 @@ TEST_F(ForgedFiles, FieldsThatUnpackToMoreThanTheySay) {
       bytes.replace(12, 4, number(static_cast<std::uint32_t>(bytes.size() + 8)));
       bytes += number(checksum_of({std::as_bytes(std::span(bytes))}));
       if (size == 1 && packed == window) continue;  // its size is right, except for the window
-      expect_refused_everywhere(bytes, 60 * megabyte);
+      expect_refused_everywhere(bytes, 64 * megabyte);
     }
 }
 
