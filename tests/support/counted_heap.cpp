@@ -22,7 +22,7 @@ std::uint64_t HeapPeak::bytes() const { return static_cast<std::uint64_t>(most -
 }  // namespace tagrid
 
 // Sanitizers replace these functions themselves.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef TAGRID_SANITIZED
 
 namespace {
 
