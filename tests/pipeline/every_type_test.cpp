@@ -7,6 +7,7 @@
 #include "io/files/errors.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -33,9 +34,7 @@ class EverySampleType : public TemporaryFolder {
   }
 };
 
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
-                             std::int32_t, float, double>;
-TYPED_TEST_SUITE(EverySampleType, Types);
+TYPED_TEST_SUITE(EverySampleType, AllTypes);
 
 // A brick of two root cubes of 4 owns 9 samples, then 8: sizes around both, primes, thin ones.
 const Index3 sizes[] = {{1, 1, 1}, {1, 5, 7},  {13, 1, 1}, {1, 1, 9},   {9, 8, 10}, {7, 7, 7},

@@ -8,6 +8,7 @@
 #include "pipeline/encode/graph.h"
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -51,9 +52,7 @@ const Index3 awkward[] = {{1, 1, 1},    {1, 1, 40},  {37, 1, 1},  {1, 29, 31},
 
 template <class T>
 class EveryType : public Run {};
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
-                             std::int32_t, float, double>;
-TYPED_TEST_SUITE(EveryType, Types);
+TYPED_TEST_SUITE(EveryType, AllTypes);
 
 TYPED_TEST(EveryType, LosslessComesBackIdentical) {
   for (const Index3 dims : awkward) {

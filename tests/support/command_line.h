@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/process.h"
+#include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -21,13 +22,13 @@ class CommandLine : public TemporaryFolder {
 
   /// Runs tagrid in the folder, with `input` on its standard input.
   Ending tagrid(Arguments arguments, std::string_view input = {}) const {
-    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    arguments.insert(arguments.begin(), program_under_test());
     return Process(arguments, folder_.string()).finish(input);
   }
   /// Runs a bash script in the folder; $TAGRID is the program. The code is that of the first command of a
   /// pipeline that fails.
   Ending script(const std::string& text) const {
-    const std::string preamble = "set -o pipefail; TAGRID='" TAGRID_PROGRAM "'; ";
+    const std::string preamble = "set -o pipefail; TAGRID='" + program_under_test() + "'; ";
     return Process({"bash", "-c", preamble + text}, folder_.string()).finish();
   }
 

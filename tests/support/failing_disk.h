@@ -8,11 +8,8 @@
 
 namespace tagrid {
 
-#ifdef TAGRID_SANITIZED
-constexpr std::size_t stride = 11;  // every call would take too long
-#else
-constexpr std::size_t stride = 1;
-#endif
+// With sanitizers, every call would take too long.
+inline const std::size_t stride = program_is_sanitized() ? 11 : 1;
 
 struct Call {
   std::string name, path;
@@ -79,7 +76,7 @@ class FailingDisk : public CommandLine {
                          "TAGRID_FAULT_KIND=" + kind,
                          std::string("TAGRID_FAULT_LASTING=") + (lasting ? "1" : ""),
                          std::string("TAGRID_FAULT_STREAMS=") + (c.streams ? "1" : ""),
-                         TAGRID_PROGRAM};
+                         program_under_test()};
     ++runs_;
     const std::string input = c.arguments[1] == "-" ? content("volume.tag") : "";
     return Process(with(command, c.arguments), folder_.string()).finish(input);

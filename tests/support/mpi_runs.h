@@ -11,6 +11,7 @@ class MpiRuns : public ResumedRuns {
 #ifndef TAGRID_MPI_PROGRAM
     GTEST_SKIP() << "tagrid-mpi was not built (-DTAGRID_MPI=ON)";
 #else
+    if (program_is_sanitized()) GTEST_SKIP() << "tagrid-mpi is not built with sanitizers";
     if (std::system("mpirun --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "there is no mpirun here";
 #endif
   }

@@ -11,6 +11,7 @@
 #include "io/formats/open_volume.h"
 #include "io/nrrd/geometry.h"
 #include "tests/io/vdb/openvdb_oracle.h"
+#include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -60,9 +61,7 @@ double noise(const Index3& p) {
 
 template <class T>
 class EveryType : public VdbWriterTest {};
-using Types = ::testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
-                               std::int32_t, float, double>;
-TYPED_TEST_SUITE(EveryType, Types);
+TYPED_TEST_SUITE(EveryType, AllTypes);
 
 TYPED_TEST(EveryType, TheLibraryReadsEveryVoxelAndTagridTheTypeToo) {
   using T = TypeParam;

@@ -13,6 +13,7 @@
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -100,9 +101,7 @@ class MeshError : public TemporaryFolder {
   }
 };
 
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
-                             std::int32_t, float, double>;
-TYPED_TEST_SUITE(MeshError, Types);
+TYPED_TEST_SUITE(MeshError, AllTypes);
 
 const Bounds all_bounds[] = {{false, {}, {}, 0}, {false, {}, {}, 1},  {false, {}, {}, 5}, {false, 2, {}, 5},
                              {false, 2, {}, 2},  {false, 3, {}, 4},   {false, 8, 1, 4},   {false, 8, 2, 2},

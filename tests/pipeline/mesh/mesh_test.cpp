@@ -11,6 +11,7 @@
 #include "stages/points/coding.h"
 #include "tests/support/mesh_field.h"
 #include "tests/support/meshed_volume.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -26,7 +27,8 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
              << c.brick_edge << (c.grid_only ? " grid" : " voxels") << (c.phantom ? " phantom" : " spikes");
 }
 
-// Every size with every cube and brick; modes and contents alternate, so that all pairs occur.
+// Every size with every cube and brick; modes and contents alternate, so that all pairs occur. With sanitizers,
+// each size has one of the cubes and bricks.
 std::vector<Case> all_cases() {
   std::vector<Case> cases;
   int row = 0;
@@ -45,7 +47,8 @@ std::vector<Case> all_cases() {
     int i = row++;
     for (const int cube_size : {4, 8})
       for (const int brick_edge : {1, 2}) {
-        cases.push_back({dims, cube_size, brick_edge, i % 2 == 0, i / 2 % 2 == 0});
+        const bool left_out = sanitized && (cube_size / 4 + brick_edge + row) % 4 != 0;
+        if (!left_out) cases.push_back({dims, cube_size, brick_edge, i % 2 == 0, i / 2 % 2 == 0});
         ++i;
       }
   }

@@ -13,6 +13,7 @@
 #include "pipeline/parts/parts.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -205,9 +206,7 @@ class InParts : public TemporaryFolder {
 
 template <class T>
 class EveryTypeInParts : public InParts {};
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t,
-                             std::int32_t, float, double>;
-TYPED_TEST_SUITE(EveryTypeInParts, Types);
+TYPED_TEST_SUITE(EveryTypeInParts, AllTypes);
 
 TYPED_TEST(EveryTypeInParts, TheFileIsThatWithoutParts) {
   EncodeOptions options;

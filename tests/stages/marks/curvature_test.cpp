@@ -8,6 +8,7 @@
 #include <random>
 
 #include "tests/support/oracle.h"
+#include "tests/support/sample_types.h"
 
 namespace tagrid {
 namespace {
@@ -45,8 +46,7 @@ std::array<double, 10> expected(const oracle::Jet& j, double scale) {
 
 template <class T>
 class Curvature : public testing::Test {};
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t>;
-TYPED_TEST_SUITE(Curvature, Types);
+TYPED_TEST_SUITE(Curvature, NarrowTypes);
 
 TYPED_TEST(Curvature, IsExactOnLinearFields) {
   const auto volume = oracle::volume_of<TypeParam>(

@@ -9,6 +9,7 @@
 
 #include "tests/support/conforming_activity.h"
 #include "tests/support/encode_volume.h"
+#include "tests/support/sample_types.h"
 
 namespace tagrid {
 namespace {
@@ -35,8 +36,7 @@ class Marks : public testing::Test {
     return 8.0 / (std::numeric_limits<T>::max() - std::numeric_limits<T>::min() + 1.0);
   }
 };
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t>;
-TYPED_TEST_SUITE(Marks, Types);
+TYPED_TEST_SUITE(Marks, NarrowTypes);
 
 TYPED_TEST(Marks, EqualTheOracleAtEveryPoint) {
   const double scale = TestFixture::field_scale();

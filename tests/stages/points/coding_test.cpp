@@ -9,14 +9,14 @@
 
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
+#include "tests/support/sample_types.h"
 
 namespace tagrid {
 namespace {
 
 template <class T>
 class PointCoding : public testing::Test {};
-using Types = testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t>;
-TYPED_TEST_SUITE(PointCoding, Types);
+TYPED_TEST_SUITE(PointCoding, NarrowTypes);
 
 template <class T>
 std::vector<std::int64_t> point_errors() {

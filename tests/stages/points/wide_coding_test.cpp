@@ -7,13 +7,13 @@
 
 #include "tests/support/brick_samples.h"
 #include "tests/support/conforming_activity.h"
+#include "tests/support/sample_types.h"
 
 namespace tagrid {
 namespace {
 
 template <class T>
 class WidePointCoding : public testing::Test {};
-using WideIntegers = testing::Types<std::uint32_t, std::int32_t>;
 TYPED_TEST_SUITE(WidePointCoding, WideIntegers);
 
 // The bit that says whether values escape comes first, so it is a bit of the decoder's first state, and no

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "stages/volume/numbers.h"
+#include "tests/support/sample_types.h"
 
 namespace tagrid {
 namespace {
@@ -52,8 +53,7 @@ class WideVoxelCodec : public testing::Test {
   std::vector<T> reconstruction_, decoded_;
 };
 
-using Types = testing::Types<std::uint32_t, std::int32_t, float, double>;
-TYPED_TEST_SUITE(WideVoxelCodec, Types);
+TYPED_TEST_SUITE(WideVoxelCodec, WideTypes);
 
 const WideBounds all_bounds[] = {{0, -1}, {3, -1}, {0.7, -1}, {40, 0}, {40, 5}, {1e9, -1}, {1e-3, 1e-6}};
 

@@ -7,7 +7,7 @@
 #include "stages/activity/coding.h"
 #include "stages/grid/lattice.h"
 #include "tests/support/command_line.h"
-#include "tests/support/sanitized.h"
+#include "tests/support/program.h"
 
 namespace tagrid {
 namespace {
@@ -71,9 +71,9 @@ class ForgedFiles : public CommandLine {
   void expect_refused(const Ending& ending, std::size_t most_memory) const {
     EXPECT_EQ(ending.code, broken_input) << ending.err << " signal " << ending.signal;
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 1) << ending.err;
-    EXPECT_LT(ending.seconds, sanitized ? 30 : 3);
+    EXPECT_LT(ending.seconds, program_is_sanitized() ? 30 : 3);
     // Sanitizers need memory of their own.
-    if (!sanitized) {
+    if (!program_is_sanitized()) {
       EXPECT_LT(ending.peak_bytes, most_memory);
     }
   }

@@ -71,7 +71,7 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
 
   /// Runs the command once more, with the leftovers in place, and then tidies up.
   void expect_that_the_next_run_succeeds() const {
-    Arguments command = with({TAGRID_PROGRAM}, GetParam().arguments);
+    Arguments command = with({program_under_test()}, GetParam().arguments);
     command.push_back("-f");
     const bool input_is_there = std::filesystem::exists(path(GetParam().arguments[1]));
     if (input_is_there) {
@@ -127,7 +127,7 @@ TEST_P(Kill, BeforeAnyCallOnAFileLeavesWholeFiles) {
 
 TEST_P(Kill, AtAnyMomentLeavesWholeFiles) {
   make_files("64,60,56");
-  const Arguments command = with({TAGRID_PROGRAM}, GetParam().arguments);
+  const Arguments command = with({program_under_test()}, GetParam().arguments);
   const Ending good = Process(command, folder_.string()).finish();
   ASSERT_EQ(good.code, 0) << good.err;
   after_ = files();

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "tests/support/command_line.h"
-#include "tests/support/sanitized.h"
+#include "tests/support/program.h"
 
 namespace tagrid {
 namespace {
@@ -17,7 +17,7 @@ class LargeVolume : public CommandLine {
   static_assert(voxels > std::uint64_t{1} << 31 && 2 * voxels > std::uint64_t{1} << 32);
 
   void SetUp() override {
-    if (sanitized) GTEST_SKIP() << "under a sanitizer this would take a quarter of an hour";
+    if (program_is_sanitized()) GTEST_SKIP() << "under a sanitizer this would take a quarter of an hour";
   }
 
   /// Air, with some different voxels around numbers of 31, 32 and 33 bits. Takes no disk space.

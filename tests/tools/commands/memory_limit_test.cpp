@@ -5,7 +5,7 @@
 #include <random>
 
 #include "tests/support/command_line.h"
-#include "tests/support/sanitized.h"
+#include "tests/support/program.h"
 
 namespace tagrid {
 namespace {
@@ -18,7 +18,7 @@ constexpr const char* usual_scale = "0.001953125";
 class MemoryLimit : public CommandLine {
  protected:
   void SetUp() override {
-    if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
+    if (program_is_sanitized()) GTEST_SKIP() << "a sanitizer takes memory of its own";
   }
   /// The limit, in MiB, that a refusal names as the smallest.
   std::size_t smallest(const Arguments& arguments) const {

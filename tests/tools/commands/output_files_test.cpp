@@ -259,7 +259,7 @@ TEST_F(OutputFiles, AWriteErrorIsReportedWhileTheInputIsIdle) {
   phantom("volume.nrrd", {"--dims", "40,40,100"});
   expect_ok(tagrid({"encode", "volume.nrrd", "--cube", "8", "--brick", "1"}));
   const auto stuck = [&](Arguments arguments, const std::string& start) {
-    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    arguments.insert(arguments.begin(), program_under_test());
     Process process(arguments, folder_.string());
     process.feed(start);
     // The rest never arrives.
@@ -348,7 +348,8 @@ TEST_F(OutputFiles, ASignalRemovesTheTemporaryAndEndsTheProgram) {
   phantom("volume.nrrd");
   const std::string start = content("volume.nrrd").substr(0, 20000);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    Process process({TAGRID_PROGRAM, "encode", "-", "-o", "x.tag", "--json", "x.json"}, folder_.string());
+    Process process({program_under_test(), "encode", "-", "-o", "x.tag", "--json", "x.json"},
+                    folder_.string());
     process.feed(start);
     for (int i = 0; names().size() < 3 && i < 1000; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -6,7 +6,7 @@
 
 #include "stages/grid/box.h"
 #include "tests/support/command_line.h"
-#include "tests/support/sanitized.h"
+#include "tests/support/program.h"
 
 namespace tagrid {
 namespace {
@@ -110,7 +110,7 @@ TEST_F(RegionOptions, TheReportSaysTheSizeOfTheRegion) {
 
 // Samples of a brick that are not needed must not be in memory for all bricks at once.
 TEST_F(RegionOptions, KeepTheLimitOfMemoryWhereBricksAreLarge) {
-  if (sanitized) GTEST_SKIP() << "sanitizers have memory of their own";
+  if (program_is_sanitized()) GTEST_SKIP() << "sanitizers have memory of their own";
   // All bricks together take 16 MiB, as samples or as bytes, beside what the program takes.
   std::mt19937_64 random(1);
   std::string noise(std::size_t{512} * 256 * 64 * 2, '\0');

@@ -78,7 +78,7 @@ TEST_F(Resume, GoesOnAfterSignalsAtAnyMoment) {
       begin_anew();
       // Killed several times in a row.
       for (int times = 0; times < 3; ++times) {
-        Process process(with({TAGRID_PROGRAM}, command()), folder_.string());
+        Process process(with({program_under_test()}, command()), folder_.string());
         usleep(static_cast<useconds_t>(moment(random) * 1e6));
         process.send(signal);
         const Ending ending = process.finish();

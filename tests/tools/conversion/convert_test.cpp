@@ -384,7 +384,7 @@ TEST_F(Convert, APipeWithTheNameOfRecordsIsRefusedAndNotWaitedFor) {
     std::filesystem::remove(path("out/results.jsonl"));
     ASSERT_EQ(mkfifo(path(std::string("out/") + name).c_str(), 0600), 0);
     Process waiting(
-        {TAGRID_PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done"},
+        {program_under_test(), "convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done"},
         folder_.string());
     expect_error(waiting.wait(), usage, std::string(name) + ": ");
     std::filesystem::remove(path(std::string("out/") + name));

@@ -239,7 +239,7 @@ TEST_F(Options, WhatContradictsAnNrrdHeaderIsRefused) {
 TEST_F(Options, BinaryOutputIsNotWrittenToATerminal) {
   make_tag();
   const auto on_terminal = [&](Arguments arguments) {
-    arguments.insert(arguments.begin(), TAGRID_PROGRAM);
+    arguments.insert(arguments.begin(), program_under_test());
     return Process(arguments, folder_.string(), Process::Output::terminal).finish();
   };
   expect_error(on_terminal({"encode", "volume.nrrd", "-o", "-"}), usage, "terminal");
