@@ -1,6 +1,7 @@
 #include "pipeline/memory/of_bricks.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
@@ -22,7 +23,7 @@ constexpr ByteCount bytes_of_array = 64;    // a vector in a list, and its block
 constexpr ByteCount bytes_of_object = 128;  // a shared slice, or the bits of a box
 constexpr ByteCount bytes_of_tile = 250;    // the marks of a tile, in the map of the schedule
 constexpr ByteCount bytes_of_face = 250;    // a face with its bits and values, in the map of shared faces
-constexpr ByteCount bytes_of_job = 350;     // a brick that waits for a thread, without its marks
+constexpr ByteCount bytes_of_job = 700;     // a tile or a brick that waits for a thread, and its message
 constexpr ByteCount bytes_of_pointer = 16;  // a shared pointer
 constexpr ByteCount bytes_of_range = 16;    // the lowest and the highest sample of a brick
 constexpr ByteCount bytes_of_entry = 32;    // an entry of the index, in memory and as bytes
@@ -152,8 +153,11 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
           ByteCount((static_cast<std::int64_t>(std::min(z.edge, cropped ? z.nx : 9e18)) + 63) / 64) +
       1;
   const ByteCount tiles = z.row_count * (rows + 2);
-  const ByteCount marks = layers * (mark_rows * mark_slices * words * 8 + tiles * bytes_of_tile);
-  const ByteCount jobs = tiles * (bytes_of_job + bytes_of_pointer * columns_around * (p.brick_edge + 2));
+  const ByteCount marks =
+      layers * (mark_rows * mark_slices * words * 8 + tiles * (bytes_of_tile + bytes_of_job));
+  // Bricks of all layers whose marks are there may wait for a thread.
+  const ByteCount jobs = std::ceil(layers / p.brick_edge) * tiles *
+                         (bytes_of_job + bytes_of_pointer * columns_around * (p.brick_edge + 2));
 
   const ByteCount work = ByteCount(load.threads) * std::max({work_of_marking(z), work_of_subdividing(z),
                                                              work_of_encoding(z), work_of_measuring(z)});
