@@ -37,6 +37,12 @@ class Conversions : public Base {
   static inline const Arguments command_ = {"convert", "--manifest", "list.tsv", "--output-dir", "out"};
   Ending convert(const Arguments& more = {}) const { return this->tagrid(this->with(command_, more)); }
 
+  /// Expects that volumes failed or were kept, and a message that contains `what`.
+  static void expect_failed(const Ending& ending, std::string_view what) {
+    EXPECT_EQ(ending.code, broken_input);
+    EXPECT_NE(ending.err.find(what), std::string::npos) << ending.err;
+  }
+
   std::vector<Json> records(const std::string& name = "out/results.jsonl") const {
     std::vector<Json> records;
     std::istringstream lines(this->content(name));

@@ -78,7 +78,7 @@ struct ConvertCommand {
          {"bytes_in", sums.bytes_in},
          {"bytes_out", sums.bytes_out}});
     report.keep();
-    const char* wrong = remove_verified ? "kept" : "failed";
+    const char* wrong = remove_verified ? "not removed" : "failed";
     if (options.run.is_watched()) say_line(summary(sums, wrong));
     if (sums.failed > 0)
       throw BrokenInput(

@@ -29,7 +29,11 @@ struct DecodeCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
+    const WantedRegion wanted = wanted_region();
     const std::string path = output.path.empty() ? default_output() : output.path;
+    // A part with the name of the whole volume would be taken for it, or replace it.
+    if (output.path.empty() && path != "-" && !wanted.is_all())
+      throw UsageError("give -o for a region or a step: only the whole volume has a name of its own");
     // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
     // is its own output.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
@@ -37,7 +41,6 @@ struct DecodeCommand {
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
-    const WantedRegion wanted = wanted_region();
     if (remove && !wanted.is_all())
       throw UsageError("--rm: a region or a step gives only a part of the volume; leave out --rm");
     std::vector<std::string> removed_after;

@@ -27,11 +27,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-bool has_bytes(const std::string& path, std::uint64_t bytes) {
-  const auto status = status_of(path);
-  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == bytes;
-}
-
 /// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
               bool headerless, std::uint64_t bytes_out, std::uint64_t input_checksum,
@@ -66,29 +61,33 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                 {},
                 false};
   const KnownOutput* known = options_.skip_done ? known_.find(line.output) : nullptr;
-  const bool is_there = known && has_bytes(volume.output, known->bytes_out);
-  if (is_there && known->state == KnownOutput::State::removed && !status_of_name(volume.input))
+  const bool is_there = known && has_size(*known, volume.output);
+  const bool was_removed = known && known->state == KnownOutput::State::removed;
+  if (was_removed && !status_of_name(volume.input)) {
+    require_last_copy(*known, volume.output);
     return skip(*known, record);
+  }
   require_own_folders(options_.output_dir, line.output);
   look_at({volume.input});  // opening a pipe would block
   const auto source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(source->files());
   volume.headerless = source->facts().headerless;
-  const bool is_ours =
-      known && known->state != KnownOutput::State::removed && known->input == json_text(volume.input);
+  const bool is_ours = known && !was_removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
     const bool same_options = known->options == line.options ||
                               is_same_encoding(encoding_of(known->options), volume.asked, *source);
     if (same_options && known->input_files == volume.files) return skip(*known, record);
     if (!same_options && !options_.overwrite)
-      throw UsageError(fmt::format(
-          "{}: was encoded with other options: {}; give -f, and a list of the volumes to encode again",
-          volume.output, difference_of(known->options, line.options)));
+      throw UsageError(
+          fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
+                      "such volumes alone",
+                      volume.output, difference_of(known->options, line.options)));
   }
   // An output may have no record: a run was killed between naming the output and recording it, or records
   // were lost. It is either good, or belongs to someone else.
   const bool replace = options_.overwrite || is_ours;
-  if (options_.skip_done && !replace && status_of_name(volume.output)) return adopt(volume, record);
+  if (options_.skip_done && !replace && status_of_name(volume.output))
+    return adopt(volume, was_removed, record);
   make_own_folders(options_.output_dir, line.output);
   encode(volume, replace, record);
 }
@@ -124,7 +123,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
            output_checksum, record);
 }
 
-void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
+void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& record) const {
   const SourceDescription& source = volume.asked.source;
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
@@ -138,6 +137,11 @@ void EncodingPass::adopt(const Volume& volume, ordered_json& record) const {
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
+    if (was_removed)
+      throw UsageError(
+          fmt::format("{}: holds a volume whose original was removed, and {} is not that original ({}); "
+                      "move one of them away",
+                      volume.output, volume.input, words_of(broken)));
     throw UsageError(
         fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
                     volume.output, volume.input, words_of(broken)));

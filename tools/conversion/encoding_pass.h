@@ -27,7 +27,7 @@ class EncodingPass {
   struct Volume;
 
   void encode(const Volume& volume, bool overwrite, nlohmann::ordered_json& record) const;
-  void adopt(const Volume& volume, nlohmann::ordered_json& record) const;
+  void adopt(const Volume& volume, bool was_removed, nlohmann::ordered_json& record) const;
 
   const ConversionOptions& options_;
   Resources resources_;

@@ -68,6 +68,17 @@ ordered_json json_of(const std::vector<InputFile>& files) {
   return json;
 }
 
+bool has_size(const KnownOutput& known, const std::string& path) {
+  const auto status = status_of(path);
+  return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == known.bytes_out;
+}
+
+void require_last_copy(const KnownOutput& known, const std::string& path) {
+  if (!has_size(known, path))
+    throw BrokenInput(path +
+                      ": is gone or has another size, and its original was removed; restore it from a copy");
+}
+
 void add_output(const KnownOutput& known, ordered_json& record) {
   const ordered_json earlier = ordered_json::parse(known.record);
   for (const char* key : output_keys)

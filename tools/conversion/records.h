@@ -53,6 +53,12 @@ inline constexpr std::array output_keys = {"dims",       "type",       "settings
                                            "bytes_in",   "bytes_out",  "input_files", "headerless",
                                            "input_xxh3", "output_xxh3"};
 
+/// Whether the output is there, with the size that it was written with.
+bool has_size(const KnownOutput& known, const std::string& path);
+
+/// Throws BrokenInput if the output at `path`, whose original was removed, is gone or has another size.
+void require_last_copy(const KnownOutput& known, const std::string& path);
+
 /// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
 

@@ -53,16 +53,19 @@ std::string RemovalPass::output_path(const ManifestLine& line) const {
 
 std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
   const KnownOutput* known = known_.find(line.output);
-  const bool is_gone = known && known->state == KnownOutput::State::removed && !status_of_name(line.input);
-  if (!known || is_gone) {
+  if (known && known->state == KnownOutput::State::removed && !status_of_name(line.input)) {
+    add_output(*known, record);
+    require_last_copy(*known, output_path(line));
     record["status"] = "skipped";
-    if (known)
-      add_output(*known, record);
-    else
-      record["error"] = "no record says that it was encoded";
     return {};
   }
+  if (!known) look_at({line.input});
   record["status"] = "kept";
+  if (!known)
+    throw UsageError(
+        fmt::format("{}: no record says that it was encoded to {}; it is kept; give the list and the "
+                    "options of its encoding",
+                    line.input, output_path(line)));
   if (known->input != json_text(line.input))
     throw UsageError(
         fmt::format("{}: {} is recorded as made from {}; run with --skip-done to compare and record it",
@@ -70,7 +73,8 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   add_output(*known, record);
   if (known->failed_since)
     throw UsageError(line.input +
-                     ": the last run failed on it; it is kept until a run with --skip-done succeeds");
+                     ": the last run failed on it; it is kept until a run with --skip-done and "
+                     "the options of its encoding succeeds");
   record["options"] = known->options;
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);

@@ -74,6 +74,18 @@ TEST_F(RegionOptions, ARegionCanBeEncodedAgain) {
   EXPECT_EQ(samples_of(content("part.nrrd")), samples_of(content("vdb.nrrd")));
 }
 
+// It would have the name of the whole volume, which may be there.
+TEST_F(RegionOptions, APartNeedsANameOfItsOwn) {
+  make_tag();
+  const std::string volume = content("volume.nrrd");
+  for (const Arguments& part : {Arguments{"--region", ":,:,3:4"}, Arguments{"--step", "2"}})
+    expect_error(tagrid(with({"decode", "volume.tag", "-f"}, part)), usage, "give -o ");
+  EXPECT_EQ(content("volume.nrrd"), volume);
+  const Ending piped = tagrid({"decode", "-", "--region", ":,:,3:4"}, content("volume.tag"));
+  expect_ok(piped);
+  EXPECT_EQ(piped.out.size(), std::size_t{52} * 40 * 2);
+}
+
 TEST_F(RegionOptions, WrongOnesAreRefused) {
   make_tag();
   const auto refused = [&](const Arguments& options, std::string_view what) {

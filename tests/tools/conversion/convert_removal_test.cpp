@@ -111,9 +111,8 @@ TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   volumes(1);
   expect_error(remove(), world, "out: does not exist; nothing has been converted to it yet");
   expect_ok(script("mkdir out"));
-  expect_ok(remove());
-  EXPECT_EQ(last()["status"], "skipped");
-  EXPECT_EQ(last()["error"], "no record says that it was encoded");
+  expect_failed(remove(), "a.nrrd: no record says that it was encoded to out/a.tag; it is kept");
+  EXPECT_EQ(last()["status"], "kept");
   expect_ok(convert({"--max-error", "5", "--cube", "16"}));
   expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now 2",
               {"--max-error", "2"});
@@ -168,7 +167,7 @@ TEST_F(ConvertRemoval, AFileThatAnotherVolumeIsInIsKept) {
   expect_ok(convert());
   file("list.tsv", "a.nhdr\nb.nrrd\nsub/z.nhdr\n");
   EXPECT_EQ(remove({"--shard=0/1"}).code, broken_input);
-  EXPECT_EQ(statuses(3, "out/results-0-of-1.jsonl"), "a kept, b removed, z skipped");
+  EXPECT_EQ(statuses(3, "out/results-0-of-1.jsonl"), "a kept, b removed, z kept");
   EXPECT_TRUE(exists("a.raw") && exists("a.nhdr"));
 }
 
@@ -246,6 +245,43 @@ TEST_F(ConvertRemoval, ShardsRemoveTheirOwn) {
   EXPECT_TRUE(exists("a.nrrd") && !exists("b.nrrd") && exists("c.nrrd"));
 }
 
+TEST_F(ConvertRemoval, AnOutputThatIsTheLastCopyIsMissed) {
+  volumes(2);
+  expect_ok(convert());
+  expect_ok(remove());
+  const std::string tag = content("out/a.tag");
+  for (const std::size_t size : {std::size_t{0}, tag.size() - 1}) {
+    if (size == 0)
+      std::filesystem::remove(path("out/a.tag"));
+    else
+      file("out/a.tag", tag.substr(0, size));
+    const std::string what = "out/a.tag: is gone or has another size, and its original was removed";
+    expect_failed(remove(), what);
+    EXPECT_EQ(statuses(2), "a failed, b skipped");
+    expect_failed(convert({"--skip-done"}), what);
+    EXPECT_EQ(statuses(2), "a failed, b skipped");
+  }
+  file("out/a.tag", tag);
+  expect_ok(remove());
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(4), "a skipped, b skipped, a skipped, b skipped");
+}
+
+TEST_F(ConvertRemoval, AVolumeThatCameBackIsTheOriginalOrIsRefused) {
+  volumes(2);
+  file("list.tsv", "a.nrrd\nb.nrrd\tmax-error=5\n");
+  expect_ok(convert());
+  expect_ok(remove());
+  for (const std::string name : {"a", "b"})
+    expect_ok(tagrid({"decode", "out/" + name + ".tag", "-o", name + ".nrrd"}));
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_EQ(statuses(2), "a ok, b failed");
+  EXPECT_NE(
+      last()["error"].get<std::string>().find("out/b.tag: holds a volume whose original was removed, and " +
+                                              path("b.nrrd") + " is not that original"),
+      std::string::npos);
+}
+
 TEST_F(ConvertRemoval, ANewVolumeUnderTheNameOfARemovedOneDoesNotReplaceItsOutput) {
   volumes(1);
   expect_ok(convert());
@@ -253,7 +289,7 @@ TEST_F(ConvertRemoval, ANewVolumeUnderTheNameOfARemovedOneDoesNotReplaceItsOutpu
   const std::string before = content("out/a.tag");
   volume("a.nrrd", 9);
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  EXPECT_NE(last()["error"].get<std::string>().find("already exists"), std::string::npos);
+  EXPECT_NE(last()["error"].get<std::string>().find("is not that original"), std::string::npos);
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_TRUE(exists("a.nrrd"));
   EXPECT_TRUE(content("out/a.tag") == before);

@@ -181,9 +181,9 @@ TEST_F(ConvertOutputs, OriginalsAreRemovedForTheirOwnOutputsAlone) {
   EXPECT_FALSE(exists("2019/knee.nrrd") || exists("2020/may/knee.nrrd"));
   // The same volumes under other names are unknown.
   file("list.tsv", "2020/knee.nhdr\n");
-  expect_ok(convert({"--remove-verified"}));
-  EXPECT_EQ(last()["status"], "skipped");
-  EXPECT_EQ(last()["error"], "no record says that it was encoded");
+  expect_failed(convert({"--remove-verified"}),
+                "2020/knee.nhdr: no record says that it was encoded to out/knee.tag; it is kept");
+  EXPECT_EQ(last()["status"], "kept");
   expect_ok(tagrid({"decode", "out/2019/knee.tag", "-o", "back.nrrd"}));
   EXPECT_TRUE(content("back.nrrd") == knee);
 }
@@ -255,7 +255,9 @@ TEST_F(ConvertOutputs, RecordsOfEveryStatusHaveTheKeysThatTheirDocumentLists) {
     statuses.insert(record["status"]);
     EXPECT_EQ(keys_of(record), listed) << record["status"];
     const bool is_known =
-        record["status"] != "failed" && record["error"] != "no record says that it was encoded";
+        record["status"] != "failed" &&
+        (record["error"].is_null() ||
+         record["error"].get<std::string>().find("no record says that it was encoded") == std::string::npos);
     for (const char* key : {"dims", "type", "settings", "achieved", "bytes_in", "bytes_out", "input_files",
                             "input_xxh3", "output_xxh3"})
       EXPECT_EQ(record[key].is_null(), !is_known) << key << " " << record;
