@@ -195,15 +195,7 @@ class Reader {
   /// TAGRID_INVALID_ARGUMENT if T is not the type of the samples.
   template <class T>
   std::vector<T> read(const Box& box, const Point& step = {1, 1, 1}, const Call& call = {}) const {
-    std::size_t count = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (step[axis] < 1 || box.high[axis] <= box.low[axis])
-        throw Error(TAGRID_INVALID_ARGUMENT, "the box is empty, or a step is below 1");
-      count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
-    }
-    // Checked first, so that no memory is taken for a box outside the volume.
-    require_within(box);
-    std::vector<T> samples(count);
+    std::vector<T> samples(sample_count(box, step));
     read_to<T>(box, step, samples, call);
     return samples;
   }
@@ -213,11 +205,7 @@ class Reader {
     if (info().type != type_of<T>())
       throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
     const tagrid_box c = c_box(box);
-    std::size_t count = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (step[axis] >= 1 && box.high[axis] > box.low[axis])
-        count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
-    if (samples.size() < count)
+    if (samples.size() < sample_count(box, step))
       throw Error(TAGRID_INVALID_ARGUMENT, "the buffer is too small for all samples");
     run(call, [&](const tagrid_call* settings) {
       return tagrid_reader_read(reader_, &c, step.data(), samples.data(), nullptr, settings);
@@ -284,11 +272,18 @@ class Reader {
       return 1;
     }
   }
-  void require_within(const Box& box) const {
+  // The box is checked first, so that no arithmetic overflows and no memory is taken for a box outside the volume.
+  std::size_t sample_count(const Box& box, const Point& step) const {
     const Box all = this->box();
-    for (std::size_t axis = 0; axis < 3; ++axis)
+    std::size_t count = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       if (box.low[axis] < 0 || box.high[axis] > all.high[axis])
         throw Error(TAGRID_INVALID_ARGUMENT, "the box is not within the volume");
+      if (step[axis] < 1 || box.high[axis] <= box.low[axis])
+        throw Error(TAGRID_INVALID_ARGUMENT, "the box is empty, or a step is below 1");
+      count *= static_cast<std::size_t>((box.high[axis] - box.low[axis] - 1) / step[axis] + 1);
+    }
+    return count;
   }
   void check(tagrid_status status) const {
     if (status != TAGRID_OK) throw Error(status, tagrid_reader_message(reader_));

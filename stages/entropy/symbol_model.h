@@ -18,7 +18,7 @@ inline constexpr std::size_t symbols = lane_count;
 
 /// below[s]: the probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age:
 /// it approaches 32767 as fast as the probabilities approach the observed ones.
-struct alignas(32) SymbolModel {
+struct SymbolModel {
   Lanes below;
 };
 

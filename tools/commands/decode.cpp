@@ -43,6 +43,10 @@ struct DecodeCommand {
     check_vdb_options(vdb, chosen);
     if (remove && !wanted.is_all())
       throw UsageError("--rm: a region or a step gives only a part of the volume; leave out --rm");
+    if (remove && vdb.tolerance > 0)
+      throw UsageError("--rm: --vdb-tolerance changes samples, and the .tag file has them; leave out --rm");
+    if (remove && &chosen == &format_named("raw"))
+      throw UsageError("--rm: samples without a header do not say their size and type; leave out --rm");
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});

@@ -47,6 +47,13 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["status"] = "ok";
 }
 
+std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
+  return fmt::format(
+      "{}: is the only copy of a volume whose original was removed, and {} is not known to be that "
+      "original ({}); choose another name (output=NAME)",
+      output, input, why);
+}
+
 void skip(const KnownOutput& known, ordered_json& record) {
   add_output(known, record);
   record["status"] = "skipped";
@@ -60,10 +67,11 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                 encoding_of(line.options),
                 {},
                 false};
-  const KnownOutput* known = options_.skip_done ? known_.find(line.output) : nullptr;
+  const KnownOutput* last = known_.find(line.output);
+  const bool was_removed = last && last->state == KnownOutput::State::removed;
+  const KnownOutput* known = options_.skip_done ? last : nullptr;
   const bool is_there = known && has_size(*known, volume.output);
-  const bool was_removed = known && known->state == KnownOutput::State::removed;
-  if (was_removed && !status_of_name(volume.input)) {
+  if (known && was_removed && !status_of_name(volume.input)) {
     require_last_copy(*known, volume.output);
     return skip(*known, record);
   }
@@ -84,10 +92,13 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                       volume.output, difference_of(known->options, line.options)));
   }
   // An output may have no record: a run was killed between naming the output and recording it, or records
-  // were lost. It is either good, or belongs to someone else.
-  const bool replace = options_.overwrite || is_ours;
-  if (options_.skip_done && !replace && status_of_name(volume.output))
-    return adopt(volume, was_removed, record);
+  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume, which
+  // no option replaces.
+  const bool replace = !was_removed && (options_.overwrite || is_ours);
+  if (!replace && status_of_name(volume.output)) {
+    if (options_.skip_done) return adopt(volume, was_removed, record);
+    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
+  }
   make_own_folders(options_.output_dir, line.output);
   encode(volume, replace, record);
 }
@@ -137,11 +148,7 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
-    if (was_removed)
-      throw UsageError(
-          fmt::format("{}: holds a volume whose original was removed, and {} is not that original ({}); "
-                      "move one of them away",
-                      volume.output, volume.input, words_of(broken)));
+    if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));
     throw UsageError(
         fmt::format("{}: already exists, and is not known to be made from {} ({}); give -f to overwrite it",
                     volume.output, volume.input, words_of(broken)));

@@ -83,7 +83,8 @@ std::vector<ManifestLine> read_manifest(const std::string& path, const OptionTex
   std::vector<ManifestLine> lines;
   TakenOutputs taken(naming == OutputNaming::with_folders
                          ? "give it another name in a column output=NAME"
-                         : "give it another name in a column output=NAME, or give --keep-folders");
+                         : "give it another name in a column output=NAME; --keep-folders keeps volumes of "
+                           "different folders apart");
   std::set<OptionTexts> seen;
   std::string text;
   for (std::size_t number = 1;; ++number, text.clear()) {

@@ -68,7 +68,8 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
                     line.input, output_path(line)));
   if (known->input != json_text(line.input))
     throw UsageError(
-        fmt::format("{}: {} is recorded as made from {}; run with --skip-done to compare and record it",
+        fmt::format("{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; "
+                    "otherwise choose another name (output=NAME)",
                     line.input, line.output, known->input));
   add_output(*known, record);
   if (known->failed_since)

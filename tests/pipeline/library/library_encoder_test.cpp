@@ -283,6 +283,7 @@ TEST_F(LibraryEncoder, OptionsThatMakeNoSenseAreRefused) {
       [](auto& o) { o.range[0] = 5, o.range[1] = 4; },
       [](auto& o) { o.field_scale = -1; },
       [](auto& o) { o.max_level = 1000; },
+      [](auto& o) { o.max_level = -2; },
       [](auto& o) { o.effort = static_cast<tagrid_effort>(7); },
       [](auto& o) { o.metadata = "dimension: 3\n"; },
       [](auto& o) { o.metadata = "no field"; },

@@ -103,6 +103,9 @@ TEST_F(RegionOptions, WrongOnesAreRefused) {
   refused({"--step", "0"}, "1, 2, 4");
   refused({"--region", "1:2,:,:", "--step", "2"}, "multiple of 2");
   refused({"--region", "1:2,:,:", "--rm"}, "leave out --rm");
+  refused({"--rm"}, "do not say their size and type");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "part.vdb", "--vdb-tolerance", "3", "--rm"}), usage,
+               "--vdb-tolerance changes samples");
   EXPECT_TRUE(std::filesystem::exists(path("volume.tag")));
   // The advice for a limit that is too small works.
   const Ending refusal =
