@@ -8,7 +8,7 @@ build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev l
   libblosc-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
-  libopenvdb-dev libopenvdb-tools libboost-dev python3 pkgconf dpkg-dev file)
+  libopenvdb-dev libopenvdb-tools libboost-dev python3 pkgconf dpkg-dev file jq)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=(python3 python3-numpy python3-pil)

@@ -6,6 +6,10 @@
 // See tagrid.h for the calls, units, axis order and threads.
 #pragma once
 
+#if __cplusplus < 202002L
+#error "tagrid.hpp needs C++20"
+#endif
+
 #include <array>
 #include <cstddef>
 #include <cstdint>

@@ -1,4 +1,7 @@
-"""Files named in documents and comments exist: every path between backticks, every path and file name in a comment."""
+"""Files named in documents and comments exist: every path between backticks, every path and file name in a comment.
+
+Links of documents that are installed lead to files that are installed, too.
+"""
 
 import pathlib
 import re
@@ -12,6 +15,7 @@ ENDINGS = ("", ".h", ".cpp", ".py", ".md")
 BACKTICKS = re.compile(r"`([^`\n]+)`")
 COMMENT = re.compile(r"(?://|#(?!include|pragma|if|el|en|de|un))(.*)")
 PATH = re.compile(rf"(?<![\w./~-])((?:{'|'.join(FOLDERS)})/[\w./*<>-]*[\w*>/])")
+LINK = re.compile(r"\]\(([^)\s]+)\)")
 FILE_NAME = re.compile(r"(?<![\w./<-])([a-z]\w*\.(?:h|cpp))\b")
 
 
@@ -36,6 +40,19 @@ def wrong_names(text):
     return wrong + [name for name in FILE_NAME.findall(text) if name not in NAMES]
 
 
+def installed_documents():
+    """The files that CMakeLists.txt installs in the folder of the documents, where they have the same relative paths."""
+    top = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")]
+    folders = [path for folder in ("docs", "tools/slurm") for path in (ROOT / folder).rglob("*")]
+    return {path for path in top + folders if path.name != "tagrid.1"}
+
+
+def dead_links(path, text, installed):
+    """The links in `text`, the content of `path`, that lead nowhere where documents are installed."""
+    links = [link.partition("#")[0] for link in LINK.findall(text) if not re.match(r"[a-z]+:", link)]
+    return [link for link in links if link and (path.parent / link).resolve() not in installed]
+
+
 def names_in(path):
     """The lines of a file, with the text in which names are searched."""
     for number, line in enumerate(path.read_text().splitlines(), 1):
@@ -55,6 +72,23 @@ class Paths(unittest.TestCase):
             for number, text in names_in(path):
                 wrong += [f"{path.relative_to(ROOT)}:{number}: there is no {name}" for name in wrong_names(text)]
         self.assertEqual(wrong, [], "\n" + "\n".join(wrong))
+
+    def test_links_of_installed_documents_lead_to_installed_files(self):
+        installed = installed_documents()
+        dead = [f"{path.relative_to(ROOT)}: {link}" for path in sorted(installed) if path.suffix == ".md"
+                for link in dead_links(path, path.read_text(), installed)]
+        # library.md is also installed alone, for the package libtagrid-dev.
+        library = ROOT / "docs" / "library.md"
+        dead += [f"library.md, alone: {link}" for link in dead_links(library, library.read_text(), {library})]
+        self.assertEqual(dead, [], "\n" + "\n".join(dead))
+
+    def test_a_dead_link_is_found(self):
+        installed = installed_documents()
+        path = ROOT / "docs" / "manual.md"
+        for link in ("../include/tagrid/tagrid.h", "nothing.md", "../docs/tagrid.1"):
+            self.assertEqual(dead_links(path, f"a [b]({link}) c", installed), [link])
+        for link in ("https://a.b/c", "#memory", "design.md#errors", "../README.md", "decisions/README.md"):
+            self.assertEqual(dead_links(path, f"a [b]({link}) c", installed), [], link)
 
     def test_a_wrong_name_is_found(self):
         for text in ("stages/nothing", "see io/nothing.h.", "as in nothing_at_all.cpp", "tests/<room>/nothing_test.cpp"):

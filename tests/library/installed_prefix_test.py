@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -89,6 +90,43 @@ class InstalledLibrary(unittest.TestCase):
         moved.parent.mkdir()
         first.rename(moved)
         self.build_all(moved, moved / library, "moved")
+
+    def test_programs_are_built_as_the_document_prints_it(self):
+        # The commands are for a prefix without blanks.
+        prefix = self.folder / "documented"
+        shutil.copytree(self.prefix, prefix, symlinks=True)
+        library = self.library.relative_to(self.prefix)
+        text = (ROOT / "docs/library.md").read_text()
+        text = text.replace("/where/you/want/lib/x86_64-linux-gnu", str(prefix / library)).replace("/where/you/want", str(prefix))
+        blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^    .*\n(?:\n(?=    ))?)+", text, re.MULTILINE)]
+        project = next(block for block in blocks if block.startswith("cmake_minimum_required"))
+        folder = self.folder / "as printed"
+        folder.mkdir()
+        shutil.copy(ROOT / "examples/read_region.c", folder / "program.c")
+        shutil.copy(ROOT / "examples/info.cpp", folder / "program.cpp")
+        (folder / "CMakeLists.txt").write_text(project)
+        commands = [line for block in blocks for line in block.splitlines()
+                    if line.startswith(("cmake -B", "cc ", "c++ "))]
+        self.assertEqual(len(commands), 4, commands)
+        exports = [line for block in blocks for line in block.splitlines() if line.startswith("export ")]
+        for command in commands:
+            program = folder / ("build/program" if command.startswith("cmake") else "program")
+            with self.subTest(command):
+                run("bash", "-euc", "\n".join([*exports, command]), cwd=folder)
+                # Neither program accepts this file, but both begin, so the loader found the library.
+                begun = subprocess.run([program, ROOT / "README.md"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                self.assertRegex(begun.stdout, "README.md|usage: ")
+                linked = run("readelf", "-d", program)
+                self.assertEqual("libtagrid.so" in linked, "--static" not in command)
+                program.unlink()
+
+    def test_an_older_standard_is_refused_by_name(self):
+        source = self.folder / "older.cpp"
+        source.write_text("#include <tagrid/tagrid.hpp>\n")
+        done = subprocess.run(["c++", "-std=c++17", "-fsyntax-only", f"-I{ROOT / 'include'}", source], text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("#error \"tagrid.hpp needs C++20\"", done.stdout)
 
     def test_it_exports_its_interface_and_nothing_else(self):
         shared = self.library / "libtagrid.so"
