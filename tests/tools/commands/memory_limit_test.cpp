@@ -103,6 +103,14 @@ TEST_F(MemoryLimit, ChangesNoByte) {
                     "-M", "20M"}));
 }
 
+// What is allocated for each brick must not leave holes in the heap that the next brick cannot use.
+TEST_F(MemoryLimit, IsKeptWithManySmallBricks) {
+  phantom("a.nrrd", {"--dims", "20000,3,3"});
+  run_with_smallest({"encode", "a.nrrd", "-f", "-o", "a.tag", "--cube", "4", "--brick", "1"});
+  run_with_smallest({"decode", "a.tag", "-f", "-o", "b.nrrd"});
+  run_with_smallest({"verify", "a.tag", "-q"});
+}
+
 TEST_F(MemoryLimit, IsKeptByNoise) {
   std::mt19937 random(1);
   std::string noise(std::size_t{70} * 70 * 70 * 2, '\0');
