@@ -6,7 +6,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/tag/end_of_file.h"
+#include "io/tag/broken_tag.h"
 #include "io/tag/file.h"
 
 namespace tagrid {
@@ -20,11 +20,6 @@ TagBricks::TagBricks(std::shared_ptr<const ByteSource> source) : source_(std::mo
     starts_.push_back(starts_.back() + block_frame_size + brick.activity_bytes + brick.value_bytes);
 }
 
-// As TagReader says it.
-void TagBricks::fail(const std::string& place, std::uint64_t before, const std::string& what) const {
-  throw BrokenInput(name() + ": " + place + ", before byte " + std::to_string(before) + ": " + what);
-}
-
 // A false size takes no memory: it is compared with the size of the file first.
 std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
   if (position > source_->size() || size > source_->size() - position)
@@ -36,24 +31,15 @@ std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t
 }
 
 void TagBricks::read_header() {
-  std::size_t size = 0;
   const std::uint64_t first = std::min<std::uint64_t>(source_->size(), tag_preamble_size);
-  if (Status status = parse_preamble(bytes_at(0, first), size); !status.ok())
-    throw BrokenInput(name() + ": " + status.what());
-  if (Status status = parse_header(bytes_at(0, size), header_, header_checksum_); !status.ok())
-    throw BrokenInput(name() + ": " + status.what());
-  try {
-    volume_info_of(header_);
-  } catch (const BrokenInput& broken) {
-    throw BrokenInput(name() + ": the source's fields in the header: " + broken.what());
-  }
-  header_size_ = size;
+  header_size_ = header_size_of(name(), bytes_at(0, first));
+  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
 }
 
 void TagBricks::read_end() {
   const std::uint64_t size = source_->size();
   if (size < header_size_ + footer_size)
-    fail("the index", size, "the file ends before its index; it is truncated");
+    throw broken_part(name(), "the index", size, "the file ends before its index; it is truncated");
   std::uint64_t start = 0;
   if (Status status = find_file_end(bytes_at(size - footer_size, footer_size), start);
       !status.ok() || start < header_size_ || start > size - footer_size)
@@ -62,26 +48,28 @@ void TagBricks::read_end() {
   const FileEnd end = {parameters(), header_size_, header_checksum_, start, last_checksum};
   std::uint64_t rest = 0;
   const std::uint64_t present = size - start;
-  if (present < index_head_size) fail("the index", size, "the file ends in it; it is truncated");
+  if (present < index_head_size)
+    throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
   if (Status status = end.parse_head(bytes_at(start, index_head_size), rest); !status.ok())
-    fail("the index", start + index_head_size, status.what());
+    throw broken_part(name(), "the index", start + index_head_size, status.what());
   if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
-  if (rest > present - index_head_size) fail("the index", size, "the file ends in it; it is truncated");
+  if (rest > present - index_head_size)
+    throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
   if (Status status = end.parse(bytes_at(start, present), index_); !status.ok())
-    fail("the index", size, status.what());
+    throw broken_part(name(), "the index", size, status.what());
 }
 
 BrickBytes TagBricks::read(std::int64_t brick) const {
   assert(brick >= 0 && brick < count());
   // Before anything is read: a false size takes no memory.
   if (block_bytes(brick) > 4 + largest_body(parameters(), brick) + 8)
-    fail("brick " + std::to_string(brick), start(brick), "an impossible size");
+    throw broken_part(name(), "brick " + std::to_string(brick), start(brick), "an impossible size");
   const std::vector<std::byte> bytes = bytes_at(start(brick) - 8, block_bytes(brick) + 8);
   auto checksum = load_little_endian<std::uint64_t>(bytes.data());
   BrickBytes result;
   if (Status status = parse_block(std::span(bytes).subspan(8), parameters(), brick, checksum, result);
       !status.ok())
-    fail("brick " + std::to_string(brick), start(brick + 1), status.what());
+    throw broken_part(name(), "brick " + std::to_string(brick), start(brick + 1), status.what());
   return result;
 }
 

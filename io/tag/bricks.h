@@ -38,7 +38,6 @@ class TagBricks {
   BrickStream bricks_from(std::int64_t first) const;
 
  private:
-  [[noreturn]] void fail(const std::string& place, std::uint64_t before, const std::string& what) const;
   std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
   void read_header();
   void read_end();

@@ -10,9 +10,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/zstd_bytes.h"
 #include "io/files/errors.h"
-#include "io/nrrd/geometry.h"
-#include "io/tag/end_of_file.h"
-#include "io/volume/volume_info.h"
+#include "io/tag/broken_tag.h"
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
@@ -45,19 +43,10 @@ TagReader::TagReader(const std::string& path) : TagReader(std::make_unique<FileB
 TagReader::TagReader(std::unique_ptr<ByteStream> stream) : bytes_(std::move(stream)) {
   std::vector<std::byte> bytes(tag_preamble_size);
   bytes.resize(bytes_->read(bytes.data(), bytes.size()));
-  std::size_t size = 0;
-  if (Status status = parse_preamble(bytes, size); !status.ok())
-    throw BrokenInput(name() + ": " + status.what());
+  header_size_ = header_size_of(name(), bytes);
   std::vector<std::byte> whole;
-  read_growing(whole, bytes, size - bytes.size(), "the header");
-  if (Status status = parse_header(whole, header_, header_checksum_); !status.ok())
-    throw BrokenInput(name() + ": " + status.what());
-  try {
-    geometry_of(header_.nrrd_fields);
-  } catch (const BrokenInput& broken) {
-    throw BrokenInput(name() + ": the source's fields in the header: " + broken.what());
-  }
-  header_size_ = size;
+  read_growing(whole, bytes, header_size_ - bytes.size(), "the header");
+  header_ = header_of(name(), whole, header_checksum_);
   last_checksum_ = header_checksum_;
   const auto bricks = static_cast<std::uint64_t>(parameters().bricks().count());
   if (bytes_->size() && bricks > (*bytes_->size() - header_size_) / block_frame_size)
@@ -69,8 +58,7 @@ std::string TagReader::place() const {
 }
 
 void TagReader::fail(const std::string& what) const {
-  throw BrokenInput(name() + ": " + place() + ", before byte " + std::to_string(bytes_->position()) + ": " +
-                    what);
+  throw broken_part(name(), place(), bytes_->position(), what);
 }
 
 void TagReader::read_exactly(std::byte* out, std::size_t size, const char* what) {
