@@ -285,9 +285,10 @@ TAGRID_API void tagrid_mesh_options_init(tagrid_mesh_options* options);
  *
  * The value of a point is that of its sample; in a grid without voxels it is the stored value. Tetrahedra that
  * reach beyond the last samples are cut there, unless the mesh is padded. A point that a cut makes lies on a
- * last plane of samples; its value is that of the piecewise linear field, rounded to the type, not that of the
- * sample there. A volume of one slice fills no space: it only has a padded mesh. With a box, only the bricks around it are read, two layers of them
- * are in memory, and progress counts layers of bricks; without one, progress counts bytes of samples. */
+ * last plane of samples; its value is that of the piecewise linear field, rounded to the type, not that of
+ * the sample there. A volume of one slice fills no space: it only has a padded mesh. With a box, only the
+ * bricks around it are read, two layers of them are in memory, and progress counts layers of bricks; without
+ * one, progress counts bytes of samples. */
 TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
                                             const tagrid_mesh_sink* sink, const tagrid_call* call);
 

@@ -21,6 +21,8 @@ inline constexpr std::size_t symbols = lane_count;
 struct SymbolModel {
   Lanes below;
 };
+// glibc 2.36 does not use the holes of a heap for blocks of more alignment, so the heap would grow with every brick.
+static_assert(alignof(SymbolModel) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 
 /// Age of a new model. Its initial probabilities count as some observations, so learning begins with 1/8.
 inline constexpr std::int16_t start_age = 18432;
