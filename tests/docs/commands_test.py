@@ -3,7 +3,8 @@
     commands_test.py PROGRAM
 
 The sessions of README.md and docs/archives.md (lines that begin with "$ ") are run, and their output is compared with
-that in the document; those of one document follow each other. Every other command line of a document is run alone, on phantoms with the names that it uses.
+that in the document; those of one document follow each other. Every other command line of a document is run alone, on
+phantoms with the names that it uses.
 """
 
 import os
@@ -90,6 +91,7 @@ class Commands(unittest.TestCase):
             for session in sessions((ROOT / document).read_text()):
                 for command, printed in session:
                     if command.startswith("jq") and not shutil.which("jq"):
+                        print(f"not run, as there is no jq on this machine: {command}", file=sys.stderr)
                         continue
                     before = {path.name for path in folder.rglob("*.raw")}
                     run = self.run_in(folder, command)

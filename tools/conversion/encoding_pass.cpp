@@ -54,11 +54,6 @@ std::string only_copy(const std::string& output, const std::string& input, const
       output, input, why);
 }
 
-void skip(const KnownOutput& known, ordered_json& record) {
-  add_output(known, record);
-  record["status"] = "skipped";
-}
-
 }  // namespace
 
 void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
@@ -71,10 +66,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   const bool was_removed = last && last->state == KnownOutput::State::removed;
   const KnownOutput* known = options_.skip_done ? last : nullptr;
   const bool is_there = known && has_size(*known, volume.output);
-  if (known && was_removed && !status_of_name(volume.input)) {
-    require_last_copy(*known, volume.output);
-    return skip(*known, record);
-  }
+  if (known && skip_removed(*known, volume.input, volume.output, record)) return;
   require_own_folders(options_.output_dir, line.output);
   look_at({volume.input});  // opening a pipe would block
   const auto source = open_volume(volume.input, volume.asked.source);

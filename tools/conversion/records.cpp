@@ -73,16 +73,25 @@ bool has_size(const KnownOutput& known, const std::string& path) {
   return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == known.bytes_out;
 }
 
-void require_last_copy(const KnownOutput& known, const std::string& path) {
-  if (!has_size(known, path))
-    throw BrokenInput(path +
-                      ": is gone or has another size, and its original was removed; restore it from a copy");
-}
-
 void add_output(const KnownOutput& known, ordered_json& record) {
   const ordered_json earlier = ordered_json::parse(known.record);
   for (const char* key : output_keys)
     if (const auto found = earlier.find(key); found != earlier.end()) record[key] = *found;
+}
+
+void skip(const KnownOutput& known, ordered_json& record) {
+  add_output(known, record);
+  record["status"] = "skipped";
+}
+
+bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
+                  ordered_json& record) {
+  if (known.state != KnownOutput::State::removed || status_of_name(input)) return false;
+  if (!has_size(known, output))
+    throw BrokenInput(output +
+                      ": is gone or has another size, and its original was removed; restore it from a copy");
+  skip(known, record);
+  return true;
 }
 
 KnownOutputs::KnownOutputs(const std::string& folder) {

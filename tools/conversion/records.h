@@ -56,11 +56,16 @@ inline constexpr std::array output_keys = {"dims",       "type",       "settings
 /// Whether the output is there, with the size that it was written with.
 bool has_size(const KnownOutput& known, const std::string& path);
 
-/// Throws BrokenInput if the output at `path`, whose original was removed, is gone or has another size.
-void require_last_copy(const KnownOutput& known, const std::string& path);
-
 /// Adds to `record` the description of the output from an earlier record.
 void add_output(const KnownOutput& known, nlohmann::ordered_json& record);
+
+/// Turns `record` into that of a volume for which there is nothing to do.
+void skip(const KnownOutput& known, nlohmann::ordered_json& record);
+
+/// Skips the volume if its original was removed and `input` is not there again; returns whether it did. Throws
+/// BrokenInput if `output`, then the only copy, is gone or has another size.
+bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
+                  nlohmann::ordered_json& record);
 
 /// The outputs in the records of a folder: in this run's file and all others, whatever their number of
 /// shards.

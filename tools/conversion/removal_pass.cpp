@@ -53,13 +53,8 @@ std::string RemovalPass::output_path(const ManifestLine& line) const {
 
 std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
   const KnownOutput* known = known_.find(line.output);
-  if (known && known->state == KnownOutput::State::removed && !status_of_name(line.input)) {
-    add_output(*known, record);
-    require_last_copy(*known, output_path(line));
-    record["status"] = "skipped";
-    return {};
-  }
-  if (!known) look_at({line.input});
+  if (known && skip_removed(*known, line.input, output_path(line), record)) return {};
+  if (!known) look_at({line.input});  // what is not there is not kept
   record["status"] = "kept";
   if (!known)
     throw UsageError(

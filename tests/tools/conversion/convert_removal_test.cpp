@@ -259,6 +259,7 @@ TEST_F(ConvertRemoval, AnOutputThatIsTheLastCopyIsMissed) {
     const std::string what = "out/a.tag: is gone or has another size, and its original was removed";
     expect_failed(remove(), what);
     EXPECT_EQ(statuses(2), "a failed, b skipped");
+    EXPECT_TRUE(records()[records().size() - 2]["dims"].is_null()) << "as for all that failed";
     expect_failed(convert({"--skip-done"}), what);
     EXPECT_EQ(statuses(2), "a failed, b skipped");
   }

@@ -256,8 +256,7 @@ TEST_F(ConvertOutputs, RecordsOfEveryStatusHaveTheKeysThatTheirDocumentLists) {
     EXPECT_EQ(keys_of(record), listed) << record["status"];
     const bool is_known =
         record["status"] != "failed" &&
-        (record["error"].is_null() ||
-         record["error"].get<std::string>().find("no record says that it was encoded") == std::string::npos);
+        record["error"].dump().find("no record says that it was encoded") == std::string::npos;
     for (const char* key : {"dims", "type", "settings", "achieved", "bytes_in", "bytes_out", "input_files",
                             "input_xxh3", "output_xxh3"})
       EXPECT_EQ(record[key].is_null(), !is_known) << key << " " << record;
