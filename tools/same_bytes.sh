@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Tests that equal input gives equal files: builds the program with gcc and with clang, and compares the files
-# that they write, with 1, 2, 3 and 7 threads, from files and pipes, twice, in every mode.
-#   tools/same_bytes.sh           phantoms of every type; some minutes, most of them for the builds
-#   tools/same_bytes.sh --long    larger phantoms and the real volumes that are there (../shared/data), too, and a third
-#                                 build, with gcc but without vector code
+# Tests that equal input gives equal files: builds the program with gcc, and with clang and its sanitizers, and compares
+# the files that they write, with 1, 2, 3 and 7 threads, from files and pipes, twice, in every mode.
+#   tools/same_bytes.sh           phantoms of every type; some minutes
+#   tools/same_bytes.sh --long    larger phantoms and the real volumes that are there (../shared/data), too, and two builds
+#                                 more: with clang as it is released, and with gcc but without vector code
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,17 +11,19 @@ long=${1:-}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# "gcc" is the usual build, which often exists already.
-declare -A build_folders=([gcc]=build/release [gcc-scalar]=build/same-bytes/gcc-scalar [clang]=build/same-bytes/clang)
-builds=(gcc clang)
-[ "$long" = --long ] && builds+=(gcc-scalar)
+# "gcc" and "sanitized" are builds that often exist already.
+declare -A build_folders=([gcc]=build/release [sanitized]=build/asan [clang]=build/same-bytes/clang
+  [gcc-scalar]=build/same-bytes/gcc-scalar)
+builds=(gcc sanitized)
+[ "$long" = --long ] && builds+=(clang gcc-scalar)
 configure() {
   case $1 in
     gcc) cmake --preset release ;;
+    sanitized) cmake --preset asan ;;
     gcc-scalar) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
       -DCMAKE_CXX_COMPILER=g++ -DTAGRID_SCALAR=ON ;;
     clang) cmake -S . -B "${build_folders[$1]}" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTAGRID_WERROR=ON \
-      -DCMAKE_CXX_COMPILER=clang++-14 -DTAGRID_UNITY="stages;io;pipeline" ;;
+      -DCMAKE_CXX_COMPILER=clang++-14 ;;
   esac
 }
 for build in "${builds[@]}"; do
