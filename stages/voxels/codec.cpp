@@ -5,7 +5,7 @@
 #include "stages/entropy/rans_coder.h"
 #include "stages/volume/sample_type.h"
 #include "stages/voxels/constant_brick.h"
-#include "stages/voxels/parameters.h"
+#include "stages/prediction/parameters.h"
 #include "stages/voxels/pass.h"
 
 namespace tagrid {

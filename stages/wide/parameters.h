@@ -8,7 +8,7 @@
 
 #include "stages/grid/box.h"
 #include "stages/volume/numbers.h"
-#include "stages/voxels/prediction.h"
+#include "stages/prediction/weights.h"
 #include "stages/wide/codec.h"
 
 namespace tagrid {

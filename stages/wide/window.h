@@ -10,7 +10,7 @@
 
 #include "stages/grid/box.h"
 #include "stages/volume/numbers.h"
-#include "stages/voxels/prediction.h"
+#include "stages/prediction/weights.h"
 #include "stages/wide/residual_model.h"
 
 namespace tagrid {

@@ -18,7 +18,7 @@
 #include "stages/points/coding.h"
 #include "stages/points/interpolation.h"
 #include "stages/voxels/codec.h"
-#include "stages/voxels/prediction.h"
+#include "stages/prediction/weights.h"
 #include "tests/support/encode_volume.h"
 
 namespace tagrid {

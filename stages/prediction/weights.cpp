@@ -1,4 +1,4 @@
-#include "stages/voxels/prediction.h"
+#include "stages/prediction/weights.h"
 
 #include <algorithm>
 #include <cmath>

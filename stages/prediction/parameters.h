@@ -1,15 +1,55 @@
-// The parameters of a brick's voxels: found by the encoder, stored before the first voxel.
+// What the values of a brick are coded with: how samples are held and quantized, and the parameters that the encoder finds
+// and stores before the first voxel.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 #include "stages/entropy/integer_model.h"
-#include "stages/voxels/prediction.h"
-#include "stages/voxels/window.h"
+#include "stages/prediction/weights.h"
 
 namespace tagrid {
+
+/// The type in which samples of 8 and 16 bits are held while coding: int16, with sums in 32 bits (see
+/// weight_limit).
+template <class T>
+struct Held {
+  using Value = std::int16_t;
+  using Sum = std::int32_t;
+  static constexpr std::int32_t offset = std::is_same_v<T, std::uint16_t> ? 32768 : 0;
+  static Value from(T sample) { return static_cast<Value>(std::int32_t{sample} - offset); }
+  static T to(std::int32_t value) { return static_cast<T>(value + offset); }
+};
+
+/// Quantization with the step 2E + 1: every difference is within E of a multiple of the step.
+struct Quantizer {
+  std::int64_t error = 0;
+  std::int64_t step = 1;
+  std::uint64_t reciprocal = (std::uint64_t{1} << 40) + 1;
+
+  Quantizer() = default;
+  /// REQUIRES: 0 <= max_error <= 65535. Then the division by multiplication below is exact.
+  explicit Quantizer(std::int64_t max_error)
+      : error(max_error),
+        step(2 * max_error + 1),
+        reciprocal((std::uint64_t{1} << 40) / static_cast<std::uint64_t>(step) + 1) {}
+
+  std::int32_t operator()(std::int32_t difference) const {
+    const auto magnitude = static_cast<std::uint64_t>(difference < 0 ? -difference : difference);
+    const auto q =
+        static_cast<std::int32_t>(((magnitude + static_cast<std::uint64_t>(error)) * reciprocal) >> 40);
+    return difference < 0 ? -q : q;
+  }
+};
+
+/// Stored with every brick that is not constant. Values are as held.
+struct VoxelParameters {
+  std::int32_t low = 0, high = 0;  ///< range of the originals
+  std::int32_t reference = 0;      ///< weights apply to differences from this value
+  Weights first_slice, others;
+};
 
 template <class Coder>
 void code_weights(Coder& coder, IntegerModel& model, Weights& weights, int count) {
