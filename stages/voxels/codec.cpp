@@ -3,9 +3,9 @@
 #include <cassert>
 
 #include "stages/entropy/rans_coder.h"
+#include "stages/prediction/parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/voxels/constant_brick.h"
-#include "stages/prediction/parameters.h"
 #include "stages/voxels/pass.h"
 
 namespace tagrid {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
-#include "stages/volume/numbers.h"
 #include "stages/prediction/weights.h"
+#include "stages/volume/numbers.h"
 #include "stages/wide/codec.h"
 
 namespace tagrid {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "stages/grid/box.h"
-#include "stages/volume/numbers.h"
 #include "stages/prediction/weights.h"
+#include "stages/volume/numbers.h"
 #include "stages/wide/residual_model.h"
 
 namespace tagrid {

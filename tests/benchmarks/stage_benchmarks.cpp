@@ -17,8 +17,8 @@
 #include "stages/phantom/phantom.h"
 #include "stages/points/coding.h"
 #include "stages/points/interpolation.h"
-#include "stages/voxels/codec.h"
 #include "stages/prediction/weights.h"
+#include "stages/voxels/codec.h"
 #include "tests/support/encode_volume.h"
 
 namespace tagrid {
