@@ -4,7 +4,7 @@
 #   tools/install_packages.sh build|mpi|test|fuzz|bench|pictures
 set -euo pipefail
 
-build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
   libblosc-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh

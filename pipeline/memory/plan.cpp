@@ -13,9 +13,11 @@
 namespace tagrid {
 namespace {
 
-// The smallest load that can be in memory.
-constexpr EncodeLoad smallest_strip = {1, 1, 0, 1};
-EncodeLoad smallest_whole(const CodingParameters& p) { return {1, p.bricks().bricks(1), 0, 1}; }
+// The smallest load that can be in memory. A strip needs more slices than whole layers, so of low layers it may need more.
+EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
+  const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
+  return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;
+}
 
 std::uint64_t less(std::uint64_t limit, std::uint64_t besides) { return limit - std::min(limit, besides); }
 
@@ -107,7 +109,7 @@ std::vector<BrickRows> EncodePlan::strips(const BrickGrid& bricks, const BrickRo
 }
 
 std::uint64_t smallest_memory_of_encoding(const CodingParameters& p, bool strips, std::uint64_t besides) {
-  return memory_of_encoding(p, strips ? smallest_strip : smallest_whole(p)) + besides;
+  return memory_of_encoding(p, smallest_encoding(p, strips)) + besides;
 }
 
 std::uint64_t smallest_memory_of_verifying(const CodingParameters& p, bool strips, std::uint64_t besides) {
@@ -118,7 +120,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
                          std::uint64_t besides, std::optional<OriginalAccess> verified) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool strips = random_access || !resources.spool.empty();
-  const EncodeLoad smallest = strips ? smallest_strip : smallest_whole(p);
+  const EncodeLoad smallest = smallest_encoding(p, strips);
   const auto best = [&](bool in_strips, std::uint64_t limit) {
     return best_encoding(p, resources.threads, in_strips, less(limit, besides));
   };

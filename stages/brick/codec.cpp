@@ -44,7 +44,8 @@ void encode_brick_voxels(std::span<const T> samples, const Box& owned, const Lat
                          const CodingParameters& parameters, std::vector<std::uint8_t>& out,
                          std::span<T> decoded) {
   if constexpr (is_wide<T>)
-    encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded);
+    encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
+                          parameters.effort);
   else
     encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded, parameters.effort);
 }
@@ -53,7 +54,8 @@ template <class T>
 Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
                            const CodingParameters& parameters, std::span<T> samples) {
   if constexpr (is_wide<T>)
-    return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples);
+    return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples,
+                                 parameters.effort);
   else
     return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort);
 }

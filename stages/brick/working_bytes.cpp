@@ -62,8 +62,9 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
                                                                           interpolation(z)));
   }
   const WideBounds bounds = {p.max_error, p.surface_error};
-  const std::uint64_t values = z.wide ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds)
-                                      : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort);
+  const std::uint64_t values = z.wide
+                                   ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds, p.effort)
+                                   : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort);
   return counting + z.voxel_bytes + std::max({values, code + with_forecast(z, p, activity), code + decoded});
 }
 
@@ -83,7 +84,7 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
         z.wide ? working_bytes_of_decoding_wide_points(z.closed) : working_bytes_of_decoding_points(z.closed);
     return bits + std::max(activity, z.point_bytes + z.voxel_bytes + std::max(values, interpolation(z)));
   }
-  const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.owned)
+  const std::uint64_t values = z.wide ? working_bytes_of_decoding_wide_voxels(z.owned, p.effort)
                                       : working_bytes_of_decoding_voxels(z.owned, p.effort);
   if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
   if (!grid) return z.voxel_bytes + values;

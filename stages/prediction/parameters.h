@@ -75,7 +75,8 @@ bool code_parameters(Coder& coder, VoxelParameters& parameters) {
   IntegerModel model;
   code_weights(coder, model, parameters.first_slice, slice_taps);
   code_weights(coder, model, parameters.others, all_taps);
-  return parameters.low < parameters.high && parameters.first_slice.magnitude() <= weight_limit &&
+  return parameters.low < parameters.high && parameters.low <= parameters.reference &&
+         parameters.reference <= parameters.high && parameters.first_slice.magnitude() <= weight_limit &&
          parameters.others.magnitude() <= weight_limit;
 }
 
@@ -92,9 +93,10 @@ VoxelParameters fit_parameters(std::span<const T> samples, Index3 size, std::int
   parameters.reference = Held<T>::from(mean);
   const double error = static_cast<double>(std::min<std::int64_t>(max_error, 65535));
   const double noise = error * (error + 1) / 3;
-  parameters.first_slice = fit_weights(samples, size, slice_taps, std::int64_t{mean}, noise);
-  parameters.others =
-      size.z > 1 ? fit_weights(samples, size, all_taps, std::int64_t{mean}, noise) : default_weights();
+  const std::int64_t magnitude = std::max(std::int64_t{high} - mean, std::int64_t{mean} - low);
+  parameters.first_slice = fit_weights(samples, size, slice_taps, std::int64_t{mean}, magnitude, noise);
+  parameters.others = size.z > 1 ? fit_weights(samples, size, all_taps, std::int64_t{mean}, magnitude, noise)
+                                 : default_weights();
   return parameters;
 }
 

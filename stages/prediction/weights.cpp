@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <vector>
-#include "stages/volume/sample_type.h"
 
+#include "stages/prediction/products.h"
+#include "stages/volume/sample_type.h"
 #include "stages/volume/samples.h"
 #include "stages/volume/vector_code.h"
 
@@ -22,19 +24,28 @@ struct NormalEquations {
 };
 
 /// Rows of samples as differences from the reference, with two more samples on either side.
+template <class Number>
 class PaddedRows {
  public:
   explicit PaddedRows(std::size_t length) : stride_(length + 4), values_(rows * stride_) {}
 
   template <class T>
-  void load(std::size_t slot, const T* row, double reference) {
-    double* target = values_.data() + slot * stride_;
+  void load(std::size_t slot, const T* row, std::int64_t reference) {
+    Number* target = values_.data() + slot * stride_;
     const std::size_t length = stride_ - 4;
-    for (std::size_t x = 0; x < length; ++x) target[x + 2] = static_cast<double>(row[x]) - reference;
+    if constexpr (sizeof(T) <= 2) {
+      const auto origin = static_cast<std::int32_t>(reference);
+      for (std::size_t x = 0; x < length; ++x) target[x + 2] = static_cast<Number>(row[x] - origin);
+    } else {
+      const auto origin = static_cast<double>(reference);
+      for (std::size_t x = 0; x < length; ++x)
+        target[x + 2] = static_cast<Number>(static_cast<double>(row[x]) - origin);
+    }
     target[0] = target[1] = target[2];
     target[length + 2] = target[length + 3] = target[length + 1];
   }
-  const double* at(std::size_t slot) const { return values_.data() + slot * stride_ + 2; }
+  const Number* at(std::size_t slot) const { return values_.data() + slot * stride_ + 2; }
+  const Number* of(const Tap& tap) const { return at(slot(tap.dy, tap.dz)) + tap.dx; }
 
   /// Where the row (y + dy, z + dz) is stored.
   static std::size_t slot(int dy, int dz) {
@@ -44,7 +55,7 @@ class PaddedRows {
 
  private:
   std::size_t stride_;
-  std::vector<double> values_;
+  std::vector<Number> values_;
 };
 
 }  // namespace
@@ -64,21 +75,68 @@ double dot(const double* a, const double* b, std::size_t length) {
 
 namespace {
 
-/// Adds the samples `first` to `last` - 1 of a row.
-void accumulate(const PaddedRows& rows, std::size_t first, std::size_t last, std::size_t tap_count,
-                NormalEquations& sums) {
-  const std::size_t length = last - first;
-  std::array<const double*, unknowns> at{};
-  for (std::size_t i = 0; i < tap_count; ++i)
-    at[i] = rows.at(PaddedRows::slot(taps[i].dy, taps[i].dz)) + taps[i].dx + first;
-  const double* target = rows.at(0) + first;
-  for (std::size_t i = 0; i < tap_count; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) sums.matrix[i][j] += dot(at[i], at[j], length);
-    sums.right[i] += dot(at[i], target, length);
+/// Sums of products of all numbers, in doubles.
+class InexactSums {
+ public:
+  using Number = double;
+  InexactSums(std::size_t tap_count, std::int64_t) : taps_(tap_count) {}
+
+  /// Adds the samples `first` to `last` - 1 of a row.
+  void add(const PaddedRows<double>& rows, std::size_t first, std::size_t last) {
+    const std::size_t length = last - first;
+    std::array<const double*, unknowns> at{};
+    for (std::size_t i = 0; i < taps_; ++i) at[i] = rows.of(taps[i]) + first;
+    const double* target = rows.at(0) + first;
+    for (std::size_t i = 0; i < taps_; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) sums_.matrix[i][j] += dot(at[i], at[j], length);
+      sums_.right[i] += dot(at[i], target, length);
+    }
+    sums_.target += dot(target, target, length);
+    sums_.count += static_cast<double>(length);
   }
-  sums.target += dot(target, target, length);
-  sums.count += static_cast<double>(length);
-}
+  NormalEquations result() const { return sums_; }
+
+ private:
+  std::size_t taps_;
+  NormalEquations sums_;
+};
+
+/// The same for small integers: faster, and exact.
+class ExactSums {
+ public:
+  using Number = std::int16_t;
+  ExactSums(std::size_t tap_count, std::int64_t magnitude)
+      : taps_(tap_count), products_(static_cast<int>(tap_count) + 1, magnitude) {}
+
+  void add(const PaddedRows<std::int16_t>& rows, std::size_t first, std::size_t last) {
+    std::int16_t chunk[ProductSums::most_rows][ProductSums::chunk];
+    for (std::size_t x = first; x < last; x += ProductSums::chunk) {
+      const std::size_t length = std::min<std::size_t>(last - x, ProductSums::chunk);
+      for (std::size_t i = 0; i <= taps_; ++i) {
+        const std::int16_t* const row = i < taps_ ? rows.of(taps[i]) : rows.at(0);
+        if (length < ProductSums::chunk) std::memset(chunk[i], 0, sizeof chunk[i]);
+        std::memcpy(chunk[i], row + x, length * sizeof *row);
+      }
+      products_.add(chunk);
+    }
+    count_ += last - first;
+  }
+  NormalEquations result() {
+    NormalEquations sums;
+    const std::int64_t* total = products_.totals();
+    for (std::size_t i = 0; i <= taps_; ++i)
+      for (std::size_t j = 0; j <= i; ++j, ++total)
+        (i < taps_   ? sums.matrix[i][j]
+         : j < taps_ ? sums.right[j]
+                     : sums.target) = static_cast<double>(*total);
+    sums.count = static_cast<double>(count_);
+    return sums;
+  }
+
+ private:
+  std::size_t taps_, count_ = 0;
+  ProductSums products_;
+};
 
 /// Cholesky factorization. Except for rounding, the penalty makes the matrix positive definite.
 std::array<double, unknowns> solve(NormalEquations e, std::size_t n) {
@@ -145,13 +203,15 @@ Weights default_weights() {
   return weights;
 }
 
-template <class T>
-Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
-                    double noise) {
-  const auto n = static_cast<std::size_t>(tap_count);
+namespace {
+
+/// Sums over a sixteenth of the rows of a large brick, which is redundant.
+template <class Sums, class T>
+NormalEquations normal_equations(std::span<const T> samples, Index3 size, int tap_count,
+                                 std::int64_t reference, std::int64_t magnitude) {
   const bool first_slice = tap_count == slice_taps;
-  PaddedRows rows(static_cast<std::size_t>(size.x));
-  NormalEquations sums;
+  PaddedRows<typename Sums::Number> rows(static_cast<std::size_t>(size.x));
+  Sums sums(static_cast<std::size_t>(tap_count), magnitude);
   const auto row_at = [&](std::int64_t y, std::int64_t z) {
     y = std::clamp<std::int64_t>(y, 0, size.y - 1);
     z = std::clamp<std::int64_t>(z, 0, size.z - 1);
@@ -159,7 +219,6 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   };
   const std::int64_t first_z = first_slice ? 0 : std::min<std::int64_t>(2, size.z - 1);
   const std::int64_t last_z = first_slice ? 1 : size.z;
-  // Large bricks are redundant: a sixteenth of the rows is enough.
   const std::int64_t z_step = size.z >= 16 ? 4 : 1, y_step = size.y >= 16 ? 4 : 1;
   const std::int64_t first_x = std::min<std::int64_t>(2, size.x - 1);
   const std::int64_t last_x = std::max(first_x + 1, size.x - 2);
@@ -167,15 +226,26 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
   for (std::int64_t z = first_z; z < last_z; z += z_step, ++turn)
     for (std::int64_t y = std::min<std::int64_t>(2 + turn % y_step, size.y - 1); y < size.y; y += y_step) {
       if (all_equal(std::span(row_at(y, z), static_cast<std::size_t>(size.x)))) continue;
-      for (int dy = -2; dy <= 0; ++dy)
-        rows.load(PaddedRows::slot(dy, 0), row_at(y + dy, z), double(reference));
+      for (int dy = -2; dy <= 0; ++dy) rows.load(rows.slot(dy, 0), row_at(y + dy, z), reference);
       if (!first_slice) {
-        for (int dy = -1; dy <= 1; ++dy)
-          rows.load(PaddedRows::slot(dy, -1), row_at(y + dy, z - 1), double(reference));
-        rows.load(PaddedRows::slot(0, -2), row_at(y, z - 2), double(reference));
+        for (int dy = -1; dy <= 1; ++dy) rows.load(rows.slot(dy, -1), row_at(y + dy, z - 1), reference);
+        rows.load(rows.slot(0, -2), row_at(y, z - 2), reference);
       }
-      accumulate(rows, static_cast<std::size_t>(first_x), static_cast<std::size_t>(last_x), n, sums);
+      sums.add(rows, static_cast<std::size_t>(first_x), static_cast<std::size_t>(last_x));
     }
+  return sums.result();
+}
+
+}  // namespace
+
+template <class T>
+Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
+                    std::int64_t magnitude, double noise) {
+  const auto n = static_cast<std::size_t>(tap_count);
+  const NormalEquations sums =
+      magnitude <= ProductSums::magnitude_limit
+          ? normal_equations<ExactSums>(samples, size, tap_count, reference, magnitude)
+          : normal_equations<InexactSums>(samples, size, tap_count, reference, magnitude);
   if (sums.count == 0) return default_weights();
 
   const Weights fallback = default_weights();
@@ -201,7 +271,7 @@ Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std:
 }
 
 #define TAGRID_INSTANTIATE(T) \
-  template Weights fit_weights(std::span<const T>, Index3, int, std::int64_t, double);
+  template Weights fit_weights(std::span<const T>, Index3, int, std::int64_t, std::int64_t, double);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 TAGRID_INSTANTIATE(std::int64_t)
 #undef TAGRID_INSTANTIATE

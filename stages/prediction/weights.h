@@ -56,12 +56,13 @@ Weights default_weights();
 ///   samples     the brick, x fastest, `size` samples along each axis
 ///   tap_count   slice_taps: fit the first slice alone; all_taps: fit the slices after it
 ///   reference   is subtracted from every sample
+///   magnitude   the largest distance of a sample from the reference, or more
 ///   noise       variance of the decoder's values around the originals, in squared sample units
-/// The computation uses + - * / and square roots of doubles in a fixed order, so weights are the same on
-/// every machine. The result has magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for
+/// The computation uses exact integers, and + - * / and square roots of doubles in a fixed order, so weights
+/// are the same on every machine. The result has magnitude() <= weight_limit. T: samples of 8 or 16 bits, or std::int64_t for
 /// wide ones.
 template <class T>
 Weights fit_weights(std::span<const T> samples, Index3 size, int tap_count, std::int64_t reference,
-                    double noise);
+                    std::int64_t magnitude, double noise);
 
 }  // namespace tagrid

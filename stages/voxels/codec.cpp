@@ -7,29 +7,63 @@
 #include "stages/volume/sample_type.h"
 #include "stages/voxels/constant_brick.h"
 #include "stages/voxels/pass.h"
+#include "stages/wavefront/code.h"
 
 namespace tagrid {
 namespace {
 
-/// Codes all voxels with the method of the effort.
+// Two coders: one follows the raster order, for the best effort; for the others, the wavefront.
+
 template <class T, class Coder>
-bool run_pass(Effort effort, Coder& coder, const Box& owned, const LatticeBits& activity,
-              const VoxelBounds& bounds, const VoxelParameters& parameters, const T* original, T* result) {
-  const auto run = [&]<class Method>(Method) {
-    if (bounds.surface_error < 0)
-      return VoxelPass<T, Coder, Method, false>(coder, owned, activity, bounds, parameters)
-          .run(original, result);
-    return VoxelPass<T, Coder, Method, true>(coder, owned, activity, bounds, parameters)
-        .run(original, result);
-  };
-  switch (effort) {
-    case Effort::fast:
-      return run(FastMethod());
-    case Effort::best:
-      return run(BestMethod());
-    default:
-      return run(NormalMethod());
+bool run_pass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
+              const VoxelParameters& parameters, const T* original, T* result) {
+  if (bounds.surface_error < 0)
+    return VoxelPass<T, Coder, false>(coder, owned, activity, bounds, parameters).run(original, result);
+  return VoxelPass<T, Coder, true>(coder, owned, activity, bounds, parameters).run(original, result);
+}
+
+WaveBrick wave_brick(const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
+                     Effort effort) {
+  const auto steps = quantizers(bounds);
+  WaveBrick brick;
+  brick.size = owned.size();
+  brick.errors = {steps[0].error, steps[1].error};
+  if (bounds.surface_error >= 0) brick.activity = &activity;
+  brick.origin = owned.low;
+  brick.one_distribution = effort == Effort::fast;
+  return brick;
+}
+
+template <class T>
+void read_row(const void* samples, std::int64_t first, std::int64_t count, std::int16_t* to) {
+  const T* const from = static_cast<const T*>(samples) + first;
+  for (std::int64_t x = 0; x < count; ++x) to[x] = Held<T>::from(from[x]);
+}
+template <class T>
+void write_row(void* samples, std::int64_t first, std::int64_t count, const std::int16_t* from) {
+  T* const to = static_cast<T*>(samples) + first;
+  for (std::int64_t x = 0; x < count; ++x) to[x] = Held<T>::to(from[x]);
+}
+
+/// `low` and `high`: of the samples.
+template <class T>
+void encode_coded_brick(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                        const VoxelBounds& bounds, T low, T high, std::vector<std::uint8_t>& out,
+                        std::span<T> reconstruction, Effort effort) {
+  VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
+  if (effort == Effort::best) {
+    out.push_back(coded_brick);
+    RansEncoder coder(out);
+    code_parameters<T>(coder, parameters);
+    run_pass(coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
+    coder.finish();
+    return;
   }
+  WaveBrick brick = wave_brick(owned, activity, bounds, effort);
+  brick.parameters = parameters;
+  append_wave(
+      brick, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>},
+      [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); }, out);
 }
 
 }  // namespace
@@ -54,12 +88,12 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
     std::fill(reconstruction.begin(), reconstruction.end(), middle);
     return;
   }
-  out.push_back(coded_brick);
-  VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
-  RansEncoder coder(out);
-  code_parameters<T>(coder, parameters);
-  run_pass(effort, coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
-  coder.finish();
+  const std::size_t begin = out.size();
+  encode_coded_brick(samples, owned, activity, bounds, low, high, out, reconstruction, effort);
+  if (out.size() - begin <= 1 + samples.size_bytes()) return;
+  out.resize(begin);
+  append_raw_brick(samples, out);
+  std::copy(samples.begin(), samples.end(), reconstruction.begin());
 }
 
 template <class T>
@@ -67,34 +101,34 @@ Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, cons
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
+  if (!bytes.empty() && bytes[0] == raw_brick) return decode_raw_brick(bytes, samples);
+  if (effort != Effort::best && !bytes.empty() && bytes[0] != constant_brick) {
+    WaveBrick brick = wave_brick(owned, activity, bounds, effort);
+    return read_wave(bytes, brick, {samples.data(), write_row<T>},
+                     [&](RansDecoder& coder) { return code_parameters<T>(coder, brick.parameters); });
+  }
   return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
     VoxelParameters parameters;
     if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-    if (!run_pass<T>(effort, coder, owned, activity, bounds, parameters, nullptr, samples.data()))
+    if (!run_pass<T>(coder, owned, activity, bounds, parameters, nullptr, samples.data()))
       return Status::broken("values end too soon");
     return Status();
   });
 }
 
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort) {
-  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type),
-                      events = effort == Effort::best ? 17 * bytes : 17 * bytes / 4;
+  if (effort != Effort::best) return working_bytes_of_encoding_wave(type, size);
+  const std::uint64_t bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type);
   // While the models know nothing, residuals are dearer; parameters come first.
   constexpr std::uint64_t learning = 32768;
-  return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(events + learning);
+  return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
 }
 
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
+  if (effort != Effort::best) return working_bytes_of_decoding_wave(size);
   const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
-  switch (effort) {
-    case Effort::fast:
-      return quiet + VoxelWindow::working_bytes(size) + sizeof(FastResidualModel);
-    case Effort::best:
-      return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
-             MixedResidualModel::working_bytes();
-    default:
-      return quiet + VoxelWindow::working_bytes(size) + sizeof(ResidualModel);
-  }
+  return quiet + BlendedWindow::working_bytes(size) + sizeof(MixedResidualModel) +
+         MixedResidualModel::working_bytes();
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                         \

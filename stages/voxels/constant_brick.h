@@ -1,4 +1,5 @@
-// The first byte of the values of a brick of voxels, of any type: whether the brick is constant or coded.
+// The first byte of the values of a brick of voxels, of any type: whether the brick is constant or coded. Bricks that are
+// not coded.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 
 namespace tagrid {
 
-inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1;
+inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1, raw_brick = 3;
 
 /// Appends the values of a brick whose samples are all decoded as `value`.
 template <class T>
@@ -27,6 +28,29 @@ void append_constant_brick(T value, std::vector<std::uint8_t>& out) {
   out.push_back(constant_brick);
   for (std::size_t byte = 0; byte < sizeof(T); ++byte)
     out.push_back(static_cast<std::uint8_t>(bits >> (8 * byte)));
+}
+
+/// Appends the samples as they are: for noise, which would take more room if it was coded.
+template <class T>
+void append_raw_brick(std::span<const T> samples, std::vector<std::uint8_t>& out) {
+  out.push_back(raw_brick);
+  for (const T sample : samples)
+    for (std::size_t byte = 0; byte < sizeof(T); ++byte)
+      out.push_back(static_cast<std::uint8_t>(static_cast<std::make_unsigned_t<T>>(sample) >> (8 * byte)));
+}
+
+/// The inverse, for bytes that begin with raw_brick.
+template <class T>
+Status decode_raw_brick(std::span<const std::uint8_t> bytes, std::span<T> samples) {
+  if (bytes.size() != 1 + samples.size_bytes())
+    return Status::broken("values of a raw brick have the wrong size");
+  const std::uint8_t* at = bytes.data() + 1;
+  for (T& sample : samples) {
+    std::uint32_t bits = 0;
+    for (std::size_t byte = 0; byte < sizeof(T); ++byte) bits |= std::uint32_t{*at++} << (8 * byte);
+    sample = static_cast<T>(bits);
+  }
+  return {};
 }
 
 /// Sets the samples of a constant brick. For other bricks it calls `decode`, a function of a RansDecoder that

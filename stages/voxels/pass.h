@@ -1,4 +1,4 @@
-// The loop over the voxels of one brick, the same for encoding and decoding and for every effort.
+// The loop over the voxels of one brick, the same for encoding and decoding.
 #pragma once
 
 #include <algorithm>
@@ -27,23 +27,9 @@ inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
   return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
 }
 
-/// An effort: how a voxel is predicted, and how its residual is coded.
-struct NormalMethod {
-  using Window = VoxelWindow;
-  using Model = ResidualModel;
-};
-struct FastMethod {
-  using Window = VoxelWindow;
-  using Model = FastResidualModel;
-};
-struct BestMethod {
-  using Window = BlendedWindow;
-  using Model = MixedResidualModel;
-};
-
 /// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
 /// decoded ones. `two_bounds`: active points have a bound of their own.
-template <class T, class Coder, class Method, bool two_bounds>
+template <class T, class Coder, bool two_bounds>
 class VoxelPass {
  public:
   VoxelPass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
@@ -55,7 +41,7 @@ class VoxelPass {
         low_(parameters.low),
         high_(parameters.high),
         window_(owned.size(), parameters, std::min(quantizers_[0].error, quantizers_[1].error)),
-        model_(std::make_unique<typename Method::Model>()),
+        model_(std::make_unique<MixedResidualModel>()),
         segments_((owned.size().x + segment_length - 1) / segment_length),
         quiet_before_(static_cast<std::size_t>(segments_ * (owned.size().y + 1)), 1) {
     const std::int64_t step = std::min(quantizers_[0].step, quantizers_[1].step);
@@ -90,8 +76,8 @@ class VoxelPass {
   }
 
  private:
-  using Prediction = typename Method::Window::Prediction;
-  using Context = typename Method::Window::Context;
+  using Prediction = BlendedWindow::Prediction;
+  using Context = BlendedWindow::Context;
   /// How a residual is coded: flat if the neighbours are all equal, otherwise in a context.
   struct CodedBy {
     bool flat;
@@ -191,8 +177,8 @@ class VoxelPass {
   const LatticeBits& activity_;
   std::array<Quantizer, 2> quantizers_;
   std::int32_t low_, high_;  ///< range of the originals
-  typename Method::Window window_;
-  std::unique_ptr<typename Method::Model> model_;
+  BlendedWindow window_;
+  std::unique_ptr<MixedResidualModel> model_;
   std::int64_t segments_;
   std::int32_t largest_;
   std::vector<std::uint8_t> quiet_before_;  ///< whether a segment has no residual; one more row above

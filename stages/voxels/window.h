@@ -1,6 +1,5 @@
 // The voxels already coded that the coder of a brick's values keeps: the latest slices of values and
-// residuals, padded so that the innermost loop needs no border tests. From them come the prediction and the
-// coding context of the next voxel of a row.
+// residuals, padded so that the innermost loop needs no border tests.
 #pragma once
 
 #include <algorithm>
@@ -17,13 +16,6 @@
 
 namespace tagrid {
 
-struct Prediction {
-  std::int32_t value = 0;     ///< clamped to the range
-  std::int32_t fraction = 0;  ///< remainder of the rounding, in 2^-weight_bits
-  std::uint32_t bias = 0;     ///< neighbours that exceed the prediction, class of the residuals around
-  bool flat = false;
-};
-
 /// The neighbours to the left of a voxel in its row. They are in registers, since every voxel waits for the
 /// one before.
 struct LeftVoxels {
@@ -34,8 +26,6 @@ struct LeftVoxels {
 class VoxelWindow {
  public:
   using Value = std::int16_t;
-  using Prediction = tagrid::Prediction;
-  using Context = ResidualContext;
 
   /// `error` is for windows that adapt: the smallest bound of any voxel.
   VoxelWindow(Index3 size, const VoxelParameters& parameters, std::int64_t error = 0);
@@ -63,13 +53,6 @@ class VoxelWindow {
   LeftVoxels left_of(std::int64_t x) const {
     return {here_[x - 1], here_[x - 2], residual_[x - 1], residual_[x - 2]};
   }
-  Prediction predict(std::int64_t x, const LeftVoxels& left) const;
-  ResidualContext context(std::int64_t x, const LeftVoxels& left, const Prediction& p,
-                          const Quantizer& quantizer) const;
-  /// Stores the decoded value and the quantized residual of voxel x of the row, and moves `left` on.
-  void commit(std::int64_t x, LeftVoxels& left, const Prediction& p, std::int32_t value,
-              std::int32_t residual, std::int64_t step);
-
   const Value* row() const { return here_; }
 
  protected:
@@ -129,73 +112,6 @@ class VoxelWindow {
   std::vector<std::int32_t> sum_;      ///< weighted sum of all taps except those in the row
   std::vector<std::uint16_t> energy_;  ///< of the residuals in the rows before
   std::vector<std::uint8_t> class_;    ///< of the energy, times textures
-
- private:
-  std::array<Bias, 8 * textures> biases_{};
 };
-
-[[gnu::always_inline]] inline Prediction VoxelWindow::predict(std::int64_t x,
-                                                              const LeftVoxels& before) const {
-  Prediction p;
-  const auto i = static_cast<std::size_t>(x);
-  const std::int32_t left = before.value;
-  if (largest_[i] == left && smallest_[i] == left) {
-    p.value = left;
-    p.flat = true;
-    return p;
-  }
-  const std::int32_t exact = sum_[i] + left_weight_ * left + second_weight_ * before.second_value;
-  const std::int32_t plain = exact >> weight_bits;
-  const int sign = (before.residual > 0) - (before.residual < 0);
-  p.bias = static_cast<std::uint32_t>(
-      class_[i] + ((above_[x] > plain) | (left > plain) << 1 | (behind_[x] > plain) << 2 | (sign + 1) << 3));
-  const std::int32_t corrected = exact + biases_[p.bias].value;
-  const std::int32_t rounded = (corrected + (1 << (weight_bits - 1))) >> weight_bits;
-  p.fraction = corrected - (rounded << weight_bits);
-  p.value = std::clamp(rounded, parameters_.low, parameters_.high);
-  return p;
-}
-
-[[gnu::always_inline]] inline void VoxelWindow::commit(std::int64_t x, LeftVoxels& left, const Prediction& p,
-                                                       std::int32_t value, std::int32_t residual,
-                                                       std::int64_t step) {
-  keep(x, left, value, residual);
-  if (p.flat) return;
-  // An edge says nothing about the bias elsewhere, so an error is limited to what is usual around it.
-  const std::int64_t usual =
-      (std::int64_t{energy_[static_cast<std::size_t>(x)]} + 8) * step * (1 << (weight_bits - 3));
-  const std::int64_t error =
-      std::clamp((std::int64_t{value} - p.value) * (1 << weight_bits) - p.fraction, -usual, usual);
-  biases_[p.bias].learn(error);
-}
-
-[[gnu::always_inline]] inline ResidualContext VoxelWindow::context(std::int64_t x, const LeftVoxels& left,
-                                                                   const Prediction& p,
-                                                                   const Quantizer& quantizer) const {
-  const auto i = static_cast<std::size_t>(x);
-  const std::int32_t before = left.residual;
-  const std::uint32_t energy = log_scale<2>(energy_[i] + 4 * static_cast<std::uint32_t>(std::abs(before)) +
-                                            static_cast<std::uint32_t>(std::abs(left.second_residual)));
-  const EnergyClass& size = energy_class_table[energy];
-  const std::int32_t here = left.value;
-  const auto spread = static_cast<std::uint64_t>(std::max<std::int32_t>(largest_[i], here) -
-                                                 std::min<std::int32_t>(smallest_[i], here));
-  const auto steps = static_cast<std::uint32_t>((spread * 4 * quantizer.reciprocal) >> 40);
-  const std::uint32_t level = (static_cast<std::uint32_t>(p.value - parameters_.low) * level_scale_) >> 16;
-  ResidualContext c;
-  c.low_bits = size.low_bits;
-  c.spread = std::min<std::uint32_t>(log_scale<1>(steps), 31) * 8 + size.of_8;
-  c.level = (level * 4 + size.of_4) * 4;
-  c.flip = false;
-  std::int32_t sign = (before > 0) - (before < 0);
-  // If the step is small, the direction in which the prediction was rounded matters.
-  if (quantizer.error < 2) {
-    c.flip = p.fraction < 0;
-    c.level += static_cast<std::uint32_t>(std::min(3, std::abs(p.fraction) >> (weight_bits - 3)));
-    sign = c.flip ? -sign : sign;
-  }
-  c.energy = energy * 3 + static_cast<std::uint32_t>(sign + 1);
-  return c;
-}
 
 }  // namespace tagrid

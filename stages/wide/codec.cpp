@@ -7,12 +7,15 @@
 
 #include "stages/entropy/rans_coder.h"
 #include "stages/voxels/constant_brick.h"
+#include "stages/wide/narrow.h"
 #include "stages/wide/parameters.h"
 #include "stages/wide/residual_model.h"
 #include "stages/wide/window.h"
 
 namespace tagrid {
 namespace {
+
+constexpr std::uint8_t narrow_brick = 2;
 
 // The difference of two numbers as sign and magnitude; for keys of float64 it needs 65 bits.
 WideResidual difference(std::int64_t a, std::int64_t b) {
@@ -201,12 +204,17 @@ bool constant_of(std::span<const T> samples, const WideBounds& bounds, T& consta
          within(static_cast<double>(*high), static_cast<double>(constant), bound);
 }
 
+/// The window and the models.
+std::uint64_t working_bytes_of_pass(Index3 size) {
+  return WideWindow<std::int64_t>::working_bytes(size) + 2 * sizeof(WideResidualModel);
+}
+
 }  // namespace
 
 template <class T>
 void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                        const WideBounds& bounds, std::vector<std::uint8_t>& out,
-                        std::span<T> reconstruction) {
+                        const WideBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                        Effort effort) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(reconstruction.size() == samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
@@ -215,6 +223,10 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
     append_constant_brick(constant, out);
     std::fill(reconstruction.begin(), reconstruction.end(), constant);
     return;
+  }
+  if (const auto form = narrow_form(samples, bounds)) {
+    out.push_back(narrow_brick);
+    return encode_narrow(samples, *form, owned, activity, bounds, effort, out, reconstruction);
   }
   WideNumbers numbers;
   WideParameters parameters = choose_parameters(samples, owned.size(), bounds, numbers);
@@ -234,9 +246,11 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
 
 template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples) {
+                          const WideBounds& bounds, std::span<T> samples, Effort effort) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
+  if (!bytes.empty() && bytes[0] == narrow_brick)
+    return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples);
   return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
     WideParameters parameters;
     if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
@@ -248,7 +262,8 @@ Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned,
   });
 }
 
-std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds) {
+std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
+                                                    Effort effort) {
   const auto voxels = static_cast<std::uint64_t>(size.x * size.y * size.z);
   const bool floats = is_float_type(type);
   // Differences of keys, which have a bit more than samples, or of numbers on a lattice, which have 48.
@@ -258,19 +273,21 @@ std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size
   if (floats && bounds.surface_error == 0) events += WideResidualModel::most_events(bits);  // corrected
   const std::uint64_t numbers = voxels * (sizeof(std::int64_t) + sizeof(std::uint8_t));
   // Before the first voxel a few hundred say the parameters.
-  return numbers + std::max(floats ? numbers : 0, working_bytes_of_decoding_wide_voxels(size) +
-                                                      RansEncoder::working_bytes(voxels * events + 1024));
+  const std::uint64_t wide =
+      numbers + std::max(floats ? numbers : 0,
+                         working_bytes_of_pass(size) + RansEncoder::working_bytes(voxels * events + 1024));
+  return std::max(wide, working_bytes_of_encoding_narrow(size, effort));
 }
 
-std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size) {
-  return WideWindow<std::int64_t>::working_bytes(size) + 2 * sizeof(WideResidualModel);
+std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) {
+  return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                             \
   template void encode_wide_voxels(std::span<const T>, const Box&, const LatticeBits&, const WideBounds&, \
-                                   std::vector<std::uint8_t>&, std::span<T>);                             \
+                                   std::vector<std::uint8_t>&, std::span<T>, Effort);                     \
   template Status decode_wide_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,       \
-                                     const WideBounds&, std::span<T>);
+                                     const WideBounds&, std::span<T>, Effort);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

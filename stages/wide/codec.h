@@ -2,7 +2,8 @@
 // the original, as bytes and back; voxels/codec.h does the same for the narrow types.
 //
 // Every sample becomes a number (numbers.h): an integer is its own number; a float becomes its key if nothing
-// may be lost, and otherwise a fixed-point number. The numbers are coded closed loop, like narrow samples. A
+// may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow samples
+// codes them (narrow.h); others are coded closed loop in the same way. A
 // float escapes if it is not finite, or if its number would not lead back to it within its bound: its bits
 // are stored.
 #pragma once
@@ -13,6 +14,7 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
 
@@ -29,19 +31,20 @@ struct WideBounds {
 /// bit by bit, whatever the bound.
 template <class T>
 void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                        const WideBounds& bounds, std::vector<std::uint8_t>& out,
-                        std::span<T> reconstruction);
+                        const WideBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                        Effort effort = Effort::normal);
 
 /// The inverse. Safe on any bytes: see decode_voxels().
 template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples);
+                          const WideBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
 
 /// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that
 /// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,
 /// the models and the largest possible number of events.
-std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds);
+std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
+                                                    Effort effort);
 /// The same for decode_wide_voxels(): the window and the models.
-std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size);
+std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort);
 
 }  // namespace tagrid

@@ -2,33 +2,16 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 #include "stages/entropy/integer_model.h"
 #include "stages/entropy/rans_coder.h"
 #include "stages/volume/sample_type.h"
+#include "stages/wide/digits.h"
 #include "stages/wide/residual_model.h"
 
 namespace tagrid {
 namespace {
-
-// floor(log2 |v|). REQUIRES: v is finite and not zero.
-int exponent_of(double v) { return std::ilogb(v); }
-
-// Exponent of the unit in the last place of a number of type T with the magnitude of v.
-template <class T>
-int last_place(T v) {
-  return std::max(exponent_of(static_cast<double>(v)) - (std::numeric_limits<T>::digits - 1),
-                  std::numeric_limits<T>::min_exponent - std::numeric_limits<T>::digits);
-}
-
-// Exponent of the lowest binary digit of a float.
-template <class T>
-int lowest_digit(T v) {
-  const int mantissa_bits = std::numeric_limits<T>::digits - 1;
-  const BitsOf<T> mantissa = bits_of(v) & ((BitsOf<T>{1} << mantissa_bits) - 1);
-  const bool normal = std::fabs(v) >= std::numeric_limits<T>::min();
-  return last_place(v) + std::min(std::countr_zero(mantissa), normal ? mantissa_bits : 64);
-}
 
 template <class T>
 void make_keys(std::span<const T> samples, WideNumbers& n) {
@@ -165,8 +148,10 @@ WideParameters choose_parameters(std::span<const T> samples, Index3 size, const 
   const auto error = static_cast<double>(p.error[0]);
   const double noise = error * (error + 1) / 3;
   const std::span<const std::int64_t> numbers(n.numbers);
-  p.first_slice = fit_weights(numbers, size, slice_taps, p.reference, noise);
-  p.others = size.z > 1 ? fit_weights(numbers, size, all_taps, p.reference, noise) : default_weights();
+  constexpr auto unlimited = std::numeric_limits<std::int64_t>::max();
+  p.first_slice = fit_weights(numbers, size, slice_taps, p.reference, unlimited, noise);
+  p.others =
+      size.z > 1 ? fit_weights(numbers, size, all_taps, p.reference, unlimited, noise) : default_weights();
   return p;
 }
 

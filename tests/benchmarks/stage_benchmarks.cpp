@@ -167,7 +167,7 @@ void voxel_stages(const std::string& of, Piece& piece, std::int64_t max_error) {
   measure(of + "/PredictionFit" + suffix, piece, [max_error](Brick& brick) {
     const double noise = static_cast<double>(max_error * (max_error + 1)) / 3;
     benchmark::DoNotOptimize(
-        fit_weights<Sample>(brick.samples, brick.owned.size(), all_taps, brick.samples.front(), noise));
+        fit_weights<Sample>(brick.samples, brick.owned.size(), all_taps, brick.samples.front(), 8191, noise));
   });
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """python3 tests/format/decoder.py FILE.tag OUT.raw
 
-Decodes a .tag file of version 3 into samples, x fastest, little endian. It was written from docs/format.md and
+Decodes a .tag file of version 4 into samples, x fastest, little endian. It was written from docs/format.md and
 follows its sections; it shares nothing with the program. It is slow: a few thousand samples per second.
 The exit code is 65 if the file is broken.
 """
@@ -16,8 +16,10 @@ from second_decoder.best import BestDecoder
 from second_decoder.coding import Broken
 from second_decoder.forecast import forecast
 from second_decoder.grid import Box, decode_activity, decode_points, interpolate
-from second_decoder.voxels import FastDecoder, VoxelDecoder, decode_voxels
-from second_decoder.wide import decode_wide_points, decode_wide_voxels, interpolate_floats
+from second_decoder.lanes import FastDecoder, LanesDecoder
+from second_decoder.voxels import decode_voxels
+from second_decoder.wide import (decode_wide_as_narrow, decode_wide_points, decode_wide_voxels,
+                                 interpolate_floats)
 from second_decoder.xxh3 import xxh3
 
 
@@ -33,7 +35,7 @@ def chained(block, before):
 
 class SampleType:
     def __init__(self, number):
-        require(1 <= number <= 8, "the sample type is not of version 3")
+        require(1 <= number <= 8, "the sample type is not of version 4")
         self.size = (1, 1, 2, 2, 4, 4, 4, 8)[number - 1]
         self.is_wide, self.is_float = number >= 5, number >= 7  # samples of floats are kept as their bits
         self.is_signed = number in (2, 4, 6)
@@ -48,7 +50,7 @@ class Header:
     def __init__(self, data):
         require(len(data) >= 16 and data[:8] == b"\x89TAG\r\n\x1a\n", "this is not a .tag file")
         version, self.size = struct.unpack_from("<II", data, 8)
-        require(version == 3, "the version is not known")
+        require(version == 4, "the version is not known")
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
@@ -132,17 +134,24 @@ def decode_samples(header, closed, owned, active, values):
     x0, y0, z0 = owned.low
     two = header.surface_error >= 0
 
-    def error_at(x, y, z):
-        return header.surface_error if two and (x0 + x, y0 + y, z0 + z) in active else header.max_error
+    def is_active(x, y, z):
+        return two and (x0 + x, y0 + y, z0 + z) in active
 
-    smallest = min(header.max_error, header.surface_error) if two else header.max_error
     size = tuple(owned.high[a] - owned.low[a] + 1 for a in range(3))
-    if header.type.is_wide:
-        samples = decode_wide_voxels(values, size, header.type, two and (
-            lambda x, y, z: (x0 + x, y0 + y, z0 + z) in active))
+
+    def decode_narrow(data, sample_type, errors):
+        return decode_voxels(data, size, sample_type, lambda *p: errors[is_active(*p)], min(errors[:1 + two]),
+                             (LanesDecoder, FastDecoder, BestDecoder)[header.effort])
+
+    bounds = header.max_error, header.surface_error if two else header.max_error
+    if not header.type.is_wide:
+        samples = decode_narrow(values, header.type, bounds)
+    elif values[:1] == b"\2":
+        uint16 = SampleType(3)
+        samples = decode_wide_as_narrow(values[1:], header.type, bounds,
+                                        lambda data, errors: decode_narrow(data, uint16, errors))
     else:
-        samples = decode_voxels(values, size, header.type, error_at, smallest,
-                                (VoxelDecoder, FastDecoder, BestDecoder)[header.effort])
+        samples = decode_wide_voxels(values, size, header.type, two and is_active)
     return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
 
 

@@ -84,6 +84,11 @@ MADE = [
     ("float64", "bits", (7, 8, 9), ["--cube=4"]),
     ("float32", "bits", (7, 8, 9), ["--cube=4", "--grid-only", "--max-error=1e30"]),
     ("float32", "constant", (9, 9, 9), ["--cube=4", "--max-error=1"]),
+    ("float32", "phantom", (20, 17, 19), ["--cube=8", "--effort=best", "--max-error=1"]),
+    ("int32", "phantom", (20, 17, 19), ["--cube=8", "--effort=fast"]),
+    ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=90", "--surface-error=70"]),
+    ("int16", "noise", (12, 9, 11), ["--cube=16", "--effort=fast"]),
+    ("uint8", "phantom", (100, 40, 5), ["--cube=32", "--max-error=1"]),  # two groups of rows, long rows
 ]
 
 

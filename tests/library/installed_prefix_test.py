@@ -45,7 +45,9 @@ class InstalledLibrary(unittest.TestCase):
         where = {"LD_LIBRARY_PATH": str(library)}
         file = self.folder / "ball.tag"
         self.assertIn("100% done", run(programs / "encode_slices", file, **where))
-        self.assertIn("1000 samples, mean 40", run(programs / "read_region", file, *"43 35 27 53 45 37".split(), **where))
+        # Samples of the ball are 40, and each is within 2 of that.
+        self.assertRegex(run(programs / "read_region", file, *"43 35 27 53 45 37".split(), **where),
+                         r"1000 samples, mean (38|39|40|41|42)\b")
         said = run(programs / "info", file, **where)
         self.assertIn("96 x 80 x 64 samples of 2 bytes", said)
         self.assertIn("verified", said)

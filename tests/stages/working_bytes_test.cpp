@@ -14,6 +14,7 @@
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"
+#include "stages/volume/numbers.h"
 #include "tests/support/counted_heap.h"
 #include "tests/support/sanitized.h"
 
@@ -29,13 +30,21 @@ std::uint64_t noise(SampleType type, std::mt19937_64& random) {
 }
 
 /// One in `rarely` is noise, the others are 1: the noise that surprises is dearer than the one that is usual.
-BrickSamples samples_of(const CodingParameters& p, const Box& box, std::uint64_t rarely) {
+/// `narrow`: whole numbers below 2^16, which types of 32 and 64 bits code in another way.
+BrickSamples samples_of(const CodingParameters& p, const Box& box, std::uint64_t rarely,
+                        bool narrow = false) {
   const std::size_t size = size_of(p.type);
   BrickSamples samples{box, std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size)};
   std::mt19937_64 random(7);
   for (std::size_t at = 0; at < samples.bytes.size(); at += size) {
     const bool is_noise = random() % rarely == 0;
-    const std::uint64_t sample = is_noise ? noise(p.type, random) : std::uint64_t{1};
+    std::uint64_t sample = is_noise ? noise(p.type, random) : std::uint64_t{1};
+    if (narrow) {
+      const std::uint64_t whole = is_noise ? random() % 65536 : 1;
+      sample = p.type == SampleType::float32   ? bits_of(static_cast<float>(whole))
+               : p.type == SampleType::float64 ? bits_of(static_cast<double>(whole))
+                                               : whole;
+    }
     std::memcpy(samples.bytes.data() + at, &sample, size);
   }
   return samples;
@@ -138,8 +147,11 @@ TEST_F(WorkingBytes, OfEncodingAndDecodingAreWhatNoiseTakes) {
         const Index3 brick{0, 0, 0};
         const LatticeBits active = activity_of(p.bricks().closed_box(brick), p.cube_size, 2);
         std::uint64_t encode_peak = 0, decode_peak = 0, samples_peak = 0;
-        for (const std::uint64_t rarely : {1, 3}) {
-          const BrickSamples samples = samples_of(p, samples_to_encode(p, brick), rarely);
+        bool narrow = false;
+        for (const std::uint64_t rarely : {1, 3, 1, 3}) {
+          const BrickSamples samples =
+              samples_of(p, samples_to_encode(p, brick), rarely, narrow && is_wide_type(type));
+          narrow = narrow || rarely == 3;
           BrickCode code;
           const HeapPeak encoding;
           encode_brick(samples, active, p, brick, code);

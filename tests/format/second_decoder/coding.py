@@ -5,7 +5,7 @@ import zlib
 
 
 class Broken(Exception):
-    """The bytes are not those of a .tag file, version 3."""
+    """The bytes are not those of a .tag file, version 4."""
 
 
 def clamp(v, low, high):

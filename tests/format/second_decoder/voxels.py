@@ -1,9 +1,6 @@
 """Values of voxels: section 7 of docs/format.md."""
 
-import functools
-import itertools
-
-from .coding import RATE, Bits, Broken, Decoder, IntegerModel, SymbolModel, clamp
+from .coding import RATE, Bits, Broken, Decoder, IntegerModel, clamp
 
 TAPS = ((-1, 0, 0), (-2, 0, 0), (0, -1, 0), (-1, -1, 0), (1, -1, 0), (2, -1, 0), (-2, -1, 0), (0, -2, 0),
         (0, 0, -1), (-1, 0, -1), (1, 0, -1), (0, -1, -1), (0, 1, -1), (-1, -1, -1), (1, -1, -1), (-1, 1, -1),
@@ -21,13 +18,6 @@ def log_scale(m, v):
 
 def low_bits(energy):
     return max(0, (energy >> 4).bit_length() - 2)
-
-
-@functools.cache
-def start_of(m, least):
-    """Mean and divisor of a model for energies whose logarithm is at least this value."""
-    energy = next(v for v in itertools.count() if log_scale(m, v) >= least)
-    return energy + 1, 16 << low_bits(energy)
 
 
 class Bias:
@@ -63,36 +53,45 @@ class Surroundings:
         return self.values[min(x, self.mx - 1), y, z]
 
 
+def read_parameters(coder, sample_type):
+    """low, high, reference, and the weights of the first slice and of the others."""
+    low, high, reference = (sample_type.from_bits(coder.raw(8 * sample_type.size)) for _ in range(3))
+    model = IntegerModel()
+    both = []
+    for count in (8, 18):
+        weights = [0] * 18
+        for t in range(count):
+            weights[t] = (1024 if t in (0, 2) else 0) + clamp(coder.signed(model), -65536, 65536)
+        both.append(weights)
+    if low >= high or not low <= reference <= high or any(sum(map(abs, w)) > 16384 for w in both):
+        raise Broken("values with impossible parameters")
+    return low, high, reference, both
+
+
+def weighted_sum(brick, x, y, z):
+    """The exact prediction of a voxel, in 2^-11."""
+    weights = brick.weights[z > 0]
+    return brick.reference * (2048 - sum(weights)) + sum(
+        w * brick.V(x + dx, y + dy, z + dz) for w, (dx, dy, dz) in zip(weights, TAPS) if w != 0)
+
+
 class VoxelDecoder(Surroundings):
-    """Of the default effort, or the fast one. `error_at(x, y, z)` is the bound of a voxel, `smallest_error`
-    the smallest that the header allows."""
+    """What the best effort is based on. `error_at(x, y, z)` is the bound of a voxel, `smallest_error` the
+    smallest that the header allows."""
 
     def __init__(self, data, size, sample_type, error_at, smallest_error):
-        self.coder = Decoder(data)
+        if data[:1] != b"\1":
+            raise Broken("values of an unknown kind")
+        self.coder = Decoder(data[1:])
         self.mx, self.my, self.mz = size
         self.error_at = error_at
-        self.read_parameters(sample_type)
+        self.low, self.high, self.reference, self.weights = read_parameters(self.coder, sample_type)
         self.largest = (self.high - self.low) // (2 * smallest_error + 1) + 1
         self.level_scale = 4194304 // (self.high - self.low + 1)
         self.values, self.residuals = {}, {}
         self.biases = [Bias() for _ in range(8 * 24)]
         self.bits = Bits()
-        self.models, self.fast = {}, False
-        self.beyond, self.flat_magnitude = IntegerModel(), IntegerModel()
-
-    def read_parameters(self, sample_type):
-        coder = self.coder
-        self.low, self.high, self.reference = (
-            sample_type.from_bits(coder.raw(8 * sample_type.size)) for _ in range(3))
-        model = IntegerModel()
-        self.weights = []
-        for count in (8, 18):
-            weights = [0] * 18
-            for t in range(count):
-                weights[t] = (1024 if t in (0, 2) else 0) + clamp(coder.signed(model), -65536, 65536)
-            self.weights.append(weights)
-        if self.low >= self.high or any(sum(map(abs, w)) > 16384 for w in self.weights):
-            raise Broken("values with impossible parameters")
+        self.flat_magnitude = IntegerModel()
 
     def R(self, x, y, z):
         return self.residuals.get((x, y, z), 0)
@@ -108,9 +107,8 @@ class VoxelDecoder(Surroundings):
         if p.high == left == p.low:
             p.flat, p.value = True, left
             return p
-        weights = self.weights[z > 0]
-        exact = p.exact = self.reference * (2048 - sum(weights)) + sum(
-            w * V(x + dx, y + dy, z + dz) for w, (dx, dy, dz) in zip(weights, TAPS) if w != 0)
+        exact = p.exact = weighted_sum(self, x, y, z)
+
         def row(dy, d):
             return abs(R(x + d, y + dy, z) if y > 0 else R(x + d, y, z - 1))
 
@@ -138,42 +136,6 @@ class VoxelDecoder(Surroundings):
         a = min(1 + coder.integer(self.flat_magnitude), self.largest)
         return -a if coder.adaptive(bits["flat sign"], 250) else a
 
-    def decode_other_residual(self, x, y, z, p, error):
-        coder = self.coder
-
-        def R(dx, dy, dz):
-            return self.R(x + dx, y + dy, z + dz)
-
-        left = self.V(x - 1, y, z)
-        energy = p.before + 4 * abs(R(-1, 0, 0)) + abs(R(-2, 0, 0))
-        coarse = min(log_scale(1, energy), 15)
-        k = low_bits(energy)
-        spread = max(p.high, left) - min(p.low, left)
-        level = ((p.value - self.low) * self.level_scale) >> 16
-        flip = error < 2 and p.fraction < 0
-        centre = min(3, abs(p.fraction) >> 8) if error < 2 else 0
-        side = trit(-R(-1, 0, 0) if flip else R(-1, 0, 0))
-        by_energy = self.model("energy", 3 * log_scale(2, energy) + side)
-        s = coder.symbol(by_energy) if self.fast else coder.symbol(
-            by_energy,
-            self.model("spread", 8 * min(log_scale(1, 4 * spread // (2 * error + 1)), 31) + coarse // 2),
-            self.model("level", 4 * (4 * level + coarse // 4) + centre))
-        h = s - 7
-        if s == 15:
-            negative = coder.raw(1)
-            h = 8 + min(coder.integer(self.beyond), 1 << 18)
-            h = -h if negative else h
-        if k > 0:
-            h = (h << k) + coder.raw(k)
-        r = clamp(h, -self.largest, self.largest)
-        return -r if flip else r
-
-    def model(self, kind, c):
-        if (kind, c) not in self.models:
-            start = {"energy": (2, c // 3), "spread": (1, c % 8 * 2 + 1), "level": (1, c // 4 % 4 * 4 + 2)}[kind]
-            self.models[kind, c] = SymbolModel(*start_of(*start))
-        return self.models[kind, c]
-
     def decode_voxel(self, x, y, z, quiet):
         error = self.error_at(x, y, z)
         step = 2 * error + 1
@@ -185,10 +147,6 @@ class VoxelDecoder(Surroundings):
         self.residuals[x, y, z] = clamp(r, -4095, 4095)
         if not p.flat:
             self.learn(x, y, z, p, v, error)
-
-    def learn(self, _x, _y, _z, p, v, error):
-        usual = (p.before + 8) * (2 * error + 1) * 256
-        p.bias.learn(clamp((v - p.value) * 2048 - p.fraction, -usual, usual))
 
     def run(self):
         was_quiet = {}
@@ -206,12 +164,6 @@ class VoxelDecoder(Surroundings):
         return self.values
 
 
-class FastDecoder(VoxelDecoder):
-    def __init__(self, *arguments):
-        super().__init__(*arguments)
-        self.fast = True
-
-
 def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder):
     """Samples by (x, y, z), counted from 0 in the owned box."""
     if data[:1] == b"\0":
@@ -220,6 +172,13 @@ def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder):
         value = sample_type.from_bits(int.from_bytes(data[1:], "little"))
         mx, my, mz = size
         return {(x, y, z): value for z in range(mz) for y in range(my) for x in range(mx)}
-    if data[:1] != b"\1":
-        raise Broken("values of an unknown kind, or none")
-    return decoder(data[1:], size, sample_type, error_at, smallest_error).run()
+    if not data:
+        raise Broken("values are missing")
+    if data[:1] == b"\3":
+        mx, my, mz = size
+        if len(data) != 1 + sample_type.size * mx * my * mz:
+            raise Broken("a raw brick of the wrong size")
+        samples = (sample_type.from_bits(int.from_bytes(data[i:i + sample_type.size], "little"))
+                   for i in range(1, len(data), sample_type.size))
+        return {(x, y, z): next(samples) for z in range(mz) for y in range(my) for x in range(mx)}
+    return decoder(data, size, sample_type, error_at, smallest_error).run()

@@ -252,6 +252,23 @@ def decode_wide_voxels(data, size, sample_type, active):
     return WideVoxelDecoder(data[1:], size, sample_type, active or None).run()
 
 
+def decode_wide_as_narrow(data, sample_type, bounds, decode_narrow):
+    """11.3, kind 2. `decode_narrow` decodes samples of uint16, from bytes and both errors."""
+    if len(data) < (14 if sample_type.is_float else 8):
+        raise Broken("values end too soon")
+    low, = struct.unpack_from("<q", data)
+    if not sample_type.is_float:
+        if not sample_type.limits[0] <= low <= sample_type.limits[1]:
+            raise Broken("values with impossible parameters")
+        numbers = decode_narrow(data[8:], [min(b, 65535) for b in bounds])
+        return {at: min(low + n, sample_type.limits[1]) for at, n in numbers.items()}
+    exponent, *errors = struct.unpack_from("<hHH", data, 8)
+    if not -1000 <= exponent <= 960 or abs(low) > LARGEST_FIXED:
+        raise Broken("values with impossible parameters")
+    unit = math.ldexp(1.0, exponent)
+    return {at: bits_of((low + n) * unit, sample_type.size) for at, n in decode_narrow(data[14:], errors).items()}
+
+
 def decode_wide_points(data, box, active, S, point_error, sample_type):
     """Values of the active points, by point."""
     coder, size = Decoder(data), sample_type.size

@@ -4,8 +4,6 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
-#include <memory>
-
 #include "stages/entropy/rans_coder.h"
 
 namespace tagrid {
@@ -41,62 +39,6 @@ RC_GTEST_PROP(ResidualCoding, IntegersComeBack, (std::vector<std::int64_t> value
   RansDecoder decoder(bytes);
   for (const auto v : values) RC_ASSERT(reader.code_signed(decoder, 0) == v);
   RC_ASSERT(decoder.finished());
-}
-
-RC_GTEST_PROP(ResidualCoding, ResidualsOfAnySizeComeBackInAnyContext, ()) {
-  struct Item {
-    std::int32_t residual;
-    bool flat;
-    ResidualContext context;
-  };
-  const auto largest = *rc::gen::element<std::int32_t>(1, 3, 255, 65536);
-  std::vector<Item> items(*rc::gen::inRange<std::size_t>(0, 200));
-  for (Item& item : items) {
-    item.residual = *rc::gen::inRange<std::int32_t>(-largest, largest + 1);
-    item.flat = *rc::gen::inRange(0, 5) == 0;
-    item.context = {*rc::gen::inRange<std::uint32_t>(0, energy_contexts),
-                    *rc::gen::inRange<std::uint32_t>(0, spread_contexts),
-                    *rc::gen::inRange<std::uint32_t>(0, level_contexts), *rc::gen::inRange(0, 11),
-                    *rc::gen::inRange(0, 2) == 1};
-  }
-  std::vector<std::uint8_t> bytes;
-  RansEncoder encoder(bytes);
-  const auto writer = std::make_unique<ResidualModel>(), reader = std::make_unique<ResidualModel>();
-  const auto code = [&](ResidualModel& model, auto& coder, const Item& item, std::int32_t residual) {
-    return item.flat ? model.code_flat(coder, residual, largest)
-                     : model.code(coder, residual, largest, item.context);
-  };
-  for (const Item& item : items) RC_ASSERT(code(*writer, encoder, item, item.residual) == item.residual);
-  encoder.finish();
-  RansDecoder decoder(bytes);
-  for (const Item& item : items) RC_ASSERT(code(*reader, decoder, item, 0) == item.residual);
-  RC_ASSERT(decoder.finished());
-}
-
-// A damaged stream can hold any residual. It is part of the context of later ones, so its size is limited.
-template <class Model>
-void expect_limited(std::int32_t low_bits, bool flip) {
-  constexpr std::int32_t largest = 2;
-  const ResidualContext context{30, 40, 50, low_bits, flip};
-  for (const std::int32_t residual : {-3000, -8, -7, -3, -2, 0, 2, 3, 7, 8, 3000}) {
-    std::vector<std::uint8_t> bytes;
-    RansEncoder encoder(bytes);
-    const auto writer = std::make_unique<Model>(), reader = std::make_unique<Model>();
-    writer->code(encoder, residual, 1 << 16, context);
-    encoder.finish();
-    RansDecoder decoder(bytes);
-    EXPECT_EQ(reader->code(decoder, 0, largest, context), std::clamp(residual, -largest, largest))
-        << residual << ", " << low_bits << " low bits";
-    EXPECT_TRUE(decoder.finished());
-  }
-}
-
-TEST(ResidualCoding, DecodedResidualsAreNoLargerThanAllowed) {
-  for (const std::int32_t low_bits : {0, 1, 5})
-    for (const bool flip : {false, true}) {
-      expect_limited<ResidualModel>(low_bits, flip);
-      expect_limited<FastResidualModel>(low_bits, flip);
-    }
 }
 
 TEST(ResidualCoding, ClassesOfEnergyAgreeWithTheirMembers) {

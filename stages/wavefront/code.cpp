@@ -1,0 +1,110 @@
+#include "stages/wavefront/code.h"
+
+#include "stages/entropy/adaptive_bit.h"
+#include "stages/wavefront/buffers.h"
+#include "stages/wavefront/words.h"
+
+namespace tagrid {
+namespace {
+
+/// The first byte of the values. A brick with few symbols has one state for all lanes, which takes less room.
+constexpr std::uint8_t one_state = 1, many_states = 2;
+
+/// Codes which rows are quiet, in raster order, in the context of rows above, behind, and behind and below.
+template <class Coder>
+void code_quiet_rows(Coder& coder, const Schedule& s, RowSet& quiet) {
+  std::array<AdaptiveBit, 8> models{};
+  const auto group = [&](std::int64_t y, std::int64_t z) -> std::uint16_t& {
+    return quiet[static_cast<std::size_t>(z & 1)]
+                [static_cast<std::size_t>(z / 2 * s.groups + y / wave_lanes)];
+  };
+  const auto is_quiet = [&](std::int64_t y, std::int64_t z) -> std::size_t {
+    if (y < 0 || y >= s.size.y || z < 0) return 1;
+    return group(y, z) >> (y % wave_lanes) & 1;
+  };
+  for (std::int64_t z = 0; z < s.size.z; ++z)
+    for (std::int64_t y = 0; y < s.size.y; ++y) {
+      const std::size_t context = is_quiet(y, z - 1) | is_quiet(y - 1, z) << 1 | is_quiet(y + 1, z - 1) << 2;
+      const bool row = code_adaptive(coder, is_quiet(y, z) != 0, models[context], 250);
+      auto& rows = group(y, z);
+      const auto lane = static_cast<std::uint16_t>(1u << (y % wave_lanes));
+      rows = static_cast<std::uint16_t>(row ? rows | lane : rows & ~lane);
+    }
+}
+
+void append_size(std::size_t size, std::vector<std::uint8_t>& out) {
+  for (; size >= 128; size >>= 7) out.push_back(static_cast<std::uint8_t>(size | 128));
+  out.push_back(static_cast<std::uint8_t>(size));
+}
+
+/// Takes a size and then as many bytes from the beginning of `bytes`; returns false if there are not as many.
+bool take_part(std::span<const std::uint8_t>& bytes, std::span<const std::uint8_t>& part) {
+  std::size_t size = 0, at = 0;
+  for (int shift = 0;; shift += 7) {
+    if (at == bytes.size() || shift > 56) return false;
+    size |= static_cast<std::size_t>(bytes[at] & 127) << shift;
+    if (bytes[at++] < 128) break;
+  }
+  if (size > bytes.size() - at) return false;
+  part = bytes.subspan(at, size);
+  bytes = bytes.subspan(at + size);
+  return true;
+}
+
+}  // namespace
+
+void append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
+                 const std::function<void(RansEncoder&)>& parameters, std::vector<std::uint8_t>& out) {
+  WaveCode code;
+  encode_wave(brick, samples, reconstruction, code);
+  std::vector<std::uint8_t> head;
+  RansEncoder coder(head);
+  parameters(coder);
+  code_quiet_rows(coder, Schedule(brick.size), code.quiet);
+  coder.finish();
+  constexpr std::size_t most_of_sizes = 18;
+  out.reserve(out.size() + 1 + most_of_sizes + head.size() + code.bits.size() + 2 * code.words.size());
+  out.push_back(code.single ? one_state : many_states);
+  append_size(head.size(), out);
+  out.insert(out.end(), head.begin(), head.end());
+  append_size(code.bits.size(), out);
+  out.insert(out.end(), code.bits.begin(), code.bits.end());
+  for (const std::uint16_t word : code.words) {
+    out.push_back(static_cast<std::uint8_t>(word));
+    out.push_back(static_cast<std::uint8_t>(word >> 8));
+  }
+}
+
+Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWriter samples,
+                 const std::function<bool(RansDecoder&)>& parameters) {
+  const bool single = bytes[0] == one_state;
+  if (!single && bytes[0] != many_states) return Status::broken("values of an unknown kind");
+  bytes = bytes.subspan(1);
+  std::span<const std::uint8_t> head, bits;
+  if (!take_part(bytes, head) || !take_part(bytes, bits)) return Status::broken("values end too soon");
+  RansDecoder coder(head);
+  if (!parameters(coder)) return Status::broken("values with impossible parameters");
+  const Schedule schedule(brick.size);
+  RowSet quiet;
+  for (auto& half : quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
+  code_quiet_rows(coder, schedule, quiet);
+  if (!coder.finished()) return Status::broken("values with wrong flags of rows");
+  if (!decode_wave(brick, quiet, single, bits, bytes, samples))
+    return Status::broken("values that no encoder wrote");
+  return {};
+}
+
+std::uint64_t working_bytes_of_encoding_wave(SampleType type, Index3 size) {
+  const Schedule s(size);
+  const auto bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type),
+             steps = static_cast<std::uint64_t>(2 * s.all_steps);
+  // The stream of noise is a little longer than its samples, and longer still while the models know nothing. It is there as
+  // chunks, as words, and as the bytes that are appended, which grow by copying. A step keeps 64 bytes of low bits.
+  const std::uint64_t stream = bytes * 5 / 4 + 16384;
+  return WaveBuffers::bytes(size, true, true) + 5 * stream + 72 * steps +
+         2 * WordsBackward::chunk_size * sizeof(std::uint16_t);
+}
+
+std::uint64_t working_bytes_of_decoding_wave(Index3 size) { return WaveBuffers::bytes(size, false, true); }
+
+}  // namespace tagrid

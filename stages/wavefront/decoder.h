@@ -1,0 +1,232 @@
+// Decodes the values of a brick. Included once for each instruction set.
+#if defined(TAGRID_STAGES_WAVEFRONT_DECODER) == defined(HWY_TARGET_TOGGLE)
+#ifdef TAGRID_STAGES_WAVEFRONT_DECODER
+#undef TAGRID_STAGES_WAVEFRONT_DECODER
+#else
+#define TAGRID_STAGES_WAVEFRONT_DECODER
+#endif
+
+#include <array>
+#include <cstddef>
+
+#include "stages/wavefront/models.h"
+#include "stages/wavefront/wave.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace tagrid::HWY_NAMESPACE {
+
+class Decoder : Wave<false> {
+ public:
+  Decoder(const WaveBrick& brick, WaveBuffers& buffers, RowWriter writer, const RowSet& quiet, bool single,
+          std::span<const std::uint8_t> bits, std::span<const std::uint8_t> words)
+      : Wave(brick, buffers, {}, writer, &quiet),
+        single_(single),
+        bits_(bits),
+        words_(words.data()),
+        end_(words.data() + words.size()) {}
+
+  bool run() {
+    const Schedule& s = s_;
+    if (end_ - words_ < most_of_steps) enough_words();
+    if (single_) {
+      std::memcpy(&one_state_, words_, sizeof one_state_);
+      words_ += sizeof one_state_;
+    } else {
+      alignas(64) std::int32_t states[2 * wave_lanes];
+      std::memcpy(states, words_, sizeof states);
+      half_[0].state = load32(states);
+      half_[1].state = load32(states + wave_lanes);
+      words_ += sizeof states;
+    }
+    const std::int64_t last = s.all_steps - 1;
+    for (std::int64_t group = 0, t = 0; t <= last; ++group) {
+      begin_period(group);
+      const std::int64_t end = std::min(t + s.period, last + 1);
+      if (t == 0) front(half_[0], 0, 0);
+      for (; t < end; ++t) {
+        if (t >= s.lag) front(half_[1], 1, t - s.lag);
+        if (t < s.steps) step(half_[0], t);
+        if (t + 1 < s.steps) front(half_[0], 0, t + 1);
+        if (t >= s.lag) step(half_[1], t - s.lag);
+        if (end_ - words_ < most_of_steps && !enough_words()) return false;
+        if (t < 32 ? (t & (t + 1)) == 0 : t % 8 == 7) learn_biases();
+      }
+      finish_period(group);
+    }
+    for (std::int64_t group = (last / s.period) + 1; group < s.all_groups + 2; ++group) finish_period(group);
+    // The encoder began with these states.
+    const bool at_start =
+        single_ ? one_state_ == 65536
+                : (bits(half_[0].state == set32(65536)) & bits(half_[1].state == set32(65536))) == 0xffff;
+    return words_ == end_ && bits_.finished() && at_start;
+  }
+
+ private:
+  /// Bytes that the steps of both halves may ask for: a word for each symbol, one for its low bits, and what a vector reads.
+  static constexpr std::ptrdiff_t most_of_steps = 2 * 4 * wave_lanes + 32;
+
+  /// Near the end, goes on in a copy that is followed by zeros. Returns false if words behind the end were asked for.
+  bool enough_words() {
+    if (!at_end_) {
+      at_end_ = true;
+      const auto left = static_cast<std::size_t>(end_ - words_);
+      tail_.fill(0);
+      std::memcpy(tail_.data(), words_, left);
+      words_ = tail_.data();
+      end_ = words_ + left;
+    }
+    return words_ <= end_;
+  }
+
+  TAGRID_STEP void step(Half& f, std::int64_t t) {
+    if (f.slow) {
+      if (f.coded != 0)
+        symbols(f);
+      else
+        f.residual = set32(0);
+    }
+    back(f, t);
+  }
+
+  /// The residuals of a step.
+  TAGRID_STEP void symbols(Half& f) {
+    I32 low = set32(0);
+    if (single_)
+      take_one_by_one(f, low);
+    else
+      take_all(f, low);
+    learn(f);
+    const std::uint32_t m = f.coded;
+    const M32 in = mask32(m);
+    const I32 symbol = load32(f.symbol);
+    I32 residual = if_or_zero(in, symbol - set32(7));
+    const std::uint32_t far = bits(symbol == set32(15)) & m;
+    if ((far | f.any_low) != 0) {
+      if (far != 0) {
+        alignas(64) std::int32_t all[wave_lanes];
+        store(residual, all);
+        for (std::uint32_t b = far; b != 0; b &= b - 1) {
+          const bool is_negative_one = bits_.get(1) != 0;
+          const auto magnitude = static_cast<std::int32_t>(8 + bits_.get_number());
+          all[std::countr_zero(b)] = is_negative_one ? -magnitude : magnitude;
+        }
+        residual = load32(all);
+      }
+      if (f.any_low != 0) residual = shift_left(residual, if_or_zero(mask32(f.any_low), f.low_bits)) + low;
+    }
+    residual = max(min(residual, f.largest), negative(f.largest));
+    f.residual = any_fine_ ? if_else(f.flip, negative(residual), residual) : residual;
+  }
+
+  /// The symbol of lane i, and its interval, from the lower half of a state.
+  TAGRID_STEP void read(Half& f, int i, std::uint32_t slot) {
+    const std::int16_t *const texture = buffers_.tables + f.texture[i], *const level =
+                                                                            level_tables_ + f.level[i];
+    // Element 0 is an age.
+    const M16 begun = not_above(load16(texture) + load16(level), set16(static_cast<std::int16_t>(slot)));
+    const auto symbol = std::popcount(bits(begun) & 0xfffe);
+    std::uint32_t p, q;
+    std::memcpy(&p, texture + symbol, sizeof p);
+    std::memcpy(&q, level + symbol, sizeof q);
+    f.interval[i] = static_cast<std::int32_t>(p + q);
+    f.symbol[i] = symbol;
+  }
+
+  /// All lanes at once, each from its state.
+  TAGRID_STEP void take_all(Half& f, I32& low) {
+    alignas(64) std::int32_t state[wave_lanes];
+    store(f.state, state);
+    if (std::popcount(f.coded) > few_lanes) {
+      TAGRID_UNROLL
+      for (int i = 0; i < wave_lanes; ++i) read(f, i, static_cast<std::uint32_t>(state[i]));
+    } else {
+      for (std::uint32_t b = f.coded; b != 0; b &= b - 1) {
+        const int i = std::countr_zero(b);
+        read(f, i, static_cast<std::uint32_t>(state[i]));
+      }
+    }
+    const I32 symbol = load32(f.symbol), interval = load32(f.interval);
+    const I32 start = zero_or(symbol == set32(0), interval & set32(0xffff));
+    const I32 end = if_else(symbol == set32(15), set32(65536), shift_right_unsigned<16>(interval));
+    advance(f.state, start, end - start, f.coded);
+    if (f.any_low == 0) return;
+    const M32 has = mask32(f.any_low);
+    const I32 room = set32(16) - if_or_zero(has, f.low_bits);
+    low = if_or_zero(has, shift_right(f.state & set32(0xffff), room));
+    advance(f.state, shift_left(low, room), shift_left(set32(1), room), f.any_low);
+  }
+
+  /// One lane after the other, all from the same state.
+  void take_one_by_one(Half& f, I32& low) {
+    const auto advance_one = [this](std::uint32_t start, std::uint32_t length) {
+      one_state_ = (one_state_ >> 16) * length + (one_state_ & 0xffff) - start;
+      if (one_state_ < 65536) {
+        std::uint16_t word;
+        std::memcpy(&word, words_, sizeof word);
+        words_ += sizeof word;
+        one_state_ = one_state_ << 16 | word;
+      }
+    };
+    for (std::uint32_t b = f.coded; b != 0; b &= b - 1) {
+      const int i = std::countr_zero(b);
+      read(f, i, one_state_ & 0xffff);
+      const auto interval = static_cast<std::uint32_t>(f.interval[i]);
+      const std::uint32_t start = f.symbol[i] == 0 ? 0 : interval & 0xffff;
+      advance_one(start, (f.symbol[i] == 15 ? 65536 : interval >> 16) - start);
+    }
+    if (f.any_low == 0) return;
+    alignas(64) std::int32_t count[wave_lanes], all[wave_lanes] = {};
+    store(f.low_bits, count);
+    for (std::uint32_t b = f.any_low; b != 0; b &= b - 1) {
+      const int i = std::countr_zero(b), room = 16 - count[i];
+      const std::uint32_t bits_below = (one_state_ & 0xffff) >> room;
+      all[i] = static_cast<std::int32_t>(bits_below);
+      advance_one(bits_below << room, 1u << room);
+    }
+    low = load32(all);
+  }
+
+  /// All lanes have read; now all learn.
+  TAGRID_STEP void learn(Half& f) {
+    std::int16_t* const tables = buffers_.tables;
+    if (std::popcount(f.coded) > few_lanes) {
+      TAGRID_UNROLL
+      for (int g = 0; g < wave_lanes; g += 8) {
+        I16 target[8];
+        TAGRID_UNROLL
+        for (int i = 0; i < 8; ++i) target[i] = target_of(f.symbol[g + i]);
+        learn_eight(tables, f.texture + g, target);
+        if (!brick_.one_distribution) learn_eight(level_tables_, f.level + g, target);
+      }
+      return;
+    }
+    for (std::uint32_t b = f.coded; b != 0; b &= b - 1) {
+      const int i = std::countr_zero(b);
+      const I16 target = target_of(f.symbol[i]);
+      std::int16_t* const texture = tables + f.texture[i];
+      store(moved(texture, target), texture);
+      if (brick_.one_distribution) continue;
+      std::int16_t* const level = level_tables_ + f.level[i];
+      store(moved(level, target), level);
+    }
+  }
+
+  TAGRID_STEP void advance(I32& state, I32 start, I32 length, std::uint32_t m) {
+    const I32 moved = shift_right_unsigned<16>(state) * length + (state & set32(0xffff)) - start;
+    state = if_else(mask32(m), moved, state);
+    const std::uint32_t low = bits(shift_right_unsigned<16>(state) == set32(0)) & m;
+    if (low == 0) return;
+    state = if_else(mask32(low), shift_left<16>(state) | take_words(words_, low), state);
+    words_ += 2 * std::popcount(low);
+  }
+  const bool single_;
+  std::uint32_t one_state_ = 0;
+  BitReader bits_;
+  const std::uint8_t *words_, *end_;
+  bool at_end_ = false;
+  std::array<std::uint8_t, 2 * most_of_steps> tail_;
+};
+
+}  // namespace tagrid::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

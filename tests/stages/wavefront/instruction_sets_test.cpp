@@ -1,0 +1,84 @@
+// Every instruction set that the machine has gives the same bytes, and reads them.
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+#include <hwy/targets.h>
+
+#include <iostream>
+#include <limits>
+#include <random>
+
+#include "stages/voxels/codec.h"
+
+namespace tagrid {
+namespace {
+
+struct Coded {
+  std::vector<std::uint8_t> bytes;
+  std::vector<std::int16_t> decoded;
+};
+
+class InstructionSets : public testing::Test {
+ protected:
+  ~InstructionSets() override { hwy::SetSupportedTargetsForTest(0); }
+
+  static std::vector<std::int64_t> all() {
+    hwy::SetSupportedTargetsForTest(0);
+    return hwy::SupportedAndGeneratedTargets();
+  }
+
+  /// Smooth, with noise of this amplitude; and an edge, so that some residuals are large.
+  static std::vector<std::int16_t> samples_of(Index3 size, int amplitude, std::mt19937& random) {
+    std::vector<std::int16_t> samples;
+    for (std::int64_t z = 0; z < size.z; ++z)
+      for (std::int64_t y = 0; y < size.y; ++y)
+        for (std::int64_t x = 0; x < size.x; ++x)
+          samples.push_back(static_cast<std::int16_t>(
+              (x - 5) * (y + 3) / 4 + (x + y > z + 20 ? 900 : 0) +
+              static_cast<std::int64_t>(random() % static_cast<unsigned>(2 * amplitude + 1)) - amplitude));
+    return samples;
+  }
+
+  static Coded run(const std::vector<std::int16_t>& samples, const Box& box, const LatticeBits& activity,
+                   const VoxelBounds& bounds, Effort effort) {
+    Coded r;
+    r.decoded.resize(samples.size());
+    encode_voxels<std::int16_t>(samples, box, activity, bounds, r.bytes, r.decoded, effort);
+    return r;
+  }
+};
+
+TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
+  const auto sets = all();
+  for (const std::int64_t set : sets) std::cout << hwy::TargetName(set) << " ";
+  std::cout << "\n";
+  EXPECT_FALSE(sets.empty());
+  std::mt19937 random(5);
+  for (const Index3 size :
+       {Index3{64, 64, 20}, Index3{65, 17, 3}, Index3{1, 40, 9}, Index3{130, 33, 4}, Index3{7, 5, 3}})
+    for (const int amplitude : {0, 3, 400, 30000})
+      for (const VoxelBounds bounds :
+           {VoxelBounds{0, -1}, VoxelBounds{5, -1}, VoxelBounds{40, 0}, VoxelBounds{70000, 1}})
+        for (const Effort effort : {Effort::normal, Effort::fast}) {
+          const Box box = Box::of_size(size);
+          LatticeBits activity(box);
+          for (int i = 0; i < 200; ++i)
+            activity.set({static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size.x)),
+                          static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size.y)),
+                          static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size.z))});
+          const auto samples = samples_of(size, amplitude, random);
+          hwy::SetSupportedTargetsForTest(sets.front());
+          const Coded first = run(samples, box, activity, bounds, effort);
+          for (const std::int64_t set : sets) {
+            hwy::SetSupportedTargetsForTest(set);
+            const Coded other = run(samples, box, activity, bounds, effort);
+            ASSERT_TRUE(other.bytes == first.bytes) << hwy::TargetName(set);
+            ASSERT_TRUE(other.decoded == first.decoded) << hwy::TargetName(set);
+            std::vector<std::int16_t> back(samples.size());
+            ASSERT_TRUE(decode_voxels<std::int16_t>(first.bytes, box, activity, bounds, back, effort).ok());
+            ASSERT_TRUE(back == first.decoded) << hwy::TargetName(set);
+          }
+        }
+}
+
+}  // namespace
+}  // namespace tagrid
