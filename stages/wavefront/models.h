@@ -16,7 +16,7 @@ namespace tagrid::HWY_NAMESPACE {
 inline constexpr int few_lanes = 6;
 
 /// A distribution, moved towards the observed symbol. Its first element is its age.
-HWY_INLINE I16 moved(const std::int16_t* distribution, I16 target) {
+TAGRID_LANE I16 moved(const std::int16_t* distribution, I16 target) {
   const I16 now = load16(distribution);
   return now +
          mul_high(target - now, set16(learning_factor[static_cast<std::uint16_t>(distribution[0]) >> 10]));
@@ -24,14 +24,14 @@ HWY_INLINE I16 moved(const std::int16_t* distribution, I16 target) {
 
 /// All distributions of a group are read, then all are written, in the order of the lanes: of those that are the same, the
 /// last lane wins.
-HWY_INLINE void learn_eight(std::int16_t* tables, const std::int16_t* of_lane, const I16* target) {
+TAGRID_LANE void learn_eight(std::int16_t* tables, const std::int16_t* of_lane, const I16* target) {
   I16 model[8];
   TAGRID_UNROLL
   for (int i = 0; i < 8; ++i) model[i] = moved(tables + of_lane[i], target[i]);
   TAGRID_UNROLL
   for (int i = 0; i < 8; ++i) store(model[i], tables + of_lane[i]);
 }
-HWY_INLINE I16 target_of(int symbol) {
+TAGRID_LANE I16 target_of(int symbol) {
   return load16(symbol_targets.of[static_cast<std::size_t>(symbol)].data());
 }
 

@@ -82,6 +82,9 @@ inline M16 not_above(const I16& a, const I16& b) {
       [&](int i) { return static_cast<std::uint16_t>(a.v[i]) <= static_cast<std::uint16_t>(b.v[i]); });
 }
 inline M16 operator&(M16 a, M16 b) { return {a.bits & b.bits}; }
+inline I16 next_lane(const I16& a, std::int16_t first) {
+  return each<I16>([&](int i) { return i == 0 ? first : a.v[i - 1]; });
+}
 inline I16 if_else(M16 m, const I16& yes, const I16& no) {
   return each<I16>([&](int i) { return (m.bits >> i & 1) != 0 ? yes.v[i] : no.v[i]; });
 }

@@ -106,6 +106,9 @@ class Wave {
         two_bounds_(brick.activity != nullptr) {
     const VoxelParameters& p = brick.parameters;
     low_ = set32(p.low);
+    std::int32_t no_bias[wave_lanes];
+    for (int i = 0; i < wave_lanes; ++i) no_bias[i] = bias_count + i;
+    no_bias_ = load32(no_bias);
     high_ = set32(p.high);
     level_scale_ = set32(static_cast<std::int32_t>((std::uint64_t{64} << 16) /
                                                    static_cast<std::uint64_t>(p.high - p.low + 1)));
@@ -281,14 +284,14 @@ class Wave {
     link();
   }
 
-  static HWY_INLINE I16 values(const Line* l, std::int64_t step, int lane) {
+  static TAGRID_LANE I16 values(const Line* l, std::int64_t step, int lane) {
     return load16(l[step].value + first_lane + lane);
   }
-  static HWY_INLINE I16 sizes(const Line* l, std::int64_t step, int lane) {
+  static TAGRID_LANE I16 sizes(const Line* l, std::int64_t step, int lane) {
     return load16(l[step].size + first_lane + lane);
   }
 
-  HWY_INLINE I32 by_bound(const I32& of_inactive, const I32& of_active, M32 surface) const {
+  TAGRID_LANE I32 by_bound(const I32& of_inactive, const I32& of_active, M32 surface) const {
     return two_bounds_ ? if_else(surface, of_active, of_inactive) : of_inactive;
   }
 
@@ -306,7 +309,7 @@ class Wave {
   const RowSet* given_quiet_;
   const bool two_bounds_;
   Half half_[2];
-  I32 low_, high_, level_scale_;
+  I32 low_, high_, level_scale_, no_bias_;
   Bound bounds_[2];
   bool any_fine_;
   std::uint32_t fine_lanes_[2];  ///< all or none, by bound
@@ -318,7 +321,7 @@ class Wave {
 };
 
 /// The exponent of 2 * number + 1 in half octaves, or in octaves.
-HWY_INLINE I32 float_of_twice(I32 number) { return bits_of(to_float(number + number + set32(1))); }
+TAGRID_LANE I32 float_of_twice(I32 number) { return bits_of(to_float(number + number + set32(1))); }
 
 template <bool encoding>
 TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
@@ -341,8 +344,9 @@ TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
 
   Line* const L = f.lines + t;
   const Line* const B = f.before + t;
-  const I16 left = f.left, n0 = values(L, -3, -1), nm1 = values(L, -4, -1), np1 = values(L, -2, -1),
-            np2 = values(L, -1, -1);
+  const I16 left = f.left, n0 = values(L, -3, -1), nm1 = values(L, -4, -1), np1 = values(L, -2, -1);
+  // This is of the step before: a load would have to wait for its store.
+  const I16 np2 = next_lane(left, L[-1].value[first_lane - 1]);
   f.above = n0;
   f.above2 = np2;
   const I16 raw0 = values(B, 0, 0), raw1 = values(B, 1, 0), raw_below = values(B, 3, 1);
@@ -444,7 +448,8 @@ TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
   texture = shift_left<4>(if_else(flat32, set32(flat_texture), texture));
   I32 of_level = shift_left<2>(shift_left<2>(level) + shift_right<2>(coarse)) + rest;
   of_level = brick_.one_distribution ? texture : shift_left<4>(if_else(flat32, set32(flat_level), of_level));
-  f.bias_index = if_else(mask32(active & ~flat_lanes), bias, set32(bias_count));
+  // Lanes without a bias add to entries of their own, so that they do not wait for each other.
+  f.bias_index = if_else(mask32(active & ~flat_lanes), bias, no_bias_);
   // So 256 errors, those of eight steps, fit into 32 bits.
   f.usual = min(min(around + set32(8), by_bound(bounds_[0].usual_cap, bounds_[1].usual_cap, surface)) *
                     by_bound(bounds_[0].step256, bounds_[1].step256, surface),
@@ -532,14 +537,15 @@ TAGRID_STEP void Wave<encoding>::back(Half& f, std::int64_t t) {
 template <bool encoding>
 void Wave<encoding>::learn_biases() {
   for (int c = 0; c < bias_count; c += wave_lanes) {
+    std::uint64_t sums[wave_lanes], any = 0;
+    std::memcpy(sums, bias_sum_[c], sizeof sums);
+    for (const std::uint64_t s : sums) any |= s;
+    if (any == 0) continue;
     alignas(64) std::int32_t count[wave_lanes], sum[wave_lanes];
-    std::int32_t any = 0;
     for (int i = 0; i < wave_lanes; ++i) {
       count[i] = bias_sum_[c + i][0];
       sum[i] = bias_sum_[c + i][1];
-      any |= count[i];
     }
-    if (any == 0) continue;
     const I32 n = load32(count) + load32(bias_seen_ + c);
     const I32 step = truncated(to_float(load32(sum)) / (to_float(n) + set_float(0.5f)));
     store(max(min(load32(bias_value_ + c) + step, set32(1 << 27)), set32(-(1 << 27))), bias_value_ + c);
