@@ -149,9 +149,9 @@ TEST_P(LargeDamage, IsFoundAndOnlyTrueVoxelsGoOut) {
                  BrokenInput);
     EXPECT_EQ(names(), (std::vector<std::string>{"a.tag", "b.tag"}));
   }
-  // Copies of the files in this test, but no memory for sizes in a damaged file.
+  // Copies of the files in this test, and of the work of two threads, but no memory for sizes in a damaged file.
   if (!sanitized) {
-    EXPECT_LT(peak_memory() - before, 48U << 20);
+    EXPECT_LT(peak_memory() - before, 56U << 20);
   }
 }
 
