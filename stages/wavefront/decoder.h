@@ -95,7 +95,8 @@ class Decoder : Wave<false> {
       take_one_by_one(f, low);
     else
       take_all(f, low);
-    learn(f);
+    // All lanes have read; now all learn.
+    learn_symbols(buffers_.tables, learning_levels(), f.texture, f.level, f.symbol, f.coded);
     const std::uint32_t m = f.coded;
     const M32 in = mask32(m);
     const I32 symbol = load32(f.symbol);
@@ -184,31 +185,6 @@ class Decoder : Wave<false> {
       advance_one(bits_below << room, 1u << room);
     }
     low = load32(all);
-  }
-
-  /// All lanes have read; now all learn.
-  TAGRID_STEP void learn(Half& f) {
-    std::int16_t* const tables = buffers_.tables;
-    if (std::popcount(f.coded) > few_lanes) {
-      TAGRID_UNROLL
-      for (int g = 0; g < wave_lanes; g += 8) {
-        I16 target[8];
-        TAGRID_UNROLL
-        for (int i = 0; i < 8; ++i) target[i] = target_of(f.symbol[g + i]);
-        learn_eight(tables, f.texture + g, target);
-        if (!brick_.one_distribution) learn_eight(level_tables_, f.level + g, target);
-      }
-      return;
-    }
-    for (std::uint32_t b = f.coded; b != 0; b &= b - 1) {
-      const int i = std::countr_zero(b);
-      const I16 target = target_of(f.symbol[i]);
-      std::int16_t* const texture = tables + f.texture[i];
-      store(moved(texture, target), texture);
-      if (brick_.one_distribution) continue;
-      std::int16_t* const level = level_tables_ + f.level[i];
-      store(moved(level, target), level);
-    }
   }
 
   TAGRID_STEP void advance(I32& state, I32 start, I32 length, std::uint32_t m) {

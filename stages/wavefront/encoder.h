@@ -109,26 +109,10 @@ class Encoder : Wave<true> {
                 c.level);
           TAGRID_UNROLL
           for (int i = 0; i < wave_lanes; ++i) read(i);
-          TAGRID_UNROLL
-          for (int g = 0; g < wave_lanes; g += 8) {
-            I16 target[8];
-            TAGRID_UNROLL
-            for (int i = 0; i < 8; ++i) target[i] = target_of(c.symbol[g + i]);
-            learn_eight(tables, c.texture + g, target);
-            if (!brick_.one_distribution) learn_eight(level_tables_, c.level + g, target);
-          }
         } else {
           for (std::uint32_t f = m; f != 0; f &= f - 1) read(std::countr_zero(f));
-          for (std::uint32_t f = m; f != 0; f &= f - 1) {
-            const int i = std::countr_zero(f);
-            const I16 target = target_of(c.symbol[i]);
-            std::int16_t* const texture = tables + c.texture[i];
-            store(moved(texture, target), texture);
-            if (brick_.one_distribution) continue;
-            std::int16_t* const level = level_tables_ + c.level[i];
-            store(moved(level, target), level);
-          }
         }
+        learn_symbols(tables, learning_levels(), c.texture, c.level, c.symbol, m);
         if ((c.extra & m) == 0) continue;
         for (std::uint32_t f = c.far & m; f != 0; f &= f - 1) {
           const int i = std::countr_zero(f);

@@ -6,7 +6,10 @@
 #define TAGRID_STAGES_WAVEFRONT_MODELS
 #endif
 
+#include <bit>
+
 #include "stages/wavefront/contexts.h"
+#include "stages/wavefront/schedule.h"
 #include "stages/wavefront/vectors.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -33,6 +36,30 @@ TAGRID_LANE void learn_eight(std::int16_t* tables, const std::int16_t* of_lane, 
 }
 TAGRID_LANE I16 target_of(int symbol) {
   return load16(symbol_targets.of[static_cast<std::size_t>(symbol)].data());
+}
+
+/// Both distributions of the symbol of each lane in `lanes` learn it. `level_tables` is null if there is only one.
+template <class Symbol>
+TAGRID_STEP void learn_symbols(std::int16_t* texture_tables, std::int16_t* level_tables,
+                               const std::int16_t* texture, const std::int16_t* level, const Symbol* symbol,
+                               std::uint32_t lanes) {
+  if (std::popcount(lanes) > few_lanes) {
+    TAGRID_UNROLL
+    for (int g = 0; g < wave_lanes; g += 8) {
+      I16 target[8];
+      TAGRID_UNROLL
+      for (int i = 0; i < 8; ++i) target[i] = target_of(symbol[g + i]);
+      learn_eight(texture_tables, texture + g, target);
+      if (level_tables != nullptr) learn_eight(level_tables, level + g, target);
+    }
+    return;
+  }
+  for (std::uint32_t left = lanes; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(left);
+    const I16 target = target_of(symbol[i]);
+    store(moved(texture_tables + texture[i], target), texture_tables + texture[i]);
+    if (level_tables != nullptr) store(moved(level_tables + level[i], target), level_tables + level[i]);
+  }
 }
 
 }  // namespace tagrid::HWY_NAMESPACE

@@ -178,6 +178,9 @@ class Wave {
     }
   }
 
+  /// The second distributions, or null if the first ones stand for them.
+  std::int16_t* learning_levels() const { return brick_.one_distribution ? nullptr : level_tables_; }
+
   std::uint32_t mixed(std::uint32_t now, std::uint32_t before, std::uint32_t begun) const {
     return (now & begun) | (before & ~begun);
   }

@@ -6,6 +6,7 @@
 
 #include "stages/entropy/integer_model.h"
 #include "stages/entropy/rans_coder.h"
+#include "stages/prediction/parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/wide/digits.h"
 #include "stages/wide/residual_model.h"
@@ -183,16 +184,8 @@ bool code_wide_parameters(Coder& coder, bool two_bounds, WideParameters& p) {
   p.high = signed_bits(p.high);
   p.reference = signed_bits(p.reference);
   IntegerModel model;
-  const Weights origin = default_weights();
-  const auto weights = [&](Weights& w, int count) {
-    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-      w.of_tap[i] = static_cast<std::int32_t>(
-          origin.of_tap[i] +
-          std::clamp<std::int64_t>(model.code_signed(coder, w.of_tap[i] - origin.of_tap[i]),
-                                   -4 * weight_limit, 4 * weight_limit));
-  };
-  weights(p.first_slice, slice_taps);
-  weights(p.others, all_taps);
+  code_weights(coder, model, p.first_slice, slice_taps);
+  code_weights(coder, model, p.others, all_taps);
   return p.low >= least && p.high <= most && p.low <= p.reference && p.reference <= p.high &&
          p.error[0] <= largest_fixed && p.error[1] <= largest_fixed &&
          p.first_slice.magnitude() <= weight_limit && p.others.magnitude() <= weight_limit;
