@@ -6,6 +6,7 @@
 #include "io/files/errors.h"
 #include "tests/support/frames.h"
 #include "tests/support/runs.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -39,13 +40,12 @@ class Damage : public TemporaryFolder {
 TEST_F(Damage, EveryFlippedBitIsFound) {
   for (const bool grid : {false, true}) {
     const std::string whole = small_file(grid);
-    for (std::size_t i = 0; i < whole.size(); ++i)
-      for (int bit = 0; bit < 8; ++bit) {
-        std::string damaged = whole;
-        damaged[i] = static_cast<char>(damaged[i] ^ (1 << bit));
-        expect_broken(damaged, "byte " + std::to_string(i) + " bit " + std::to_string(bit));
-      }
-    std::cout << 8 * whole.size() << " flipped bits\n";
+    for (std::size_t bit = 0; bit < 8 * whole.size(); bit += damage_stride) {
+      std::string damaged = whole;
+      damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
+      expect_broken(damaged, "byte " + std::to_string(bit / 8) + " bit " + std::to_string(bit % 8));
+    }
+    std::cout << 8 * whole.size() / damage_stride << " flipped bits\n";
   }
 }
 
