@@ -1,10 +1,11 @@
 // Finds the points of a brick that can be active, pass by pass: those whose parents inside the box are
-// active.
+// active. Whole words of points at a time.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "stages/activity/neighbour_words.h"
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
@@ -20,14 +21,8 @@ struct Pass {
 /// The points of a pass that can be active.
 class Candidates {
  public:
-  using Word = std::uint64_t;
-
   Candidates(const LatticeBits& active, int cube_size)
-      : active_(active),
-        low_(active.box().low),
-        high_(active.box().high),
-        cube_size_(cube_size),
-        bits_(active.box()) {}
+      : active_(active), cube_size_(cube_size), bits_(active.box()) {}
 
   /// The candidates of this pass and of all passes before.
   const LatticeBits& bits() const { return bits_; }
@@ -36,83 +31,95 @@ class Candidates {
 
   void find(const Pass& pass) {
     pass_ = pass;
+    const Box& box = active_.box();
     const std::int64_t u = pass.unit;
-    set_mask();
-    for (std::int64_t z = low_.z + (pass.odd[2] ? u : 0); z <= high_.z; z += 2 * u)
-      for (std::int64_t y = low_.y + (pass.odd[1] ? u : 0); y <= high_.y; y += 2 * u) find_row(y, z);
+    mask_ = every(2 * u, pass.odd[0] ? u : 0);
+    if (pass.odd_count == 3) {
+      first_ = every(4 * u, u);
+      third_ = every(4 * u, 3 * u);
+    }
+    for (std::int64_t z = box.low.z + (pass.odd[2] ? u : 0); z <= box.high.z; z += 2 * u)
+      for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u)
+        if (pass.odd_count < 3)
+          find_between(y, z);
+        else if (2 * u < cube_size_)
+          find_below_edge_midpoints(y, z);
+        else
+          add(y, z, [&](std::size_t i) { return mask_[i]; });
   }
 
  private:
-  // Sets the bits of the x coordinates of the pass.
-  void set_mask() {
-    mask_.assign(active_.words_per_row(), 0);
-    for (std::int64_t x = pass_.odd[0] ? pass_.unit : 0; x <= high_.x - low_.x; x += 2 * pass_.unit)
-      mask_[static_cast<std::size_t>(x / 64)] |= Word{1} << (x % 64);
+  // The points of a row at `start` and at every multiple of `period` from there.
+  std::vector<Word> every(std::int64_t period, std::int64_t start) const {
+    std::vector<Word> row(active_.words_per_row());
+    for (std::int64_t x = start; x < active_.box().size().x; x += period)
+      row[static_cast<std::size_t>(x / 64)] |= Word{1} << (x % 64);
+    return row;
   }
 
-  void find_row(std::int64_t y, std::int64_t z) {
+  template <class WordOf>
+  void add(std::int64_t y, std::int64_t z, WordOf word_of) {
     Word* row = bits_.row(y, z);
-    const std::size_t n = mask_.size();
+    for (std::size_t i = 0; i < mask_.size(); ++i) row[i] |= word_of(i);
+  }
+
+  // Face centres and edge midpoints lie between their parents along each axis that is not odd.
+  void find_between(std::int64_t y, std::int64_t z) {
     const std::int64_t u = pass_.unit;
-    for (std::size_t i = 0; i < n; ++i) row[i] |= mask_[i];
-    if (pass_.odd_count == 3) {
-      if (2 * u < cube_size_) keep_below_edge_midpoints(row, y, z);
-      return;
-    }
-    if (!pass_.odd[0]) keep_where_x_neighbours(row, y, z);
-    if (!pass_.odd[1]) {
-      if (y > low_.y) keep_where(row, active_.row(y - u, z));
-      if (y < high_.y) keep_where(row, active_.row(y + u, z));
-    }
-    if (!pass_.odd[2]) {
-      if (z > low_.z) keep_where(row, active_.row(y, z - u));
-      if (z < high_.z) keep_where(row, active_.row(y, z + u));
-    }
-  }
-
-  // Clears the points of the pass in `row` that are not in `other`; points of other passes stay.
-  void keep_where(Word* row, const Word* other) const {
-    for (std::size_t i = 0; i < mask_.size(); ++i) row[i] &= other[i] | ~mask_[i];
-  }
-
-  void keep_where_x_neighbours(Word* row, std::int64_t y, std::int64_t z) {
-    const Word* other = active_.row(y, z);
-    const std::size_t n = mask_.size(), whole = static_cast<std::size_t>(pass_.unit) / 64,
-                      part = static_cast<std::size_t>(pass_.unit) % 64;
-    const std::int64_t last = high_.x - low_.x;
-    for (std::size_t i = 0; i < n; ++i) {
-      Word below = i >= whole ? other[i - whole] << part : 0;
-      if (part != 0 && i > whole) below |= other[i - whole - 1] >> (64 - part);
-      Word above = i + whole < n ? other[i + whole] >> part : 0;
-      if (part != 0 && i + whole + 1 < n) above |= other[i + whole + 1] << (64 - part);
-      // The ends of the row have only one neighbour.
-      if (i == 0) below |= 1;
-      if (i == static_cast<std::size_t>(last / 64)) above |= Word{1} << (last % 64);
-      row[i] &= (below & above) | ~mask_[i];
-    }
-  }
-
-  // The parents of a cube centre; see parents() in grid/lattice.h.
-  void keep_below_edge_midpoints(Word* row, std::int64_t y, std::int64_t z) const {
-    const std::int64_t u = pass_.unit;
-    const auto shared_corner = [&](std::int64_t c, std::int64_t low) {
-      return ((c - low) & (2 * u)) ? c + u : c - u;
+    const Box& box = active_.box();
+    const auto row_at = [&](std::int64_t dy, std::int64_t dz) {
+      return NeighbourRow(active_, {0, y + dy, z + dz});
     };
-    const std::int64_t sy = shared_corner(y, low_.y), sz = shared_corner(z, low_.z);
-    for (std::int64_t x = low_.x + u; x <= high_.x; x += 2 * u) {
-      const std::int64_t sx = shared_corner(x, low_.x);
-      const bool all = active_.test({2 * x - sx, sy, sz}) && active_.test({sx, 2 * y - sy, sz}) &&
-                       active_.test({sx, sy, 2 * z - sz});
-      if (!all) row[(x - low_.x) / 64] &= ~(Word{1} << ((x - low_.x) % 64));
-    }
+    // A parent outside the box asks for nothing.
+    const NeighbourRow rows[4] = {row_at(-u, 0), row_at(u, 0), row_at(0, -u), row_at(0, u)};
+    const NeighbourRow own = row_at(0, 0);
+    add(y, z, [&](std::size_t i) {
+      Word all = mask_[i];
+      if (!pass_.odd[1]) {
+        if (y > box.low.y) all &= rows[0].word(i);
+        if (y < box.high.y) all &= rows[1].word(i);
+      }
+      if (!pass_.odd[2]) {
+        if (z > box.low.z) all &= rows[2].word(i);
+        if (z < box.high.z) all &= rows[3].word(i);
+      }
+      if (all != 0 && !pass_.odd[0]) {
+        const auto last = static_cast<std::size_t>(box.size().x - 1);
+        const Word first_of_row = i == 0 ? 1 : 0, last_of_row = i == last / 64 ? Word{1} << (last % 64) : 0;
+        all &= (own.word(i, Shift(-u)) | first_of_row) & (own.word(i, Shift(u)) | last_of_row);
+      }
+      return all;
+    });
+  }
+
+  // The parents of a cube centre; see parents() in grid/lattice.h. Its cell shares a corner with the cell of
+  // the coarser unit; the parents are across the cell from this corner along one axis, and next to it along
+  // the others.
+  void find_below_edge_midpoints(std::int64_t y, std::int64_t z) {
+    const std::int64_t u = pass_.unit;
+    const Index3 low = active_.box().low;
+    const auto shared = [&](std::int64_t c, std::int64_t from) {
+      return ((c - from) & (2 * u)) ? c + u : c - u;
+    };
+    const std::int64_t near_y = shared(y, low.y), near_z = shared(z, low.z);
+    const NeighbourRow across_x(active_, {0, near_y, near_z}), across_y(active_, {0, 2 * y - near_y, near_z}),
+        across_z(active_, {0, near_y, 2 * z - near_z});
+    const Shift before(-u), after(u);
+    add(y, z, [&](std::size_t i) {
+      // The shared corner is before the first and the fifth point, and so on, and after the others.
+      const Word of_first =
+          across_x.word(i, after) & across_y.word(i, before) & across_z.word(i, before) & first_[i];
+      const Word of_third =
+          across_x.word(i, before) & across_y.word(i, after) & across_z.word(i, after) & third_[i];
+      return of_first | of_third;
+    });
   }
 
   const LatticeBits& active_;
-  Index3 low_, high_;
   int cube_size_;
   LatticeBits bits_;
   Pass pass_{};
-  std::vector<Word> mask_;
+  std::vector<Word> mask_, first_, third_;
 };
 
 }  // namespace tagrid

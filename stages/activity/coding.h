@@ -30,8 +30,8 @@ Status decode_activity(std::span<const std::uint8_t> bytes, const Forecast& fore
 /// The peak of the heap that encode_activity() takes for a box of `size` points, including the bytes that it
 /// appends: the models, two sets of bits, and an event for each point. `forecast`: whether there is a
 /// forecast.
-std::uint64_t working_bytes_of_encoding_activity(Index3 size, int cube_size, bool forecast);
+std::uint64_t working_bytes_of_encoding_activity(Index3 size, bool forecast);
 /// The same for decode_activity(), without the bits that it sets.
-std::uint64_t working_bytes_of_decoding_activity(Index3 size, int cube_size, bool forecast);
+std::uint64_t working_bytes_of_decoding_activity(Index3 size, bool forecast);
 
 }  // namespace tagrid

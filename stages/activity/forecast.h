@@ -1,11 +1,10 @@
 // Forecasts from its decoded samples which points of a brick are likely to be active.
 //
-// The forecast is the criterion (criterion.h) in a cheap form without a square root. If the step of an end is
-// a third of the chord, its largest value, the spline is the graph of a function. The slope of this function
-// is a quadratic spline of the slopes of the five legs. For small slopes, R / C - 1 is half the variance of
-// that slope, a quadratic form of four numbers. This form is compared with three multiples of the criterion's
-// excess. The points above each are closed under parents, as marks are: this gives a forecast of 0 to 3 for
-// every point.
+// The forecast is the criterion (marks/criterion.h), evaluated on the decoded samples, with three thresholds:
+// 0.6, 1 and 1.6 times the excess that it allows, for those edges that a cheaper test (marks/variance.h) does
+// not rule out. The points above each threshold are closed under parents, as marks are: this gives a forecast
+// of 0 to 3 for every point. In a lossless file, the second set is nearly the activity, but for points whose
+// marks depend on samples that the brick does not own.
 //
 // The forecast is part of the format: encoder and decoder both compute it in float32, in a fixed order.
 #pragma once
@@ -13,7 +12,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
-#include <vector>
+#include <utility>
 
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
@@ -26,20 +25,22 @@ class Forecast {
   static constexpr int levels = 3;
 
   Forecast() = default;
-  /// `exceeding`: the points above each threshold, the lowest threshold first; each set is a subset of the
-  /// one before.
-  explicit Forecast(const std::array<LatticeBits, levels>& exceeding);
+  /// `sets`: the points with a forecast of at least 1, 2, and 3; each set is a subset of the one before, and
+  /// they are sets of one box.
+  explicit Forecast(std::array<LatticeBits, levels> sets) : sets_(std::move(sets)) {}
 
-  /// The heap of the forecast for a box of `size` points: a byte for each bit of their LatticeBits.
-  static constexpr std::uint64_t working_bytes(Index3 size) { return 8 * LatticeBits::working_bytes(size); }
+  /// The heap of the forecast for a box of `size` points.
+  static constexpr std::uint64_t working_bytes(Index3 size) {
+    return levels * LatticeBits::working_bytes(size);
+  }
 
   /// False: nothing is forecast.
-  bool exists() const { return !values_.empty(); }
-  /// The forecast of the point that has the bit `bit` in the words of a LatticeBits of the same box.
-  std::size_t at(std::size_t bit) const { return values_[bit]; }
+  bool exists() const { return !sets_[0].box().empty(); }
+  /// The points with a forecast of at least `level`: 1, 2, or 3.
+  const LatticeBits& at_least(int level) const { return sets_[static_cast<std::size_t>(level - 1)]; }
 
  private:
-  std::vector<std::uint8_t> values_;
+  std::array<LatticeBits, levels> sets_;
 };
 
 /// The forecast for the closed box of a brick from the decoded samples that the brick owns, x fastest. A
@@ -49,7 +50,7 @@ Forecast forecast_activity(std::span<const T> samples, const CodingParameters& p
 
 /// The peak of the heap that forecast_activity() takes for a closed box of `size` points, including the
 /// forecast: the samples of the box and around it, with the heights of wide samples first, and then with the
-/// curvature, three sets of bits and the forecast.
+/// curvature, three sets of bits and what closing them takes.
 std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size);
 
 }  // namespace tagrid

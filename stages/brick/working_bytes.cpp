@@ -51,8 +51,7 @@ constexpr std::uint64_t counting = 16384;
 std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick) {
   const Sizes z(p, brick);
   const std::uint64_t code = most_bytes_of_code(p, brick),
-                      activity = working_bytes_of_encoding_activity(z.closed, p.cube_size,
-                                                                    activity_follows_values(p));
+                      activity = working_bytes_of_encoding_activity(z.closed, activity_follows_values(p));
   const std::uint64_t decoded = p.mesh_error >= 0 ? z.point_bytes : 0;
   if (z.grid) {
     const std::uint64_t values = z.wide ? working_bytes_of_encoding_wide_points(z.type, z.closed)
@@ -77,8 +76,7 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
   const Sizes z(p, brick);
   const bool grid = wanted == Wanted::samples_and_grid;
   const std::uint64_t bits = LatticeBits::working_bytes(z.closed),
-                      activity = working_bytes_of_decoding_activity(z.closed, p.cube_size,
-                                                                    activity_follows_values(p));
+                      activity = working_bytes_of_decoding_activity(z.closed, activity_follows_values(p));
   if (z.grid) {
     const std::uint64_t values =
         z.wide ? working_bytes_of_decoding_wide_points(z.closed) : working_bytes_of_decoding_points(z.closed);

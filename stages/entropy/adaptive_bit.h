@@ -18,6 +18,13 @@ extern const std::array<std::uint16_t, 1024> adaptation_table;
 struct AdaptiveBit {
   std::uint32_t state = std::uint32_t{1} << 31;
 
+  AdaptiveBit() = default;
+  /// As if a few events had been seen, with the probability of a one at `logit` / 256, within +-2047.
+  explicit AdaptiveBit(int logit)
+      : state((std::uint32_t{squash_table[static_cast<std::size_t>(std::clamp(logit, -2047, 2047) + 2048)]}
+               << 16) |
+              2) {}
+
   std::uint32_t probability() const { return std::clamp<std::uint32_t>(state >> 16, 1, 65535); }
   int stretched() const { return stretch_table[state >> 20]; }
   /// After `limit` observations, the bit forgets as fast as it learns.

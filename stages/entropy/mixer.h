@@ -1,4 +1,4 @@
-// Several predictions of one binary event, mixed in the logistic domain by weights that learn while coding
+// Two predictions of one binary event, mixed in the logistic domain by weights that learn while coding
 // (M. Mahoney, "Adaptive weighing of context models for lossless data compression", 2005).
 #pragma once
 
@@ -10,13 +10,13 @@
 
 namespace tagrid {
 
-inline constexpr int contexts_mixed = 4;
+inline constexpr int contexts_mixed = 2;
 
-/// Weights of the four adaptive bits, in 2^-16. They are unsigned, so that a sum that wraps is defined. In
-/// practice none does, as the error opposes what caused it.
+/// Weights of the adaptive bits, in 2^-16. They are unsigned, so that a sum that wraps is defined. In practice
+/// none does, as the error opposes what caused it.
 struct Mixer {
   std::array<std::uint32_t, contexts_mixed> weights;
-  Mixer() { weights.fill(24 << 10); }
+  Mixer() { weights.fill(36 << 10); }
 };
 
 template <class Coder>

@@ -32,6 +32,12 @@ class LatticeBits {
   std::uint64_t* row(std::int64_t y, std::int64_t z) { return words_.data() + row_start(y, z); }
   const std::uint64_t* row(std::int64_t y, std::int64_t z) const { return words_.data() + row_start(y, z); }
 
+  /// Where the bit of a point lies, counted from the first bit of words().
+  std::size_t bit_of(Index3 p) const {
+    return 64 * row_start(p.y, p.z) + static_cast<std::size_t>(p.x - box_.low.x);
+  }
+  void set(std::size_t bit) { words_[bit / 64] |= std::uint64_t{1} << (bit % 64); }
+
   bool test(Index3 p) const {
     const auto x = static_cast<std::size_t>(p.x - box_.low.x);
     return (row(p.y, p.z)[x / 64] >> (x % 64)) & 1;

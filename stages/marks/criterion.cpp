@@ -136,14 +136,14 @@ TAGRID_INLINE float spline_excess(const ControlPolygon& polygon, Vector2 directi
 
 }  // namespace
 
-CriterionParameters::CriterionParameters(int m) {
+CriterionParameters::CriterionParameters(int m, const Multiples& multiples) {
   const double half_turn = std::numbers::pi / m, deficit = sine_deficit(half_turn * half_turn);
-  const double over = deficit / (1 - deficit);  // 1 / (1 - d) - 1
+  const double of_m = deficit / (1 - deficit);  // 1 / (1 - d) - 1
+  for (std::size_t i = 0; i < excesses; ++i) excess[i] = static_cast<float>(multiples[i] * of_m);
+  const double over = multiples[0] * of_m;
   step_angle = static_cast<float>(2 * half_turn);
   threshold = static_cast<float>(1 + over);
-  excess = static_cast<float>(over);
-  const double slope = std::sqrt(over * (2 + over));  // tangent of acos(1 / (1 + over))
-  tangent = static_cast<float>(slope);
+  const double slope = std::sqrt(over * (2 + over));                    // tangent of acos(1 / (1 + over))
   angle = static_cast<float>(0.999 * slope * (1 - slope * slope / 3));  // below the arc tangent
 }
 
@@ -173,37 +173,18 @@ bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const Cr
 }
 
 TAGRID_VECTOR_CODE
-void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-              const CriterionParameters& parameters, EdgeBatch::Flags& clear) {
-  const float tangent = parameters.tangent, step_angle = parameters.step_angle;
-  for (std::size_t i = 0; i < count; ++i) {
-    const ControlPolygon polygon =
-        control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
-                        edges.bend_right[i], lengths[i], step_angle);
-    // A margin for each leg, negative if the leg turns too far: a minimum vectorizes, a branch does not.
-    const auto margin = [&](Vector2 leg) __attribute__((always_inline)) {
-      return tangent * dot(leg, polygon.chord) - std::fabs(cross(leg, polygon.chord));
-    };
-    const auto lower = [](float a, float b) __attribute__((always_inline)) { return a < b ? a : b; };
-    const float worst = lower(lower(lower(margin(polygon.legs[0]), margin(polygon.legs[1])),
-                                    lower(margin(polygon.legs[2]), margin(polygon.legs[3]))),
-                              margin(polygon.legs[4]));
-    clear[i] = static_cast<std::uint8_t>(worst >= 0);
-  }
-}
-
-TAGRID_VECTOR_CODE
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
              const CriterionParameters& parameters, EdgeBatch::Flags& violated) {
-  const float excess = parameters.excess, step_angle = parameters.step_angle;
+  const float low = parameters.excess[0], middle = parameters.excess[1], high = parameters.excess[2];
+  const float step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
                         edges.bend_right[i], lengths[i], step_angle);
     const float chord = std::sqrt(dot(polygon.chord, polygon.chord));
     const float over = spline_excess(polygon, (1.0F / chord) * polygon.chord);
-    violated[i] =
-        static_cast<std::uint8_t>(over > excess * chord && over <= std::numeric_limits<float>::max());
+    const int exceeded = (over > low * chord) + (over > middle * chord) + (over > high * chord);
+    violated[i] = static_cast<std::uint8_t>(over <= std::numeric_limits<float>::max() ? exceeded : 0);
   }
 }
 

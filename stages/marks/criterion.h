@@ -17,19 +17,28 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace tagrid {
 
 /// Constants of the criterion for m; the same bits on every machine.
 struct CriterionParameters {
+  static constexpr std::size_t excesses = 3;
+  using Multiples = std::array<double, excesses>;
+
   float step_angle;  ///< 2 pi / m, radians
   float threshold;   ///< (pi/m) / sin(pi/m)
-  float excess;      ///< threshold - 1, to float precision for every m: what the criterion compares
-  float tangent;     ///< tangent of acos(1 / threshold)
-  float angle;       ///< a little less than acos(1 / threshold), radians
+  /// Multiples of threshold - 1, to float precision for every m: what the criterion compares.
+  std::array<float, excesses> excess;
+  float angle;  ///< a little less than acos(1 / threshold), radians
 
+  /// `multiples` of the criterion's own excess, ascending. All but `excess` are those of the first multiple.
   /// REQUIRES: m >= 3.
-  explicit CriterionParameters(int m);
+  explicit CriterionParameters(int m, const Multiples& multiples = just_one);
+
+ private:
+  static constexpr Multiples just_one = {1, std::numeric_limits<double>::infinity(),
+                                         std::numeric_limits<double>::infinity()};
 };
 
 /// Up to `capacity` base edges of one class, as input of the kernels. All lengths are in voxels.
@@ -37,23 +46,14 @@ struct EdgeBatch {
   static constexpr std::size_t capacity = 64;
 
   using Lane = std::array<float, capacity>;
-  using Flags = std::array<std::uint8_t, capacity>;  ///< 0 or 1
+  using Flags = std::array<std::uint8_t, capacity>;  ///< one for each edge
   alignas(64) Lane rise;                             ///< height at the right end minus height at the left end
   alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
   alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
-
-  /// Copies edge `i` of another batch to edge `to` of this one.
-  void copy(const EdgeBatch& from, std::size_t i, std::size_t to) {
-    rise[to] = from.rise[i];
-    slope_left[to] = from.slope_left[i];
-    slope_right[to] = from.slope_right[i];
-    bend_left[to] = from.bend_left[i];
-    bend_right[to] = from.bend_right[i];
-  }
 };
 
-// Three tests, each slower and sharper than the one before; only edges that fail a test need the next one.
-// All edges of a batch beyond `count` must be initialized.
+// Two tests, the first one faster: only edges that are bent can violate the criterion. All edges of a batch
+// beyond `count` must be initialized.
 
 /// True if any of `count` edges of length `length` is bent. bent[i] is 0 if slopes and bends are so close to
 /// those of a straight line that no two legs of the control polygon can differ in direction by
@@ -62,13 +62,8 @@ struct EdgeBatch {
 bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
                EdgeBatch::Flags& bent);
 
-/// clear[i] is 1 if every leg of the control polygon is within acos(1/threshold) of the direction of the
-/// chord, so that edge i, of length lengths[i], cannot violate the criterion.
-void rule_out(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-              const CriterionParameters& parameters, EdgeBatch::Flags& clear);
-
-/// The criterion itself: violated[i] is 1 if edge i, of length lengths[i], violates it. Edges with values
-/// that are not finite never do.
+/// The criterion itself: violated[i] is the number of excesses that edge i, of length lengths[i], exceeds. Edges
+/// with values that are not finite exceed none.
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
              const CriterionParameters& parameters, EdgeBatch::Flags& violated);
 

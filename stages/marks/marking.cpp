@@ -1,110 +1,155 @@
 #include "stages/marks/marking.h"
 
+#include <algorithm>
+#include <span>
+
 #include "stages/marks/base_edges.h"
+#include "stages/marks/variance.h"
 
 namespace tagrid {
 namespace {
 
-constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
-
-// True if find_bent() would find no bent edge among edges within these bounds.
-bool none_is_bent(const EdgeBounds& bounds, float length, const CriterionParameters& constants) {
-  const float half_step = length * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
-  return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
+float length_of(const RowOfEdges& row) {
+  constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
+  return static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
 }
 
+// Finds all edges that can violate the criterion.
+struct BentTest {
+  CriterionParameters constants;
+
+  // True if find() would find none among edges within these bounds.
+  bool none(const EdgeBounds& bounds, const RowOfEdges& row) const {
+    const float half_step = length_of(row) * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
+    return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
+  }
+  bool find(const EdgeBatch& edges, std::size_t count, const RowOfEdges& row, EdgeBatch::Flags& bent) const {
+    return find_bent(edges, count, length_of(row), constants, bent);
+  }
+};
+
+// Only edges that the test finds are measured.
+template <class Test>
 class RowMarker {
  public:
-  RowMarker(const CurvatureField& field, const MarkingParameters& parameters, LatticeBits& marks)
+  // A point is set in as many of the `sets` as its edge exceeds thresholds.
+  RowMarker(const CurvatureField& field, const MarkingParameters& parameters,
+            const CriterionParameters& constants, const Test& test, std::span<LatticeBits> sets)
       : field_(field),
-        constants_(parameters.accuracy),
+        constants_(constants),
+        test_(test),
         rise_scale_(static_cast<float>(parameters.field_scale) / CurvatureField::value_divisor),
-        marks_(marks) {}
+        sets_(sets) {}
 
   void mark(const RowOfEdges& row) {
-    if (none_is_bent(bounds_of(field_, row, rise_scale_), length_of(row), constants_)) return;
-    for (std::int64_t from = 0; from < row.count; from += capacity) {
-      const std::int64_t n = std::min<std::int64_t>(capacity, row.count - from);
-      load_edges(field_, row, from, n, rise_scale_, edges_);
-      keep_bent(row, from, n);
+    if (test_.none(bounds_of(field_, row, rise_scale_), row)) return;
+    constexpr auto most = static_cast<std::int64_t>(capacity);
+    for (std::int64_t from = 0; from < row.count; from += most) {
+      const std::int64_t n = std::min(most, row.count - from);
+      load_edges(field_, row, from, n, rise_scale_, row_);
+      keep_found(row, from, n);
     }
   }
-  /// Decides what is still undecided. Call it after the last row.
-  void finish() {
-    settle_bent();
-    settle_undecided();
-  }
+  /// Decides about the edges that are left. Call it after the last row.
+  void finish() { settle(); }
 
  private:
-  static constexpr std::int64_t capacity = EdgeBatch::capacity;
+  static constexpr std::size_t capacity = EdgeBatch::capacity;
 
-  // Edges of any rows that wait for a slower test until there is a whole batch of them.
-  struct Waiting {
-    EdgeBatch edges{};
-    EdgeBatch::Lane lengths{};
-    std::array<Index3, EdgeBatch::capacity> points;
-    std::size_t count = 0;
-
-    bool full() const { return count == EdgeBatch::capacity; }
-    void add(const EdgeBatch& from, std::size_t i, float length, Index3 point) {
-      edges.copy(from, i, count);
-      lengths[count] = length;
-      points[count++] = point;
-    }
-  };
-
-  static float length_of(const RowOfEdges& row) {
-    return static_cast<float>(2 * row.unit) * sqrt_of[row.odd];
-  }
-
-  void keep_bent(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
+  void keep_found(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
+    EdgeBatch::Flags found;
+    if (!test_.find(row_, static_cast<std::size_t>(n), row, found)) return;
+    Lanes lanes;
+    const std::size_t count = list(found, static_cast<std::size_t>(n), 0, lanes);
     const float length = length_of(row);
-    EdgeBatch::Flags bent;
-    if (!find_bent(edges_, static_cast<std::size_t>(n), length, constants_, bent)) return;
-    for (std::int64_t lane = 0; lane < n; ++lane) {
-      if (!bent[static_cast<std::size_t>(lane)]) continue;
-      bent_.add(edges_, static_cast<std::size_t>(lane), length, row.point(from + row.cell(lane, n)));
-      if (bent_.full()) settle_bent();
+    std::array<std::size_t, capacity> bits;
+    place(row, from, n, bits);
+    for (std::size_t done = 0; done < count;) {
+      const std::size_t room = std::min(count - done, capacity - count_);
+      const auto copy = [&](const auto& source, auto& target) {
+        for (std::size_t i = 0; i < room; ++i) target[count_ + i] = source[lanes[done + i]];
+      };
+      copy(row_.rise, found_.rise);
+      copy(row_.slope_left, found_.slope_left);
+      copy(row_.slope_right, found_.slope_right);
+      copy(row_.bend_left, found_.bend_left);
+      copy(row_.bend_right, found_.bend_right);
+      copy(bits, bits_);
+      for (std::size_t i = 0; i < room; ++i) lengths_[count_ + i] = length;
+      count_ += room, done += room;
+      if (count_ == capacity) settle();
     }
   }
 
-  void settle_bent() {
-    EdgeBatch::Flags clear;
-    rule_out(bent_.edges, bent_.lengths, bent_.count, constants_, clear);
-    for (std::size_t i = 0; i < bent_.count; ++i) {
-      if (clear[i]) continue;
-      undecided_.add(bent_.edges, i, bent_.lengths[i], bent_.points[i]);
-      if (undecided_.full()) settle_undecided();
-    }
-    bent_.count = 0;
+  // Where the points of the edges of a row have their bits; see RowOfEdges::cell().
+  void place(const RowOfEdges& row, std::int64_t from, std::int64_t n,
+             std::array<std::size_t, capacity>& bits) {
+    const auto runs = static_cast<std::size_t>(row.runs()), step = static_cast<std::size_t>(2 * row.unit);
+    const std::size_t origin = sets_[0].bit_of(row.point(from)), count = static_cast<std::size_t>(n);
+    for (std::size_t first = 0, lane = 0; first < runs; ++first)
+      for (std::size_t cell = first; cell < count; cell += runs) bits[lane++] = origin + step * cell;
   }
 
-  void settle_undecided() {
+  // Lists the lanes whose flag is above `limit`; returns their number. Without a branch for each lane: it could
+  // not be predicted.
+  using Lanes = std::array<std::uint8_t, EdgeBatch::capacity + 1>;
+  static std::size_t list(const EdgeBatch::Flags& flags, std::size_t count, std::uint8_t limit,
+                          Lanes& lanes) {
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      lanes[found] = static_cast<std::uint8_t>(i);
+      found += flags[i] > limit;
+    }
+    return found;
+  }
+
+  void settle() {
     EdgeBatch::Flags violated;
-    measure(undecided_.edges, undecided_.lengths, undecided_.count, constants_, violated);
-    for (std::size_t i = 0; i < undecided_.count; ++i)
-      if (violated[i]) marks_.set(undecided_.points[i]);
-    undecided_.count = 0;
+    measure(found_, lengths_, count_, constants_, violated);
+    for (std::uint8_t level = 0; level < sets_.size(); ++level) {
+      Lanes lanes;
+      const std::size_t count = list(violated, count_, level, lanes);
+      for (std::size_t i = 0; i < count; ++i) sets_[level].set(bits_[lanes[i]]);
+    }
+    count_ = 0;
   }
 
   const CurvatureField& field_;
   CriterionParameters constants_;
+  Test test_;
   float rise_scale_;
-  LatticeBits& marks_;
-  EdgeBatch edges_{};
-  Waiting bent_, undecided_;
+  std::span<LatticeBits> sets_;
+  EdgeBatch row_{};
+  // Found edges of any rows, until there is a whole batch of them, and where their points have bits in the sets.
+  EdgeBatch found_{};
+  EdgeBatch::Lane lengths_{};
+  std::array<std::size_t, EdgeBatch::capacity> bits_{};
+  std::size_t count_ = 0;
 };
+
+template <class Test>
+void mark(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
+          const CriterionParameters& constants, const Test& test, std::span<LatticeBits> sets) {
+  const Box box = intersection(sets[0].box(), domain.volume());
+  if (box.empty()) return;
+  RowMarker<Test> marker(field, parameters, constants, test, sets);
+  for_each_row_of_edges(box, domain.cube_size, parameters.max_level,
+                        [&](const RowOfEdges& row) { marker.mark(row); });
+  marker.finish();
+}
 
 }  // namespace
 
 void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
                     LatticeBits& marks) {
-  const Box box = intersection(marks.box(), domain.volume());
-  if (box.empty()) return;
-  RowMarker marker(field, parameters, marks);
-  for_each_row_of_edges(box, domain.cube_size, parameters.max_level,
-                        [&](const RowOfEdges& row) { marker.mark(row); });
-  marker.finish();
+  const CriterionParameters constants(parameters.accuracy);
+  mark(field, domain, parameters, constants, BentTest{constants}, std::span(&marks, 1));
+}
+
+void grade_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
+                     std::array<LatticeBits, CriterionParameters::excesses>& sets) {
+  mark(field, domain, parameters, CriterionParameters(parameters.accuracy, {0.6, 1, 1.6}),
+       VarianceTest(parameters.accuracy), sets);
 }
 
 }  // namespace tagrid

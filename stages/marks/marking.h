@@ -4,6 +4,8 @@
 // independent of every other.
 #pragma once
 
+#include <array>
+
 #include "stages/grid/domain.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/marks/criterion.h"
@@ -22,5 +24,10 @@ struct MarkingParameters {
 /// `field` is the curvature of `cubes`, a box of whole root cubes that contains marks.box().
 void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
                     LatticeBits& marks);
+
+/// The same for three thresholds: the points whose excess is more than 0.6, 1, and 1.6 times what the criterion
+/// allows. Only edges that VarianceTest finds are measured. REQUIRES: the sets have the same box.
+void grade_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
+                     std::array<LatticeBits, CriterionParameters::excesses>& sets);
 
 }  // namespace tagrid

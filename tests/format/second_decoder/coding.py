@@ -53,12 +53,6 @@ class Bits(dict):
         return self[key]
 
 
-class Mixers(dict):
-    def __missing__(self, key):
-        self[key] = [24576] * 4
-        return self[key]
-
-
 class IntegerModel:
     def __init__(self):
         self.longer, self.top = Bits(), Bits()
@@ -135,7 +129,7 @@ class Decoder:
         p = SQUASH[clamp(sum(a * w for a, w in zip(s, weights)) >> 16, -2047, 2047) + 2048]
         bit = self.decode(p)
         error = (65535 if bit else 0) - p
-        for i in range(4):
+        for i in range(2):
             weights[i] += (s[i] * error + 32768) >> 16
             bits[i].learn(bit, limit)
         return bit

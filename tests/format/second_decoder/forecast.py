@@ -55,19 +55,112 @@ class Field:
         return f32(f32(total + f32(2 * mixed)) * (0.5 if len(odd) == 2 else f32(1 / 3)))
 
 
-def exceeded(field, left, right, odd, u, limit):
-    """The number of thresholds that the base edge from left to right exceeds."""
-    sign = {a: 1 if right[a] > left[a] else -1 for a in odd}
-    chord = f32(f32(f32(field.at(right, ()) - field.at(left, ())) * field.rise_scale) * (INVERSE_SQRT[len(odd)] / (2 * u)))
-    stretch = f32(1 + f32(chord * chord))
-    sixth = SQRT_OVER_THREE[len(odd)] * u
-    sl, sr = (f32(field.slope(q, odd, sign) - chord) for q in (left, right))
-    bl, br = (f32(sixth * field.bend(q, odd, sign)) for q in (left, right))
-    p, s, a, b = f32(sl - sr), f32(sl + sr), f32(br - bl), f32(bl + br)
-    even = f32(f32(p * f32(f32(91 * p) + f32(106 * b))) + f32(39 * f32(b * b)))
-    other = f32(f32(s * f32(f32(117 * s) - f32(166 * a))) + f32(73 * f32(a * a)))
-    variance, bound = f32(even + other), f32(limit * f32(stretch * stretch))
-    return (variance > f32(f32(0.6) * bound)) + (variance > bound) + (variance > f32(f32(1.6) * bound))
+def quotient(a, b):
+    """[a / b], also by zero."""
+    if b == 0:
+        return math.nan if a == 0 or a != a else math.copysign(math.inf, a)
+    return f32(a / b)
+
+
+def dot(a, b):
+    return f32(f32(a[0] * b[0]) + f32(a[1] * b[1]))
+
+
+def plus(a, b):
+    return f32(a[0] + b[0]), f32(a[1] + b[1])
+
+
+def minus(a, b):
+    return f32(a[0] - b[0]), f32(a[1] - b[1])
+
+
+def times(s, a):
+    return f32(s * a[0]), f32(s * a[1])
+
+
+def series(x, divisors):
+    """1 - x/d0 (1 - x/d1 (1 - ...))"""
+    value = 1.0
+    for d in reversed(divisors):
+        value = f32(1 - f32(f32(x * f32(1 / d)) * value))
+    return value
+
+
+def leg_weights():
+    """The shares of three legs in each of the four pieces of a segment."""
+    def shares(t):
+        b0, b3 = (1 - t) * (1 - t) * (1 - t) / 6, t * t * t / 6
+        return 1 - b0, (1 + 3 * t + 3 * t * t - 3 * t * t * t) / 6 + b3, b3
+    return [[f32(to - start) for start, to in zip(shares(k / 4), shares((k + 1) / 4))] for k in range(4)]
+
+
+LEG_WEIGHTS = leg_weights()
+
+
+class Criterion:
+    def __init__(self, accuracy):
+        half = math.pi / accuracy
+        x = half * half
+        d = x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156)))))
+        self.excesses = [f32(f * (d / (1 - d))) for f in (0.6, 1.0, 1.6)]
+        self.step_angle = f32(2 * half)
+        self.limit = f32(1184.5 / accuracy**2)
+
+    def around_end(self, slope, bend, longest):
+        """The control points before and after an end, relative to it."""
+        unit = quotient(1, f32(math.sqrt(f32(1 + f32(slope * slope)))))
+        curvature = f32(abs(bend) * f32(f32(unit * unit) * unit))
+        arc = quotient(self.step_angle, curvature)
+        step = arc if arc < longest else longest
+        angle = f32(step * curvature)
+        square = f32(angle * angle)
+        along = f32(step * series(square, (6, 20, 42, 72, 110, 156)))
+        inwards = f32(f32(step * angle) * f32(0.5 * series(square, (12, 30, 56, 90, 132))))
+        across = -inwards if bend < 0 else inwards
+        tangent = unit, f32(slope * unit)
+        centre = f32(-across * tangent[1]), f32(across * tangent[0])
+        return minus(centre, times(along, tangent)), plus(centre, times(along, tangent))
+
+    def exceeded(self, field, left, right, odd, u):
+        """The number of excesses that the base edge from left to right exceeds."""
+        sign = {a: 1 if right[a] > left[a] else -1 for a in odd}
+        rise = f32(f32(field.at(right, ()) - field.at(left, ())) * field.rise_scale)
+        slopes = [field.slope(q, odd, sign) for q in (left, right)]
+        bends = [field.bend(q, odd, sign) for q in (left, right)]
+        if not self.varies(rise, slopes, bends, len(odd), u):
+            return 0
+        end = f32(2 * u * [0, 1.0, f32(1.41421356), f32(1.73205081)][len(odd)]), rise
+        third = f32(f32(math.sqrt(dot(end, end))) * f32(1 / 3))
+        (l_before, l_after), (r_before, r_after) = (self.around_end(*e, third) for e in zip(slopes, bends))
+        legs = [(-l_before[0], -l_before[1]), l_after, plus(end, minus(r_before, l_after)),
+                (-r_before[0], -r_before[1]), r_after]
+        chord = plus(end, times(f32(1 / 6), minus(plus(r_before, r_after), plus(l_before, l_after))))
+        length = f32(math.sqrt(dot(chord, chord)))
+        direction = times(quotient(1, length), chord)
+
+        def piece(segment, k):
+            w = LEG_WEIGHTS[k]
+            v = plus(plus(times(w[0], legs[segment]), times(w[1], legs[segment + 1])), times(w[2], legs[segment + 2]))
+            along, across = dot(v, direction), f32(f32(v[0] * direction[1]) - f32(v[1] * direction[0]))
+            total = f32(f32(math.sqrt(dot(v, v))) + abs(along))
+            return quotient(f32(across * across), total) if along > 0 else total
+
+        segments = [f32(f32(piece(s, 0) + piece(s, 1)) + f32(piece(s, 2) + piece(s, 3))) for s in range(3)]
+        over = f32(f32(segments[0] + segments[1]) + segments[2])
+        if not over < math.inf:
+            return 0
+        return sum(over > f32(e * length) for e in self.excesses)
+
+    def varies(self, rise, slopes, bends, k, u):
+        chord = f32(rise * f32(INVERSE_SQRT[k] * (0.5 / u)))
+        stretch = f32(1 + f32(chord * chord))
+        sixth = f32(SQRT_OVER_THREE[k] * u)
+        sl, sr = (f32(v - chord) for v in slopes)
+        bl, br = (f32(sixth * v) for v in bends)
+        p, s, a, b = f32(sl - sr), f32(sl + sr), f32(br - bl), f32(bl + br)
+        even = f32(f32(p * f32(f32(91 * p) + f32(106 * b))) + f32(39 * f32(b * b)))
+        other = f32(f32(s * f32(f32(117 * s) - f32(166 * a))) + f32(73 * f32(a * a)))
+        return f32(even + other) > f32(self.limit * f32(stretch * stretch))
 
 
 def height_of(sample, range_low, scale):
@@ -88,14 +181,14 @@ def forecast(samples, owned, closed, header):
     def height(p):
         return heights[tuple(clamp(p[a], owned.low[a], owned.high[a]) for a in range(3))]
 
-    field, limit = Field(height, scale), f32(2369 / header.accuracy**2)
+    field, criterion = Field(height, scale), Criterion(header.accuracy)
     volume = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
-    result = {}
+    result = {p: 3 for p in closed.raster((header.S,) * 3)}
     for u, odd, cycle, points in reversed(list(passes(closed, header.S))):
         for p in points:
             value = result.get(p, 0)
             if p in volume and 3 * cycle + 4 - len(odd) <= header.level_limit:
-                value = max(value, exceeded(field, *base_edge(p, u, odd, header.S), odd, u, limit))
+                value = max(value, criterion.exceeded(field, *base_edge(p, u, odd, header.S), odd, u))
             if value > 0:
                 result[p] = value
                 for q in parents(p, u, odd, header.S):

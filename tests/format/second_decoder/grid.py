@@ -2,7 +2,7 @@
 
 from itertools import product
 
-from .coding import Bits, Decoder, IntegerModel, Mixers, clamp
+from .coding import SQUASH, AdaptiveBit, Decoder, IntegerModel, clamp
 
 
 def add(p, v):
@@ -81,47 +81,88 @@ def offsets(u, odd):
     return around, beside
 
 
+# Of points with the forecast 0 .. 3, not at the border and there.
+OF_NEAR = [[-830, -249, 719, 1484], [-526, -121, 452, 993]]
+OF_PAST = [[-16, 354, 1040, 982], [76, 329, 631, 668]]
+
+
+def new_bit(logit):
+    bit = AdaptiveBit()
+    bit.state = SQUASH[clamp(logit, -2047, 2047) + 2048] << 16 | 2
+    return bit
+
+
+class Activity:
+    """What is known while the activity of a box is decoded."""
+
+    def __init__(self, box, S, forecast):
+        self.box, self.forecast = box, forecast
+        self.active, self.candidates = set(box.raster((S, S, S))), set()
+        self.models, self.mixers = {}, {}
+
+    def expected(self, p):
+        return self.forecast.get(p, 0) >= 2
+
+    def with_forecast(self, p, u, odd, around, beside):
+        on = off = surprise = forecasts = 0
+        for a in range(3):
+            q, r = add(p, along(a, -2 * u)), add(p, along(a, 2 * u))
+            forecasts += self.forecast.get(q, 0) + self.forecast.get(r, 0)
+            if q in self.candidates:
+                on, off = on + (q in self.active), off + (q not in self.active)
+                surprise += (q in self.active) - self.expected(q)
+
+        def balance(points, off_is_known):
+            more = sum(q in self.active and not self.expected(q) for q in points)
+            less = sum(q not in self.active and self.expected(q) and off_is_known(q) for q in points)
+            return min(more, 2) - min(less, 2)
+
+        d = balance([add(p, v) for v in beside], lambda q: q in self.candidates)
+        e = balance([add(p, v) for v in around], lambda q: True)
+        border = any(p[a] in (self.box.low[a], self.box.high[a]) for a in range(3))
+        own = self.forecast.get(p, 0)
+        return ((0, len(odd), own, border, surprise, d, e), OF_NEAR[border][own] + 400 * surprise + 64 * d + 96 * e,
+                (1, len(odd), own, border, on, off, forecasts // 2),
+                OF_PAST[border][own] + 160 * on - 320 * off - 80 * (forecasts // 2), own)
+
+    def without_forecast(self, p, u, odd, around, beside):
+        on = directed = 0
+        for a in range(3):
+            q, r = add(p, along(a, -2 * u)), add(p, along(a, 2 * u))
+            state = 2 if q in self.active else 1 if q in self.candidates else 0
+            on += state == 2
+            directed = 6 * directed + 2 * state + (r in self.candidates)
+        n = (sum(add(p, v) in self.active for v in around) + 1) // 2
+        m = sum(add(p, v) in self.active for v in beside)
+        return (0, len(odd), n, on, m), 0, (1, len(odd), directed, n), 0, len(odd)
+
+    def decode_point(self, coder, p, u, odd, around, beside):
+        view = self.without_forecast if self.forecast is None else self.with_forecast
+        first, first_logit, second, second_logit, mixer = view(p, u, odd, around, beside)
+        make = new_bit if self.forecast is not None else lambda logit: AdaptiveBit()
+        for context, logit in ((first, first_logit), (second, second_logit)):
+            if context not in self.models:
+                self.models[context] = make(logit)
+        weights = self.mixers.setdefault(mixer, [36864, 36864])
+        if coder.mixed([self.models[first], self.models[second]], weights, 255):
+            self.active.add(p)
+
+
 def decode_activity(data, box, S, level_limit, forecast=None):
     """The set of active points. forecast: numbers 0 .. 3 by point, or None if there is none."""
     coder = Decoder(data)
-    active = set(box.raster((S, S, S)))
-    models, mixers = Bits(), Mixers()
+    state = Activity(box, S, forecast)
     for u, odd, cycle, points in passes(box, S):
         if 3 * cycle + 4 - len(odd) > level_limit:
             break
-        candidates = {p for p in points if all(q in active for q in parents(p, u, odd, S) if q in box)}
-        around_offsets, beside_offsets = offsets(u, odd)
-        for p in points:
-            if p not in candidates:
-                continue
-            on = off = ahead = directed = forecasts = surprises = 0
-            for a in range(3):
-                q, r = add(p, along(a, -2 * u)), add(p, along(a, 2 * u))
-                state = 2 if q in active else 1 if q in candidates else 0
-                following = 1 if r in candidates else 0
-                on, off, ahead = on + (state == 2), off + (state == 1), ahead + following
-                directed = 6 * directed + 2 * state + following
-                if forecast is not None:
-                    before = forecast.get(q, 0)
-                    forecasts += before + forecast.get(r, 0)
-                    surprises = 3 * surprises + (0 if state == 0 else 1 if (state == 2) == (before >= 2) else 2)
-            around = sum(add(p, v) in active for v in around_offsets)
-            beside = sum(add(p, v) in active for v in beside_offsets)
-            if forecast is None:
-                neighbours = 16 * on + 4 * off + ahead
-                contexts = (neighbours + 64 * min((around + 1) // 2, 12), directed, 32 * around + beside,
-                            64 * (beside // 2) + neighbours)
-            else:
-                border = any(p[a] in (box.low[a], box.high[a]) for a in range(3))
-                own = 2 * forecast.get(p, 0) + border
-                contexts = (16 * (19 * own + forecasts) + 4 * on + off, 27 * own + surprises, 216 * own + directed,
-                            13 * (13 * own + beside) + min((around + 1) // 2, 12))
-            bits = [models[cycle, len(odd), i, contexts[i]] for i in range(4)]
-            if coder.mixed(bits, mixers[cycle, len(odd)], 255):
-                active.add(p)
+        around, beside = offsets(u, odd)
+        found = [p for p in points if all(q in state.active for q in parents(p, u, odd, S) if q in box)]
+        state.candidates.update(found)
+        for p in found:
+            state.decode_point(coder, p, u, odd, around, beside)
         coder.check_exhausted()
     coder.check_end()
-    return active
+    return state.active
 
 
 def base_edge(p, u, odd, S):

@@ -1,0 +1,226 @@
+#include "stages/activity/contexts.h"
+
+#include <algorithm>
+
+namespace tagrid {
+namespace {
+
+// 64 counters that stop at two: one bit says "one or more", the other "two or more".
+struct UpToTwo {
+  Word any = 0, two = 0;
+
+  void add(Word bits) {
+    two |= any & bits;
+    any |= bits;
+  }
+};
+
+// 64 counters of five bits.
+struct Counters {
+  std::array<Word, 5> bits{};
+
+  void add(Word bit) { carry(0, bit); }
+  // Adds numbers of two bits.
+  void add(Word low, Word high) { carry(0, low), carry(1, high); }
+
+ private:
+  void carry(std::size_t place, Word bit) {
+    for (std::size_t i = place; i < bits.size(); ++i) {
+      const Word next = bits[i] & bit;
+      bits[i] ^= bit;
+      bit = next;
+    }
+  }
+};
+
+// What is known of the points before one, along x, y and z.
+struct Past {
+  int surprise = 0;  // active against the forecast, less inactive against the forecast
+  std::size_t active = 0, inactive = 0;
+};
+
+// Of bits of candidate, active, and forecast to be active: of x with `before`, then of y, then of z.
+Past past_of(std::size_t bits, bool before) {
+  Past past;
+  const auto add = [&past](bool candidate, bool active, bool forecast) {
+    if (!candidate) return;
+    active ? ++past.active : ++past.inactive;
+    if (active != forecast) past.surprise += active ? 1 : -1;
+  };
+  add((bits & 1) != 0, before, (bits & 2) != 0);
+  add((bits & 4) != 0, (bits & 8) != 0, (bits & 16) != 0);
+  add((bits & 32) != 0, (bits & 64) != 0, (bits & 128) != 0);
+  return past;
+}
+
+// Tables over the bytes of a point, so that a context takes a few look-ups.
+struct ForecastTables {
+  std::array<std::uint8_t, 512> surprise, past;  // by past_ and `before`
+  std::array<std::uint8_t, 256> near;
+
+  ForecastTables() {
+    for (std::size_t bits = 0; bits < 512; ++bits) {
+      const Past p = past_of(bits & 255, bits >= 256);
+      surprise[bits] = static_cast<std::uint8_t>(p.surprise + 3);
+      past[bits] = static_cast<std::uint8_t>(4 * p.active + p.inactive);
+    }
+    for (std::size_t bits = 0; bits < 256; ++bits) {
+      const auto bit = [bits](int i) { return static_cast<int>(bits >> i & 1); };
+      const int beside = (bit(0) + bit(1)) - (bit(2) + bit(3)),
+                around = (bit(4) + bit(5)) - (bit(6) + bit(7));
+      near[bits] = static_cast<std::uint8_t>(5 * (beside + 2) + (around + 2));
+    }
+  }
+};
+const ForecastTables forecast_tables;
+
+struct PlainTables {
+  std::array<std::uint8_t, 512> active, directed;  // by past_ and `before`
+
+  PlainTables() {
+    for (std::size_t bits = 0; bits < 512; ++bits) {
+      const auto bit = [bits](int i) { return bits >> i & 1; };
+      // Twice the state, 0 no candidate, 1 inactive, 2 active; and whether the point after is a candidate.
+      const std::size_t x = bit(0) != 0 ? 2 + 2 * bit(8) : 0, y = 2 * bit(2) + 2 * bit(3),
+                        z = 2 * bit(5) + 2 * bit(6);
+      directed[bits] =
+          static_cast<std::uint8_t>(((x + bit(1)) * 6 + std::min<std::size_t>(y + bit(4), 5)) * 6 +
+                                    std::min<std::size_t>(z + bit(7), 5));
+      active[bits] = static_cast<std::uint8_t>((x == 4) + (y == 4) + (z == 4));
+    }
+  }
+};
+const PlainTables plain_tables;
+
+std::vector<AdaptiveBit> forecast_start() {
+  // Of points with the forecast 0 .. 3 inside the box, and at its border. Fitted to scans and phantoms.
+  constexpr int of_near[2][4] = {{-830, -249, 719, 1484}, {-526, -121, 452, 993}},
+                of_past[2][4] = {{-16, 354, 1040, 982}, {76, 329, 631, 668}};
+  std::vector<AdaptiveBit> start;
+  for (int c = 0; c < 24; ++c)
+    for (int surprise = -3; surprise <= 3; ++surprise)
+      for (int beside = -2; beside <= 2; ++beside)
+        for (int around = -2; around <= 2; ++around)
+          start.emplace_back(of_near[c / 4 % 2][c % 4] + 400 * surprise + 64 * beside + 96 * around);
+  for (int c = 0; c < 24; ++c)
+    for (int past = 0; past < 16; ++past)
+      for (int forecasts = 0; forecasts < 10; ++forecasts)
+        start.emplace_back(of_past[c / 4 % 2][c % 4] + 160 * (past / 4) - 320 * (past % 4) - 80 * forecasts);
+  return start;
+}
+
+}  // namespace
+
+void BytesOfPoints::transpose(const Words& words, Word wanted) {
+  for (std::size_t byte = 0; byte < 8; ++byte) {
+    if ((wanted >> (8 * byte) & 255) == 0) continue;
+    std::uint64_t m = 0;
+    for (std::size_t k = 0; k < 8; ++k) m |= (words[k] >> (8 * byte) & 255) << (8 * k);
+    // Swaps the halves of ever larger squares of bits.
+    std::uint64_t swapped = (m ^ (m >> 7)) & 0x00aa00aa00aa00aaU;
+    m ^= swapped ^ (swapped << 7);
+    swapped = (m ^ (m >> 14)) & 0x0000cccc0000ccccU;
+    m ^= swapped ^ (swapped << 14);
+    swapped = (m ^ (m >> 28)) & 0x00000000f0f0f0f0U;
+    eight_[byte] = m ^ swapped ^ (swapped << 28);
+  }
+}
+
+const std::vector<AdaptiveBit>& ForecastContexts::start() {
+  static const std::vector<AdaptiveBit> bits = forecast_start();
+  return bits;
+}
+
+Word ForecastContexts::at_border(std::int64_t y, std::int64_t z, std::size_t i) const {
+  const Box& box = active_.box();
+  if (y == box.low.y || y == box.high.y || z == box.low.z || z == box.high.z) return ~Word{0};
+  const auto last = static_cast<std::size_t>(box.size().x - 1);
+  return (i == 0 ? Word{1} : 0) | (i == last / 64 ? Word{1} << (last % 64) : 0);
+}
+
+void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+  const auto neighbour = [&](Index3 step) {
+    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step);
+  };
+  const std::int64_t d = 2 * pass_.unit;
+  const LatticeBits &likely = forecast_.at_least(1), &expected = forecast_.at_least(2),
+                    &certain = forecast_.at_least(3);
+
+  const NeighbourWord x_before = neighbour({-d, 0, 0}), y_before = neighbour({0, -d, 0}),
+                      z_before = neighbour({0, 0, -d}), self = neighbour({});
+  past_.transpose(
+      {x_before.of(candidates_), x_before.of(expected), y_before.of(candidates_), y_before.of(active_),
+       y_before.of(expected), z_before.of(candidates_), z_before.of(active_), z_before.of(expected)},
+      wanted);
+
+  Counters forecasts;
+  for (const NeighbourWord& word :
+       {x_before, y_before, z_before, neighbour({d, 0, 0}), neighbour({0, d, 0}), neighbour({0, 0, d})}) {
+    const Word two = word.of(expected);  // of nested sets: the second bit, and with the others the first
+    forecasts.add((word.of(likely) & ~two) | word.of(certain), two);
+  }
+  const Word two = self.of(expected);
+  own_.transpose({(self.of(likely) & ~two) | self.of(certain), two, at_border(y, z, i), forecasts.bits[1],
+                  forecasts.bits[2], forecasts.bits[3], forecasts.bits[4], 0},
+                 wanted);
+
+  UpToTwo more_beside, less_beside, more_around, less_around;
+  for (const Index3 step : surroundings_.beside()) {
+    const NeighbourWord word = neighbour(step);
+    const Word active = word.of(active_), forecast = word.of(expected);
+    more_beside.add(active & ~forecast);
+    less_beside.add(word.of(candidates_) & ~active & forecast);
+  }
+  for (const Index3 step : surroundings_.around()) {
+    const NeighbourWord word = neighbour(step);
+    const Word active = word.of(active_), forecast = word.of(expected);
+    more_around.add(active & ~forecast);
+    less_around.add(forecast & ~active);
+  }
+  near_.transpose({more_beside.any, more_beside.two, less_beside.any, less_beside.two, more_around.any,
+                   more_around.two, less_around.any, less_around.two},
+                  wanted);
+}
+
+PointContext ForecastContexts::at(int x, bool before) const {
+  const std::size_t past = past_[x] | std::size_t{before} << 8, own = own_[x];
+  const std::size_t of_point = static_cast<std::size_t>(pass_.odd_count - 1) * 8 + (own & 7);
+  return {{(of_point * 7 + forecast_tables.surprise[past]) * 25 + forecast_tables.near[near_[x]],
+           sizes[0] + (of_point * 16 + forecast_tables.past[past]) * 10 + (own >> 3)},
+          own & 3};
+}
+
+const std::vector<AdaptiveBit>& PlainContexts::start() {
+  static const std::vector<AdaptiveBit> bits(sizes[0] + sizes[1]);
+  return bits;
+}
+
+void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+  const auto neighbour = [&](Index3 step) {
+    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step);
+  };
+  const std::int64_t d = 2 * pass_.unit;
+  const NeighbourWord y_before = neighbour({0, -d, 0}), z_before = neighbour({0, 0, -d});
+  past_.transpose({neighbour({-d, 0, 0}).of(candidates_), neighbour({d, 0, 0}).of(candidates_),
+                   y_before.of(candidates_), y_before.of(active_), neighbour({0, d, 0}).of(candidates_),
+                   z_before.of(candidates_), z_before.of(active_), neighbour({0, 0, d}).of(candidates_)},
+                  wanted);
+  Counters around, beside;
+  for (const Index3 step : surroundings_.around()) around.add(neighbour(step).of(active_));
+  for (const Index3 step : surroundings_.beside()) beside.add(neighbour(step).of(active_));
+  const auto counts = [](const Counters& c) {
+    return BytesOfPoints::Words{c.bits[0], c.bits[1], c.bits[2], c.bits[3], c.bits[4]};
+  };
+  around_.transpose(counts(around), wanted);
+  beside_.transpose(counts(beside), wanted);
+}
+
+PointContext PlainContexts::at(int x, bool before) const {
+  const std::size_t past = past_[x] | std::size_t{before} << 8, around = (around_[x] + 1) / 2;
+  const auto odd = static_cast<std::size_t>(pass_.odd_count - 1);
+  return {{((odd * 13 + around) * 4 + plain_tables.active[past]) * 13 + beside_[x],
+           sizes[0] + (odd * 216 + plain_tables.directed[past]) * 13 + around},
+          odd};
+}
+
+}  // namespace tagrid

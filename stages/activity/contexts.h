@@ -1,0 +1,93 @@
+// The contexts in which the activity of points is coded: what is known around them. They are found for 64
+// points of a row at a time, with one word for each bit of a context. Only whether the point before in the
+// same row is active is not known until it is coded.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stages/activity/candidates.h"
+#include "stages/activity/forecast.h"
+#include "stages/activity/neighbour_words.h"
+#include "stages/activity/surroundings.h"
+#include "stages/entropy/adaptive_bit.h"
+#include "stages/entropy/mixer.h"
+#include "stages/grid/lattice_bits.h"
+
+namespace tagrid {
+
+/// One byte for each of 64 points, made from eight words: bit k of byte i is bit i of word k.
+class BytesOfPoints {
+ public:
+  using Words = std::array<Word, 8>;
+
+  /// Only bytes of points in `wanted`, and of some of their neighbours, are made.
+  void transpose(const Words& words, Word wanted);
+  std::size_t operator[](int i) const {
+    return eight_[static_cast<std::size_t>(i / 8)] >> (8 * (i % 8)) & 255;
+  }
+
+ private:
+  std::array<std::uint64_t, 8> eight_;
+};
+
+/// The contexts of a point in each of the two models, and which weights mix them.
+struct PointContext {
+  std::array<std::size_t, contexts_mixed> of;
+  std::size_t mixer;
+};
+
+/// The contexts of the points of a box whose activity has a forecast.
+class ForecastContexts {
+ public:
+  static constexpr std::size_t mixers = 4;
+  static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 8 * 7 * 25, 3 * 8 * 16 * 10};
+  /// What the models of all contexts begin with.
+  static const std::vector<AdaptiveBit>& start();
+
+  /// REQUIRES: all arguments outlive this. `active` and `candidates` may change between calls.
+  ForecastContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast& forecast)
+      : active_(active), candidates_(candidates), forecast_(forecast) {}
+
+  void begin_pass(const Pass& pass) { pass_ = pass, surroundings_ = Surroundings(pass); }
+  /// Finds what is known around the points of word `i` in the row at y, z; `wanted`: the points to code.
+  void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
+  /// The contexts of point `x` of that word. `before`: whether the candidate before it in the row is active.
+  PointContext at(int x, bool before) const;
+
+ private:
+  Word at_border(std::int64_t y, std::int64_t z, std::size_t i) const;
+
+  const LatticeBits& active_;
+  const LatticeBits& candidates_;
+  const Forecast& forecast_;
+  Pass pass_{};
+  Surroundings surroundings_;
+  BytesOfPoints past_, own_, near_;
+};
+
+/// The contexts of the points of a box whose activity has no forecast.
+class PlainContexts {
+ public:
+  static constexpr std::size_t mixers = 3;
+  static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 13 * 4 * 13, 3 * 216 * 13};
+  static const std::vector<AdaptiveBit>& start();
+
+  PlainContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast&)
+      : active_(active), candidates_(candidates) {}
+
+  void begin_pass(const Pass& pass) { pass_ = pass, surroundings_ = Surroundings(pass); }
+  void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
+  PointContext at(int x, bool before) const;
+
+ private:
+  const LatticeBits& active_;
+  const LatticeBits& candidates_;
+  Pass pass_{};
+  Surroundings surroundings_;
+  BytesOfPoints past_, around_, beside_;
+};
+
+}  // namespace tagrid
