@@ -161,10 +161,9 @@ Way way_of(const RowOfEdges& row, std::int64_t first_x) {
 }  // namespace
 
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
-                float rise_scale, EdgeBatch& edges) {
+                float rise_scale, EdgeBatch& edges, std::size_t lane) {
   const std::int64_t u = row.unit, across = row.odd_x ? u : 0;
   const int runs = row.runs(), number = int{row.odd_x} + 2 * int{row.odd_y} + 4 * int{row.odd_z};
-  std::size_t lane = 0;
   for (int first = 0; first < runs; ++first) {
     const std::int64_t low_x = row.x0 + 2 * u * (from + first) - across;
     const Way way = way_of(row, low_x);

@@ -1,6 +1,7 @@
 // Base edges, one row at a time, in the form that the criterion needs.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "stages/grid/box.h"
@@ -30,11 +31,11 @@ struct RowOfEdges {
   Index3 point(std::int64_t cell) const { return {x0 + 2 * unit * cell, y, z}; }
 };
 
-/// Loads the edges of the cells [from, from + count) of a row; lane `lane` gets the cell from +
-/// row.cell(lane, count). rise_scale: voxels per unit of the field's value component. REQUIRES: count <=
-/// EdgeBatch::capacity.
+/// Loads the edges of the cells [from, from + count) of a row; lane first + `lane` gets the cell from +
+/// row.cell(lane, count). rise_scale: voxels per unit of the field's value component. REQUIRES: first + count
+/// <= EdgeBatch::capacity.
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
-                float rise_scale, EdgeBatch& edges);
+                float rise_scale, EdgeBatch& edges, std::size_t first = 0);
 
 /// Upper bounds for all edges of a row, in voxels, rounding included: of absolute slopes, of the curve at
 /// both ends and of the chord, and of absolute second derivatives. NaN or infinite if an entry of the field

@@ -43,7 +43,7 @@ struct CriterionParameters {
 
 /// Up to `capacity` base edges of one class, as input of the kernels. All lengths are in voxels.
 struct EdgeBatch {
-  static constexpr std::size_t capacity = 64;
+  static constexpr std::size_t capacity = 128;
 
   using Lane = std::array<float, capacity>;
   using Flags = std::array<std::uint8_t, capacity>;  ///< one for each edge

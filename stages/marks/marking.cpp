@@ -43,51 +43,62 @@ class RowMarker {
 
   void mark(const RowOfEdges& row) {
     if (test_.none(bounds_of(field_, row, rise_scale_), row)) return;
-    constexpr auto most = static_cast<std::int64_t>(capacity);
-    for (std::int64_t from = 0; from < row.count; from += most) {
-      const std::int64_t n = std::min(most, row.count - from);
-      load_edges(field_, row, from, n, rise_scale_, row_);
-      keep_found(row, from, n);
+    if (row.unit != class_.unit || row.odd != class_.odd) {
+      test();
+      class_ = row;
+    }
+    for (std::int64_t from = 0; from < row.count;) {
+      if (loaded_ == capacity) test();
+      const std::int64_t n = std::min(row.count - from, static_cast<std::int64_t>(capacity - loaded_));
+      load(row, from, n);
+      from += n;
     }
   }
   /// Decides about the edges that are left. Call it after the last row.
-  void finish() { settle(); }
+  void finish() {
+    test();
+    settle();
+  }
 
  private:
   static constexpr std::size_t capacity = EdgeBatch::capacity;
+  using Bits = std::array<std::size_t, capacity>;
 
-  void keep_found(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
-    EdgeBatch::Flags found;
-    if (!test_.find(row_, static_cast<std::size_t>(n), row, found)) return;
-    Lanes lanes;
-    const std::size_t count = list(found, static_cast<std::size_t>(n), 0, lanes);
-    const float length = length_of(row);
-    std::array<std::size_t, capacity> bits;
-    place(row, from, n, bits);
-    for (std::size_t done = 0; done < count;) {
-      const std::size_t room = std::min(count - done, capacity - count_);
-      const auto copy = [&](const auto& source, auto& target) {
-        for (std::size_t i = 0; i < room; ++i) target[count_ + i] = source[lanes[done + i]];
-      };
-      copy(row_.rise, found_.rise);
-      copy(row_.slope_left, found_.slope_left);
-      copy(row_.slope_right, found_.slope_right);
-      copy(row_.bend_left, found_.bend_left);
-      copy(row_.bend_right, found_.bend_right);
-      copy(bits, bits_);
-      for (std::size_t i = 0; i < room; ++i) lengths_[count_ + i] = length;
-      count_ += room, done += room;
-      if (count_ == capacity) settle();
-    }
+  void load(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
+    load_edges(field_, row, from, n, rise_scale_, edges_, loaded_);
+    // In the order of RowOfEdges::cell().
+    const auto runs = static_cast<std::size_t>(row.runs()), step = static_cast<std::size_t>(2 * row.unit),
+               count = static_cast<std::size_t>(n), origin = sets_[0].bit_of(row.point(from));
+    for (std::size_t first = 0; first < runs; ++first)
+      for (std::size_t cell = first; cell < count; cell += runs) bits_[loaded_++] = origin + step * cell;
   }
 
-  // Where the points of the edges of a row have their bits; see RowOfEdges::cell().
-  void place(const RowOfEdges& row, std::int64_t from, std::int64_t n,
-             std::array<std::size_t, capacity>& bits) {
-    const auto runs = static_cast<std::size_t>(row.runs()), step = static_cast<std::size_t>(2 * row.unit);
-    const std::size_t origin = sets_[0].bit_of(row.point(from)), count = static_cast<std::size_t>(n);
-    for (std::size_t first = 0, lane = 0; first < runs; ++first)
-      for (std::size_t cell = first; cell < count; cell += runs) bits[lane++] = origin + step * cell;
+  // Finds the edges that have to be measured among those that are loaded.
+  void test() {
+    EdgeBatch::Flags found;
+    if (loaded_ > 0 && test_.find(edges_, loaded_, class_, found)) keep(found);
+    loaded_ = 0;
+  }
+
+  void keep(const EdgeBatch::Flags& found) {
+    Lanes lanes;
+    const std::size_t count = list(found, loaded_, 0, lanes);
+    const float length = length_of(class_);
+    for (std::size_t done = 0; done < count;) {
+      const std::size_t room = std::min(count - done, capacity - kept_);
+      const auto copy = [&](const auto& source, auto& target) {
+        for (std::size_t i = 0; i < room; ++i) target[kept_ + i] = source[lanes[done + i]];
+      };
+      copy(edges_.rise, kept_edges_.rise);
+      copy(edges_.slope_left, kept_edges_.slope_left);
+      copy(edges_.slope_right, kept_edges_.slope_right);
+      copy(edges_.bend_left, kept_edges_.bend_left);
+      copy(edges_.bend_right, kept_edges_.bend_right);
+      copy(bits_, kept_bits_);
+      for (std::size_t i = 0; i < room; ++i) kept_lengths_[kept_ + i] = length;
+      kept_ += room, done += room;
+      if (kept_ == capacity) settle();
+    }
   }
 
   // Lists the lanes whose flag is above `limit`; returns their number. Without a branch for each lane: it could
@@ -105,13 +116,13 @@ class RowMarker {
 
   void settle() {
     EdgeBatch::Flags violated;
-    measure(found_, lengths_, count_, constants_, violated);
+    measure(kept_edges_, kept_lengths_, kept_, constants_, violated);
     for (std::uint8_t level = 0; level < sets_.size(); ++level) {
       Lanes lanes;
-      const std::size_t count = list(violated, count_, level, lanes);
-      for (std::size_t i = 0; i < count; ++i) sets_[level].set(bits_[lanes[i]]);
+      const std::size_t count = list(violated, kept_, level, lanes);
+      for (std::size_t i = 0; i < count; ++i) sets_[level].set(kept_bits_[lanes[i]]);
     }
-    count_ = 0;
+    kept_ = 0;
   }
 
   const CurvatureField& field_;
@@ -119,12 +130,16 @@ class RowMarker {
   Test test_;
   float rise_scale_;
   std::span<LatticeBits> sets_;
-  EdgeBatch row_{};
-  // Found edges of any rows, until there is a whole batch of them, and where their points have bits in the sets.
-  EdgeBatch found_{};
-  EdgeBatch::Lane lengths_{};
-  std::array<std::size_t, EdgeBatch::capacity> bits_{};
-  std::size_t count_ = 0;
+  // Edges of several rows of one class, and where their points have bits in the sets.
+  RowOfEdges class_{};
+  EdgeBatch edges_{};
+  Bits bits_{};
+  std::size_t loaded_ = 0;
+  // Edges of any rows that have to be measured.
+  EdgeBatch kept_edges_{};
+  EdgeBatch::Lane kept_lengths_{};
+  Bits kept_bits_{};
+  std::size_t kept_ = 0;
 };
 
 template <class Test>
