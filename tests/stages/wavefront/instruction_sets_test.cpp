@@ -8,6 +8,7 @@
 #include <random>
 
 #include "stages/voxels/codec.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -55,7 +56,7 @@ TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
   std::mt19937 random(5);
   for (const Index3 size :
        {Index3{64, 64, 20}, Index3{65, 17, 3}, Index3{1, 40, 9}, Index3{130, 33, 4}, Index3{7, 5, 3}})
-    for (const int amplitude : {0, 3, 400, 30000})
+    for (const int amplitude : sanitized ? std::vector{3, 30000} : std::vector{0, 3, 400, 30000})
       for (const VoxelBounds bounds :
            {VoxelBounds{0, -1}, VoxelBounds{5, -1}, VoxelBounds{40, 0}, VoxelBounds{70000, 1}})
         for (const Effort effort : {Effort::normal, Effort::fast}) {
