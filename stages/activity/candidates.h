@@ -15,7 +15,6 @@ struct Pass {
   std::int64_t unit;
   bool odd[3];
   int odd_count;
-  int cycle;
 };
 
 /// The points of a pass that can be active.
@@ -33,10 +32,10 @@ class Candidates {
     pass_ = pass;
     const Box& box = active_.box();
     const std::int64_t u = pass.unit;
-    mask_ = every(2 * u, pass.odd[0] ? u : 0);
+    set_every(2 * u, pass.odd[0] ? u : 0, mask_);
     if (pass.odd_count == 3) {
-      first_ = every(4 * u, u);
-      third_ = every(4 * u, 3 * u);
+      set_every(4 * u, u, first_);
+      set_every(4 * u, 3 * u, third_);
     }
     for (std::int64_t z = box.low.z + (pass.odd[2] ? u : 0); z <= box.high.z; z += 2 * u)
       for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u)
@@ -49,12 +48,11 @@ class Candidates {
   }
 
  private:
-  // The points of a row at `start` and at every multiple of `period` from there.
-  std::vector<Word> every(std::int64_t period, std::int64_t start) const {
-    std::vector<Word> row(active_.words_per_row());
+  // Sets `row` to the points at `start` and at every multiple of `period` from there.
+  void set_every(std::int64_t period, std::int64_t start, std::vector<Word>& row) const {
+    row.assign(active_.words_per_row(), 0);
     for (std::int64_t x = start; x < active_.box().size().x; x += period)
       row[static_cast<std::size_t>(x / 64)] |= Word{1} << (x % 64);
-    return row;
   }
 
   template <class WordOf>
@@ -63,30 +61,27 @@ class Candidates {
     for (std::size_t i = 0; i < mask_.size(); ++i) row[i] |= word_of(i);
   }
 
+  // The activity of the points that are `step` from those of a word.
+  Word active_at(std::int64_t y, std::int64_t z, std::size_t i, Index3 step) const {
+    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step).of(active_);
+  }
+
   // Face centres and edge midpoints lie between their parents along each axis that is not odd.
   void find_between(std::int64_t y, std::int64_t z) {
     const std::int64_t u = pass_.unit;
     const Box& box = active_.box();
-    const auto row_at = [&](std::int64_t dy, std::int64_t dz) {
-      return NeighbourRow(active_, {0, y + dy, z + dz});
-    };
-    // A parent outside the box asks for nothing.
-    const NeighbourRow rows[4] = {row_at(-u, 0), row_at(u, 0), row_at(0, -u), row_at(0, u)};
-    const NeighbourRow own = row_at(0, 0);
+    const auto last = static_cast<std::size_t>(box.size().x - 1);
     add(y, z, [&](std::size_t i) {
+      const auto at = [&](Index3 step) { return active_at(y, z, i, step); };
+      // A parent outside the box asks for nothing.
       Word all = mask_[i];
-      if (!pass_.odd[1]) {
-        if (y > box.low.y) all &= rows[0].word(i);
-        if (y < box.high.y) all &= rows[1].word(i);
-      }
-      if (!pass_.odd[2]) {
-        if (z > box.low.z) all &= rows[2].word(i);
-        if (z < box.high.z) all &= rows[3].word(i);
-      }
+      if (!pass_.odd[1] && y > box.low.y) all &= at({0, -u, 0});
+      if (!pass_.odd[1] && y < box.high.y) all &= at({0, u, 0});
+      if (!pass_.odd[2] && z > box.low.z) all &= at({0, 0, -u});
+      if (!pass_.odd[2] && z < box.high.z) all &= at({0, 0, u});
       if (all != 0 && !pass_.odd[0]) {
-        const auto last = static_cast<std::size_t>(box.size().x - 1);
         const Word first_of_row = i == 0 ? 1 : 0, last_of_row = i == last / 64 ? Word{1} << (last % 64) : 0;
-        all &= (own.word(i, Shift(-u)) | first_of_row) & (own.word(i, Shift(u)) | last_of_row);
+        all &= (at({-u, 0, 0}) | first_of_row) & (at({u, 0, 0}) | last_of_row);
       }
       return all;
     });
@@ -98,20 +93,14 @@ class Candidates {
   void find_below_edge_midpoints(std::int64_t y, std::int64_t z) {
     const std::int64_t u = pass_.unit;
     const Index3 low = active_.box().low;
-    const auto shared = [&](std::int64_t c, std::int64_t from) {
-      return ((c - from) & (2 * u)) ? c + u : c - u;
-    };
-    const std::int64_t near_y = shared(y, low.y), near_z = shared(z, low.z);
-    const NeighbourRow across_x(active_, {0, near_y, near_z}), across_y(active_, {0, 2 * y - near_y, near_z}),
-        across_z(active_, {0, near_y, 2 * z - near_z});
-    const Shift before(-u), after(u);
+    // The step to the shared corner; the opposite one leads across.
+    const std::int64_t near_y = ((y - low.y) & (2 * u)) ? u : -u, near_z = ((z - low.z) & (2 * u)) ? u : -u;
     add(y, z, [&](std::size_t i) {
-      // The shared corner is before the first and the fifth point, and so on, and after the others.
-      const Word of_first =
-          across_x.word(i, after) & across_y.word(i, before) & across_z.word(i, before) & first_[i];
-      const Word of_third =
-          across_x.word(i, before) & across_y.word(i, after) & across_z.word(i, after) & third_[i];
-      return of_first | of_third;
+      const auto with_corner = [&](std::int64_t near_x) {
+        return active_at(y, z, i, {-near_x, near_y, near_z}) & active_at(y, z, i, {near_x, -near_y, near_z}) &
+               active_at(y, z, i, {near_x, near_y, -near_z});
+      };
+      return (with_corner(-u) & first_[i]) | (with_corner(u) & third_[i]);
     });
   }
 
@@ -119,7 +108,8 @@ class Candidates {
   int cube_size_;
   LatticeBits bits_;
   Pass pass_{};
-  std::vector<Word> mask_, first_, third_;
+  std::vector<Word> mask_;
+  std::vector<Word> first_, third_;  ///< of cube centres: those at u, 5u, .., and at 3u, 7u, ..
 };
 
 }  // namespace tagrid

@@ -1,9 +1,7 @@
 #include "stages/activity/coding.h"
 
-#include <algorithm>
 #include <array>
 #include <bit>
-#include <cassert>
 
 #include "stages/activity/candidates.h"
 #include "stages/activity/contexts.h"
@@ -22,7 +20,7 @@ class ActivityModel {
         active_(active),
         candidates_(active, cube_size),
         contexts_(active, candidates_.bits(), forecast),
-        models_(Contexts::start()) {}
+        models_(Contexts::models()) {}
 
   /// Returns the number of active points.
   std::int64_t code_pass(const Pass& pass, const LatticeBits* known) {
@@ -99,8 +97,8 @@ void code_passes(Coder& coder, LatticeBits& active, const Forecast& forecast, in
       std::int64_t found = 0;
       for (unsigned axes = 1; axes < 8; ++axes)
         if (std::popcount(axes) == odd_count)
-          found += model.code_pass(
-              {unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, odd_count, cycle}, known);
+          found +=
+              model.code_pass({unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, odd_count}, known);
       // Every point has a parent in the level before.
       if (found == 0) return;
     }

@@ -1,8 +1,8 @@
 // Codes the activity of the closed box of a brick as bytes.
 //
 // Goes level by level, coarse to fine. A point can be active only if its parents are, so only points whose
-// parents inside the box are all active are coded. Each is one adaptive binary event. Its context consists of
-// the class and level of the point, the known activity around it, and the forecast, if there is one.
+// parents inside the box are all active are coded. Each is one adaptive binary event. Its contexts (contexts.h)
+// are the class of the point, the known activity around it, and the forecast, if there is one.
 #pragma once
 
 #include <cstdint>

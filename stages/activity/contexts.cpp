@@ -1,7 +1,5 @@
 #include "stages/activity/contexts.h"
 
-#include <algorithm>
-
 namespace tagrid {
 namespace {
 
@@ -39,12 +37,13 @@ struct Past {
   std::size_t active = 0, inactive = 0;
 };
 
-// Of bits of candidate, active, and forecast to be active: of x with `before`, then of y, then of z.
-Past past_of(std::size_t bits, bool before) {
+// Bits 0, 2, 5: whether the points before along x, y, z are candidates; bits 3, 6: whether those along y and z
+// are active, and `before` that along x; bits 1, 4, 7: whether they are expected to be.
+constexpr Past past_of(std::size_t bits, bool before) {
   Past past;
   const auto add = [&past](bool candidate, bool active, bool forecast) {
     if (!candidate) return;
-    active ? ++past.active : ++past.inactive;
+    ++(active ? past.active : past.inactive);
     if (active != forecast) past.surprise += active ? 1 : -1;
   };
   add((bits & 1) != 0, before, (bits & 2) != 0);
@@ -55,10 +54,10 @@ Past past_of(std::size_t bits, bool before) {
 
 // Tables over the bytes of a point, so that a context takes a few look-ups.
 struct ForecastTables {
-  std::array<std::uint8_t, 512> surprise, past;  // by past_ and `before`
-  std::array<std::uint8_t, 256> near;
+  std::array<std::uint8_t, 512> surprise{}, past{};  // by past_ and `before`
+  std::array<std::uint8_t, 256> near{};
 
-  ForecastTables() {
+  constexpr ForecastTables() {
     for (std::size_t bits = 0; bits < 512; ++bits) {
       const Past p = past_of(bits & 255, bits >= 256);
       surprise[bits] = static_cast<std::uint8_t>(p.surprise + 3);
@@ -72,12 +71,12 @@ struct ForecastTables {
     }
   }
 };
-const ForecastTables forecast_tables;
+constexpr ForecastTables forecast_tables;
 
 struct PlainTables {
-  std::array<std::uint8_t, 512> active, directed;  // by past_ and `before`
+  std::array<std::uint8_t, 512> active{}, directed{};  // by past_ and `before`
 
-  PlainTables() {
+  constexpr PlainTables() {
     for (std::size_t bits = 0; bits < 512; ++bits) {
       const auto bit = [bits](int i) { return bits >> i & 1; };
       // Twice the state, 0 no candidate, 1 inactive, 2 active; and whether the point after is a candidate.
@@ -90,23 +89,28 @@ struct PlainTables {
     }
   }
 };
-const PlainTables plain_tables;
+constexpr PlainTables plain_tables;
 
-std::vector<AdaptiveBit> forecast_start() {
-  // Of points with the forecast 0 .. 3 inside the box, and at its border. Fitted to scans and phantoms.
+using ForecastModels = std::array<AdaptiveBit, ForecastContexts::sizes[0] + ForecastContexts::sizes[1]>;
+
+ForecastModels forecast_models() {
+  // Of points with the forecast 0 .. 3 inside the box, and at its border. Fitted to scans.
   constexpr int of_near[2][4] = {{-830, -249, 719, 1484}, {-526, -121, 452, 993}},
                 of_past[2][4] = {{-16, 354, 1040, 982}, {76, 329, 631, 668}};
-  std::vector<AdaptiveBit> start;
+  ForecastModels models;
+  std::size_t next = 0;
   for (int c = 0; c < 24; ++c)
     for (int surprise = -3; surprise <= 3; ++surprise)
       for (int beside = -2; beside <= 2; ++beside)
         for (int around = -2; around <= 2; ++around)
-          start.emplace_back(of_near[c / 4 % 2][c % 4] + 400 * surprise + 64 * beside + 96 * around);
+          models[next++] =
+              AdaptiveBit(of_near[c / 4 % 2][c % 4] + 400 * surprise + 64 * beside + 96 * around);
   for (int c = 0; c < 24; ++c)
     for (int past = 0; past < 16; ++past)
       for (int forecasts = 0; forecasts < 10; ++forecasts)
-        start.emplace_back(of_past[c / 4 % 2][c % 4] + 160 * (past / 4) - 320 * (past % 4) - 80 * forecasts);
-  return start;
+        models[next++] =
+            AdaptiveBit(of_past[c / 4 % 2][c % 4] + 160 * (past / 4) - 320 * (past % 4) - 80 * forecasts);
+  return models;
 }
 
 }  // namespace
@@ -126,9 +130,9 @@ void BytesOfPoints::transpose(const Words& words, Word wanted) {
   }
 }
 
-const std::vector<AdaptiveBit>& ForecastContexts::start() {
-  static const std::vector<AdaptiveBit> bits = forecast_start();
-  return bits;
+std::vector<AdaptiveBit> ForecastContexts::models() {
+  static const ForecastModels models = forecast_models();
+  return {models.begin(), models.end()};
 }
 
 Word ForecastContexts::at_border(std::int64_t y, std::int64_t z, std::size_t i) const {
@@ -156,7 +160,7 @@ void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word 
   Counters forecasts;
   for (const NeighbourWord& word :
        {x_before, y_before, z_before, neighbour({d, 0, 0}), neighbour({0, d, 0}), neighbour({0, 0, d})}) {
-    const Word two = word.of(expected);  // of nested sets: the second bit, and with the others the first
+    const Word two = word.of(expected);  // The sets are nested: this is the second bit of the number.
     forecasts.add((word.of(likely) & ~two) | word.of(certain), two);
   }
   const Word two = self.of(expected);
@@ -188,11 +192,6 @@ PointContext ForecastContexts::at(int x, bool before) const {
   return {{(of_point * 7 + forecast_tables.surprise[past]) * 25 + forecast_tables.near[near_[x]],
            sizes[0] + (of_point * 16 + forecast_tables.past[past]) * 10 + (own >> 3)},
           own & 3};
-}
-
-const std::vector<AdaptiveBit>& PlainContexts::start() {
-  static const std::vector<AdaptiveBit> bits(sizes[0] + sizes[1]);
-  return bits;
 }
 
 void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {

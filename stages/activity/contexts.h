@@ -44,8 +44,8 @@ class ForecastContexts {
  public:
   static constexpr std::size_t mixers = 4;
   static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 8 * 7 * 25, 3 * 8 * 16 * 10};
-  /// What the models of all contexts begin with.
-  static const std::vector<AdaptiveBit>& start();
+  /// New models of all contexts, those of the first kind first.
+  static std::vector<AdaptiveBit> models();
 
   /// REQUIRES: all arguments outlive this. `active` and `candidates` may change between calls.
   ForecastContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast& forecast)
@@ -73,7 +73,7 @@ class PlainContexts {
  public:
   static constexpr std::size_t mixers = 3;
   static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 13 * 4 * 13, 3 * 216 * 13};
-  static const std::vector<AdaptiveBit>& start();
+  static std::vector<AdaptiveBit> models() { return std::vector<AdaptiveBit>(sizes[0] + sizes[1]); }
 
   PlainContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast&)
       : active_(active), candidates_(candidates) {}

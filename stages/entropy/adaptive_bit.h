@@ -19,7 +19,7 @@ struct AdaptiveBit {
   std::uint32_t state = std::uint32_t{1} << 31;
 
   AdaptiveBit() = default;
-  /// As if a few events had been seen, with the probability of a one at `logit` / 256, within +-2047.
+  /// As if two events had been seen, with the probability of a one at `logit` / 256, within +-2047.
   explicit AdaptiveBit(int logit)
       : state((std::uint32_t{squash_table[static_cast<std::size_t>(std::clamp(logit, -2047, 2047) + 2048)]}
                << 16) |

@@ -1,4 +1,5 @@
-// Base edges, one row at a time, in the form that the criterion needs.
+// Base edges, one row at a time, in the form that the criterion needs. The slopes and second derivatives are part
+// of the format (section 6.6 of docs/format.md).
 #pragma once
 
 #include <cstddef>
@@ -22,17 +23,11 @@ struct RowOfEdges {
 
   /// Diagonals that alternate along the row are loaded in two runs: first the cells 0, 2, .., then 1, 3, ..
   int runs() const { return odd_x && odd > 1 ? 2 : 1; }
-  /// The cell that is loaded into `lane` of `lanes` lanes, from cell 0 on.
-  std::int64_t cell(std::int64_t lane, std::int64_t lanes) const {
-    if (runs() == 1) return lane;
-    const std::int64_t first = (lanes + 1) / 2;
-    return lane < first ? 2 * lane : 2 * (lane - first) + 1;
-  }
   Index3 point(std::int64_t cell) const { return {x0 + 2 * unit * cell, y, z}; }
 };
 
-/// Loads the edges of the cells [from, from + count) of a row; lane first + `lane` gets the cell from +
-/// row.cell(lane, count). rise_scale: voxels per unit of the field's value component. REQUIRES: first + count
+/// Loads the edges of the cells [from, from + count) of a row; lanes `first` and after get the cells in the order
+/// of the runs. rise_scale: voxels per unit of the field's value component. REQUIRES: first + count
 /// <= EdgeBatch::capacity.
 void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
                 float rise_scale, EdgeBatch& edges, std::size_t first = 0);

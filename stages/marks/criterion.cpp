@@ -174,7 +174,7 @@ bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const Cr
 
 TAGRID_VECTOR_CODE
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, EdgeBatch::Flags& violated) {
+             const CriterionParameters& parameters, EdgeBatch::Flags& exceeded) {
   const float low = parameters.excess[0], middle = parameters.excess[1], high = parameters.excess[2];
   const float step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
@@ -183,8 +183,8 @@ void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t
                         edges.bend_right[i], lengths[i], step_angle);
     const float chord = std::sqrt(dot(polygon.chord, polygon.chord));
     const float over = spline_excess(polygon, (1.0F / chord) * polygon.chord);
-    const int exceeded = (over > low * chord) + (over > middle * chord) + (over > high * chord);
-    violated[i] = static_cast<std::uint8_t>(over <= std::numeric_limits<float>::max() ? exceeded : 0);
+    const int number = (over > low * chord) + (over > middle * chord) + (over > high * chord);
+    exceeded[i] = static_cast<std::uint8_t>(over <= std::numeric_limits<float>::max() ? number : 0);
   }
 }
 

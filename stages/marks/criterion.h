@@ -12,6 +12,9 @@
 //
 // which is the ratio of arc and chord of the regular m-gon in its circle (Eq. 7, Figs. 10 and 25 of the
 // paper).
+//
+// The forecast of the activity is computed by measure(), which is therefore part of the format (section 6.6 of
+// docs/format.md): no operation may be reordered.
 #pragma once
 
 #include <array>
@@ -32,7 +35,7 @@ struct CriterionParameters {
   std::array<float, excesses> excess;
   float angle;  ///< a little less than acos(1 / threshold), radians
 
-  /// `multiples` of the criterion's own excess, ascending. All but `excess` are those of the first multiple.
+  /// `multiples` of the criterion's own excess, ascending. `threshold` and `angle` are those of the first one.
   /// REQUIRES: m >= 3.
   explicit CriterionParameters(int m, const Multiples& multiples = just_one);
 
@@ -46,7 +49,7 @@ struct EdgeBatch {
   static constexpr std::size_t capacity = 128;
 
   using Lane = std::array<float, capacity>;
-  using Flags = std::array<std::uint8_t, capacity>;  ///< one for each edge
+  using Flags = std::array<std::uint8_t, capacity>;  ///< a small number for each edge
   alignas(64) Lane rise;                             ///< height at the right end minus height at the left end
   alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
   alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
@@ -62,9 +65,9 @@ struct EdgeBatch {
 bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
                EdgeBatch::Flags& bent);
 
-/// The criterion itself: violated[i] is the number of excesses that edge i, of length lengths[i], exceeds. Edges
+/// The criterion itself: exceeded[i] is the number of excesses that edge i, of length lengths[i], exceeds. Edges
 /// with values that are not finite exceed none.
 void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, EdgeBatch::Flags& violated);
+             const CriterionParameters& parameters, EdgeBatch::Flags& exceeded);
 
 }  // namespace tagrid

@@ -14,6 +14,8 @@ namespace tagrid {
 /// Value, gradient and Hessian of the field at every second point of a box; base edges end at no other
 /// points.
 ///
+/// The forecast of the activity is computed from it, so it is part of the format (section 6.6 of docs/format.md).
+///
 /// The field is the uniform cubic B-spline whose coefficients are the samples: C2, with the 3-point stencils
 /// (1,4,1)/6 for the value, (-1,0,1)/2 for the first and (1,-2,1) for the second derivative on each axis.
 struct CurvatureField {

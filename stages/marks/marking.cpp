@@ -18,7 +18,7 @@ float length_of(const RowOfEdges& row) {
 struct BentTest {
   CriterionParameters constants;
 
-  // True if find() would find none among edges within these bounds.
+  // True if find() would find none among edges within these bounds; see find_bent().
   bool none(const EdgeBounds& bounds, const RowOfEdges& row) const {
     const float half_step = length_of(row) * (1.0F + 0.5F * constants.angle) * (1.0F / 6);
     return 3.0F * (bounds.slope + bounds.chord + half_step * bounds.bend) < 0.999F * constants.angle;
@@ -66,7 +66,7 @@ class RowMarker {
 
   void load(const RowOfEdges& row, std::int64_t from, std::int64_t n) {
     load_edges(field_, row, from, n, rise_scale_, edges_, loaded_);
-    // In the order of RowOfEdges::cell().
+    // In the order of the runs.
     const auto runs = static_cast<std::size_t>(row.runs()), step = static_cast<std::size_t>(2 * row.unit),
                count = static_cast<std::size_t>(n), origin = sets_[0].bit_of(row.point(from));
     for (std::size_t first = 0; first < runs; ++first)
@@ -103,7 +103,7 @@ class RowMarker {
 
   // Lists the lanes whose flag is above `limit`; returns their number. Without a branch for each lane: it could
   // not be predicted.
-  using Lanes = std::array<std::uint8_t, EdgeBatch::capacity + 1>;
+  using Lanes = std::array<std::uint8_t, EdgeBatch::capacity>;
   static std::size_t list(const EdgeBatch::Flags& flags, std::size_t count, std::uint8_t limit,
                           Lanes& lanes) {
     std::size_t found = 0;
@@ -115,11 +115,11 @@ class RowMarker {
   }
 
   void settle() {
-    EdgeBatch::Flags violated;
-    measure(kept_edges_, kept_lengths_, kept_, constants_, violated);
+    EdgeBatch::Flags exceeded;
+    measure(kept_edges_, kept_lengths_, kept_, constants_, exceeded);
     for (std::uint8_t level = 0; level < sets_.size(); ++level) {
       Lanes lanes;
-      const std::size_t count = list(violated, kept_, level, lanes);
+      const std::size_t count = list(exceeded, kept_, level, lanes);
       for (std::size_t i = 0; i < count; ++i) sets_[level].set(kept_bits_[lanes[i]]);
     }
     kept_ = 0;

@@ -6,6 +6,8 @@
 
 namespace tagrid {
 
+namespace variance {
+
 // The weights are 720 times the integrals of the products of quadratic B-splines over the three segments, in
 // terms of sums and differences of the two ends; sums and differences do not mix.
 TAGRID_VECTOR_CODE
@@ -27,6 +29,8 @@ bool find_varied(const EdgeBatch& edges, std::size_t count, float inverse_length
   }
   return any != 0;
 }
+
+}  // namespace variance
 
 namespace {
 
@@ -51,7 +55,7 @@ bool VarianceTest::none(const EdgeBounds& bounds, const RowOfEdges& row) const {
 bool VarianceTest::find(const EdgeBatch& edges, std::size_t count, const RowOfEdges& row,
                         EdgeBatch::Flags& found) const {
   const float inverse_length = inverse_sqrt[row.odd] * (0.5F / static_cast<float>(row.unit));
-  return find_varied(edges, count, inverse_length, sixth_of(row), limit_, found);
+  return variance::find_varied(edges, count, inverse_length, sixth_of(row), limit_, found);
 }
 
 }  // namespace tagrid

@@ -1,4 +1,5 @@
-// A cheap form of the accuracy criterion, for where it need not be exact: the forecast of the activity.
+// A cheap form of the accuracy criterion, which decides which edges the forecast of the activity measures. It is
+// part of the format (section 6.6 of docs/format.md): no operation may be reordered.
 //
 // If the step of an end is a third of the chord, its largest value, the spline of criterion.h is the graph of
 // a function. The slope of this function is a quadratic spline of the slopes of the five legs. For small

@@ -88,7 +88,11 @@ MADE = [
     ("int32", "phantom", (20, 17, 19), ["--cube=8", "--effort=fast"]),
     ("float64", "odd", (13, 9, 8), ["--cube=4", "--max-error=90", "--surface-error=70"]),
     ("int16", "noise", (12, 9, 11), ["--cube=16", "--effort=fast"]),
-    ("uint8", "phantom", (100, 40, 5), ["--cube=32", "--max-error=1"]),  # two groups of rows, long rows
+    ("uint8", "phantom", (100, 20, 5), ["--cube=32", "--max-error=1"]),  # two groups of rows, long rows
+    ("int16", "phantom", (20, 17, 9), ["--cube=8", "--accuracy=7", "--max-error=2"]),
+    ("int16", "phantom", (20, 17, 9), ["--cube=8", "--max-level=7"]),
+    ("float32", "phantom", (12, 17, 9), ["--cube=8", "--accuracy=100", "--field-scale=0.01", "--max-error=1"]),
+    ("uint8", "phantom", (70, 9, 7), ["--cube=64"]),  # more than a word of points in a row
 ]
 
 
@@ -136,6 +140,18 @@ class Comparison:
         self.compared += 1
         self.refused += ours is None
         return ours is not None
+
+    def compare_activity(self, data, what):
+        """Checks that a file whose activity decoder.py refuses is not good for the program either."""
+        try:
+            decoder.decode(data, True)
+        except Broken:
+            tag = self.folder / "compared.tag"
+            tag.write_bytes(data)
+            status = self.run("verify", tag, "-q")
+            assert status.returncode == 65, (what, status.stderr)
+            self.refused += 1
+        self.compared += 1
 
 
 def float_volume(sample_type, kind, dims):
@@ -265,6 +281,11 @@ def test_broken(comparison):
             end = first + 4 + length
             data[chance.randrange(max(start, end - 6) if i % 2 else start, end)] ^= 1 << chance.randrange(8)
             comparison.compare(with_right_checksums(bytes(data)), case, with_grid=False)
+        if activity_size > 8:
+            # Of activity, too, and whatever it is coded with: `verify` looks at it.
+            data = bytearray(whole)
+            data[first + 16 + chance.randrange(activity_size)] ^= 1 << chance.randrange(8)
+            comparison.compare_activity(with_right_checksums(bytes(data)), case)
         for _ in range(4):
             data = bytearray(whole)
             data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)

@@ -125,23 +125,16 @@ class Decoder:
         return bit
 
     def mixed(self, bits, weights, limit):
-        s = [STRETCH[b.state >> 20] for b in bits]
-        p = SQUASH[clamp(sum(a * w for a, w in zip(s, weights)) >> 16, -2047, 2047) + 2048]
-        bit = self.decode(p)
-        error = (65535 if bit else 0) - p
-        for i in range(2):
-            weights[i] += (s[i] * error + 32768) >> 16
-            bits[i].learn(bit, limit)
-        return bit
+        return self.mixed_several(bits, weights, limit, 1 << 31)
 
-    def mixed_several(self, bits, weights, limit):
-        """Section 11.1: any number of adaptive bits."""
+    def mixed_several(self, bits, weights, limit, largest=1 << 30):
+        """Section 11.1: any number of adaptive bits, and weights that are limited."""
         s = [STRETCH[b.state >> 20] for b in bits]
         p = SQUASH[clamp(sum(a * w for a, w in zip(s, weights)) >> 16, -2047, 2047) + 2048]
         bit = self.decode(p)
         error = (65535 if bit else 0) - p
         for i, b in enumerate(bits):
-            weights[i] = clamp(weights[i] + ((s[i] * error + 32768) >> 16), -(1 << 30), 1 << 30)
+            weights[i] = clamp(weights[i] + ((s[i] * error + 32768) >> 16), -largest, largest)
             b.learn(bit, limit)
         return bit
 

@@ -81,7 +81,9 @@ Forecast any_forecast(const RandomGrid& g, std::uint64_t seed) {
   exceeding[1] = seed % 2 ? g.active : exceeding[2];
   for (std::size_t i = 0; i < exceeding[1].words().size(); ++i)
     exceeding[1].words()[i] |= exceeding[2].words()[i];
-  exceeding[0] = exceeding[1];
+  exceeding[0] = random_activity(g.box, g.cube_size, n / 30, seed + 1);
+  for (std::size_t i = 0; i < exceeding[0].words().size(); ++i)
+    exceeding[0].words()[i] |= exceeding[1].words()[i];
   return Forecast(exceeding);
 }
 
@@ -92,6 +94,28 @@ RC_GTEST_PROP(ActivityCoding, RoundTripIsExactWhateverTheForecast, ()) {
   const Decoded d = decoded(bytes, g.box, g.cube_size, 24, forecast);
   RC_ASSERT(d.ok);
   RC_ASSERT(d.active == g.active);
+}
+
+// Rows of several words: contexts reach from one word into the next.
+TEST(ActivityCoding, LongRowsRoundTripAndBearAnyBytes) {
+  for (const auto& [cube_size, size] :
+       {std::pair{4, Index3{160, 8, 8}}, {64, {256, 64, 64}}, {256, {512, 256, 256}}}) {
+    RandomGrid g{cube_size, {{0, 0, 0}, size}, {}};
+    g.active = random_activity(g.box, cube_size, 300, 8);
+    std::mt19937_64 random(6);
+    for (const bool forecasting : {true, false}) {
+      const Forecast forecast = forecasting && cube_size < 256 ? any_forecast(g, 3) : Forecast();
+      auto bytes = encoded(g.active, cube_size, 24, forecast);
+      const Decoded d = decoded(bytes, g.box, cube_size, 24, forecast);
+      EXPECT_TRUE(d.ok && d.active == g.active) << cube_size;
+      if (cube_size > 64) continue;
+      for (int i = 0; i < 20; ++i) {
+        for (std::size_t k = random() % bytes.size(); k < bytes.size(); ++k)
+          bytes[k] = static_cast<std::uint8_t>(random());
+        EXPECT_TRUE(is_conforming(decoded(bytes, g.box, cube_size, 24, forecast).active, g.box, cube_size));
+      }
+    }
+  }
 }
 
 TEST(ActivityCoding, ARightForecastSavesMostOfTheBytes) {

@@ -1,5 +1,5 @@
 // Candidates and contexts, which are found for whole words of points, compared with their definitions in
-// docs/format.md, point by point.
+// docs/format.md, point by point. (The second decoder compares the sets of neighbours.)
 #include "stages/activity/contexts.h"
 
 #include <gtest/gtest.h>
@@ -16,11 +16,9 @@ namespace {
 
 std::vector<Pass> passes_of(int cube_size) {
   std::vector<Pass> passes;
-  int cycle = 0;
-  for (std::int64_t unit = cube_size / 2; unit >= 1; unit /= 2, ++cycle)
+  for (std::int64_t unit = cube_size / 2; unit >= 1; unit /= 2)
     for (const unsigned axes : {7U, 3U, 5U, 6U, 1U, 2U, 4U})
-      passes.push_back(
-          {unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, std::popcount(axes), cycle});
+      passes.push_back({unit, {(axes & 1) != 0, (axes & 2) != 0, (axes & 4) != 0}, std::popcount(axes)});
   return passes;
 }
 
@@ -124,7 +122,8 @@ std::size_t compare(const LatticeBits& all, const Known& start, int cube_size, D
       if (expected) known.candidates.set(p);
     });
     for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+      for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
+        bool bit = false;  // of the candidate before, which is all that the coder remembers
         for (std::size_t i = 0; i < all.words_per_row(); ++i) {
           Word wanted = candidates.bits().row(y, z)[i] & candidates.mask()[i];
           const std::int64_t first = box.low.x + static_cast<std::int64_t>(64 * i);
@@ -132,17 +131,19 @@ std::size_t compare(const LatticeBits& all, const Known& start, int cube_size, D
           contexts.look(y, z, i, wanted);
           for (; wanted != 0; wanted &= wanted - 1, ++count) {
             const int x = std::countr_zero(wanted);
-            const Index3 p{first + x, y, z}, before = p - Index3{2 * pass.unit, 0, 0};
-            const PointContext context = contexts.at(x, known.is(known.active, before));
+            const Index3 p{first + x, y, z};
+            const PointContext context = contexts.at(x, bit);
             const std::array<std::size_t, 3> wants = definition(known, pass, p);
             EXPECT_EQ(context.of[0], wants[0]) << p.x << ' ' << p.y << ' ' << p.z;
             EXPECT_EQ(context.of[1] - Contexts::sizes[0], wants[1]) << p.x << ' ' << p.y << ' ' << p.z;
             EXPECT_EQ(context.mixer, wants[2]);
             EXPECT_LT(context.of[0], Contexts::sizes[0]);
-            EXPECT_LT(context.of[1], Contexts::start().size());
-            if (all.test(p)) known.active.set(p);
+            EXPECT_LT(context.of[1], Contexts::models().size());
+            bit = all.test(p);
+            if (bit) known.active.set(p);
           }
         }
+      }
     if (testing::Test::HasFailure()) break;
   }
   return count;
@@ -191,9 +192,15 @@ TEST(ActivityContexts, AreTheirDefinitionsForLargeRootCubes) {
     all.set({static_cast<std::int64_t>(random() % 33 * 8), static_cast<std::int64_t>(random() % 17 * 8),
              static_cast<std::int64_t>(random() % 17 * 8)});
   close_naively(all, s);
+  // A forecast that is right about most of the points.
   Known known{LatticeBits(box), LatticeBits(box), {all, all, LatticeBits(box)}};
+  for (int i = 0; i < 3000; ++i) {
+    const std::size_t word = random() % all.words().size();
+    known.forecast[1].words()[word] &= known.forecast[0].words()[word] &= random();
+  }
   known.forecast[2].set({128, 64, 64});
   EXPECT_GT(compare<ForecastContexts>(all, known, s, with_forecast), 100U);
+  EXPECT_GT(compare<PlainContexts>(all, known, s, without_forecast), 100U);
 }
 
 TEST(ActivityContexts, BytesOfPointsAreTheBitsOfWords) {

@@ -107,7 +107,8 @@ Compared compare_with_definition(const oracle::Volume<T>& volume, const CodingPa
     const Box box = p.bricks().closed_box(brick), owned = p.bricks().owned_box(brick);
     const Forecast forecast = forecast_activity<T>(volume.cut(owned), p, brick);
     const Heights heights = [&](Index3 q) {
-      return (static_cast<double>(volume.at(owned.nearest(q))) - p.range_low) * p.field_scale;
+      const double height = (static_cast<double>(volume.at(owned.nearest(q))) - p.range_low) * p.field_scale;
+      return std::isfinite(height) ? height : std::numeric_limits<double>::quiet_NaN();
     };
     // Near a threshold, both results are right: the counts that are allowed, and those that are required.
     const double thresholds[] = {0.6, 1, 1.6};
@@ -169,23 +170,32 @@ TEST(ActivityForecast, IsItsDefinitionWhereLittleBends) {
   const Index3 dims{35, 38, 37};
   for (const double half : {20.0, 60.0, 150.0}) {
     const auto volume = blobs<std::int16_t>(dims, 100, half);
-    compare_with_definition(volume, parameters_of(dims, SampleType::int16, 16, 8.0 / 4096));
+    for (const int accuracy : {5, 20, 100}) {
+      CodingParameters p = parameters_of(dims, SampleType::int16, 16, 8.0 / 4096);
+      p.accuracy = accuracy;
+      const auto compared = compare_with_definition(volume, p);
+      EXPECT_LT(compared.exceeding[0], compared.points);
+      if (half > 100 && accuracy > 5) {
+        EXPECT_GT(compared.exceeding[0], 0U);
+      }
+    }
   }
 }
 
 TEST(ActivityForecast, LongRowsAreLoadedInPieces) {
   const Index3 dims{257, 9, 8};
-  compare_with_definition(blobs<std::uint8_t>(dims, 120, 50),
-                          parameters_of(dims, SampleType::uint8, 128, 8.0 / 256));
+  const auto compared = compare_with_definition(blobs<std::uint8_t>(dims, 120, 50),
+                                                parameters_of(dims, SampleType::uint8, 128, 8.0 / 256));
+  EXPECT_GT(compared.exceeding[2], 0U);
 }
 
 TEST(ActivityForecast, IsItsDefinitionForWideTypes) {
   const Index3 dims{20, 17, 18};
   CodingParameters p = parameters_of(dims, SampleType::float64, 8, 8.0 / 4096);
   p.range_low = -1000;
-  compare_with_definition(blobs<double>(dims, 100, 1000), p);
+  EXPECT_GT(compare_with_definition(blobs<double>(dims, 100, 1000), p).exceeding[2], 0U);
   p.type = SampleType::int32;
-  compare_with_definition(blobs<std::int32_t>(dims, 100, 1000), p);
+  EXPECT_GT(compare_with_definition(blobs<std::int32_t>(dims, 100, 1000), p).exceeding[2], 0U);
 }
 
 TEST(ActivityForecast, NoPointAboveTheLevelLimitIsForecast) {
@@ -209,7 +219,18 @@ TEST(ActivityForecast, AConstantBrickForecastsNothing) {
   });
 }
 
-TEST(ActivityForecast, SamplesThatAreNotFiniteForecastNothingNearThem) {
+// Samples that are not finite: edges near them exceed nothing, the others what they always do.
+TEST(ActivityForecast, IsItsDefinitionNearSamplesThatAreNotFinite) {
+  const Index3 dims{20, 17, 18};
+  auto volume = blobs<double>(dims, 100, 1000);
+  volume.samples[700] = std::numeric_limits<double>::quiet_NaN();
+  volume.samples[3000] = std::numeric_limits<double>::infinity();
+  EXPECT_GT(
+      compare_with_definition(volume, parameters_of(dims, SampleType::float64, 8, 8.0 / 4096)).exceeding[2],
+      0U);
+}
+
+TEST(ActivityForecast, AVolumeWithoutAFiniteSampleForecastsNothing) {
   const Index3 dims{17, 17, 17};
   for (const double odd : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                            std::numeric_limits<double>::max()}) {
