@@ -37,8 +37,8 @@ struct Past {
   std::size_t active = 0, inactive = 0;
 };
 
-// Bits 0, 2, 5: whether the points before along x, y, z are candidates; bits 3, 6: whether those along y and z
-// are active, and `before` that along x; bits 1, 4, 7: whether they are expected to be.
+// Bits 0, 2 and 5: whether the points before it along x, y and z are candidates; bits 1, 4 and 7: whether they
+// are expected to be active; bits 3 and 6, and `before` for x: whether they are.
 constexpr Past past_of(std::size_t bits, bool before) {
   Past past;
   const auto add = [&past](bool candidate, bool active, bool forecast) {
@@ -82,9 +82,7 @@ struct PlainTables {
       // Twice the state, 0 no candidate, 1 inactive, 2 active; and whether the point after is a candidate.
       const std::size_t x = bit(0) != 0 ? 2 + 2 * bit(8) : 0, y = 2 * bit(2) + 2 * bit(3),
                         z = 2 * bit(5) + 2 * bit(6);
-      directed[bits] =
-          static_cast<std::uint8_t>(((x + bit(1)) * 6 + std::min<std::size_t>(y + bit(4), 5)) * 6 +
-                                    std::min<std::size_t>(z + bit(7), 5));
+      directed[bits] = static_cast<std::uint8_t>(((x + bit(1)) * 6 + y + bit(4)) * 6 + z + bit(7));
       active[bits] = static_cast<std::uint8_t>((x == 4) + (y == 4) + (z == 4));
     }
   }
