@@ -18,6 +18,15 @@ namespace {
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
+void put(const oracle::Edge& e, std::size_t lane, EdgeBatch& batch, EdgeBatch::Lane& lengths) {
+  batch.rise[lane] = static_cast<float>(e.rise);
+  batch.slope_left[lane] = static_cast<float>(e.slope_left);
+  batch.slope_right[lane] = static_cast<float>(e.slope_right);
+  batch.bend_left[lane] = static_cast<float>(e.bend_left);
+  batch.bend_right[lane] = static_cast<float>(e.bend_right);
+  lengths[lane] = static_cast<float>(e.length);
+}
+
 struct Verdict {
   bool straight, violated;
 };
@@ -25,12 +34,7 @@ struct Verdict {
 Verdict judge(const oracle::Edge& e, int m) {
   EdgeBatch batch{};
   EdgeBatch::Lane lengths{};
-  batch.rise[0] = static_cast<float>(e.rise);
-  batch.slope_left[0] = static_cast<float>(e.slope_left);
-  batch.slope_right[0] = static_cast<float>(e.slope_right);
-  batch.bend_left[0] = static_cast<float>(e.bend_left);
-  batch.bend_right[0] = static_cast<float>(e.bend_right);
-  lengths[0] = static_cast<float>(e.length);
+  put(e, 0, batch, lengths);
   EdgeBatch::Flags bent{}, violated{};
   const CriterionParameters parameters(m);
   const bool any = find_bent(batch, 1, lengths[0], parameters, bent);
@@ -116,12 +120,7 @@ TEST(Criterion, CountsTheExcessesThatAnEdgeExceeds) {
     const oracle::Edge e = edges.next();
     EdgeBatch batch{};
     EdgeBatch::Lane lengths{};
-    batch.rise[0] = static_cast<float>(e.rise);
-    batch.slope_left[0] = static_cast<float>(e.slope_left);
-    batch.slope_right[0] = static_cast<float>(e.slope_right);
-    batch.bend_left[0] = static_cast<float>(e.bend_left);
-    batch.bend_right[0] = static_cast<float>(e.bend_right);
-    lengths[0] = static_cast<float>(e.length);
+    put(e, 0, batch, lengths);
     EdgeBatch::Flags exceeded{};
     measure(batch, lengths, 1, parameters, exceeded);
     ASSERT_LE(exceeded[0], 3);
@@ -240,15 +239,10 @@ TEST(Criterion, EveryLaneOfABatchIsJudgedAlone) {
   for (std::size_t i = 0; i < EdgeBatch::capacity; ++i) {
     all[i] = edges.next();
     all[i].length = 8;
-    batch.rise[i] = static_cast<float>(all[i].rise);
-    batch.slope_left[i] = static_cast<float>(all[i].slope_left);
-    batch.slope_right[i] = static_cast<float>(all[i].slope_right);
-    batch.bend_left[i] = static_cast<float>(all[i].bend_left);
-    batch.bend_right[i] = static_cast<float>(all[i].bend_right);
-    lengths[i] = 8;
+    put(all[i], i, batch, lengths);
   }
   const CriterionParameters parameters(20);
-  for (const std::size_t count : {1U, 3U, 15U, 17U, 63U, 64U}) {
+  for (const std::size_t count : {1U, 3U, 15U, 17U, 63U, 64U, 127U, 128U}) {
     EdgeBatch::Flags bent{}, violated{};
     violated.fill(9);
     find_bent(batch, count, 8, parameters, bent);

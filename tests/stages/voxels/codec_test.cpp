@@ -1,5 +1,4 @@
 #include "stages/voxels/codec.h"
-#include "tests/support/sanitized.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -8,6 +7,8 @@
 #include <array>
 #include <limits>
 #include <random>
+
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
