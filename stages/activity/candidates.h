@@ -63,7 +63,7 @@ class Candidates {
 
   // The activity of the points that are `step` from those of a word.
   Word active_at(std::int64_t y, std::int64_t z, std::size_t i, Index3 step) const {
-    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step).of(active_);
+    return NeighbourWord(active_, y, z, i, step).of(active_);
   }
 
   // Face centres and edge midpoints lie between their parents along each axis that is not odd.

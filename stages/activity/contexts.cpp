@@ -141,9 +141,7 @@ Word ForecastContexts::at_border(std::int64_t y, std::int64_t z, std::size_t i) 
 }
 
 void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
-  const auto neighbour = [&](Index3 step) {
-    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step);
-  };
+  const auto neighbour = [&](Index3 step) { return NeighbourWord(active_, y, z, i, step); };
   const std::int64_t d = 2 * pass_.unit;
   const LatticeBits &likely = forecast_.at_least(1), &expected = forecast_.at_least(2),
                     &certain = forecast_.at_least(3);
@@ -193,9 +191,7 @@ PointContext ForecastContexts::at(int x, bool before) const {
 }
 
 void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
-  const auto neighbour = [&](Index3 step) {
-    return NeighbourWord(active_.box(), active_.words_per_row(), y, z, i, step);
-  };
+  const auto neighbour = [&](Index3 step) { return NeighbourWord(active_, y, z, i, step); };
   const std::int64_t d = 2 * pass_.unit;
   const NeighbourWord y_before = neighbour({0, -d, 0}), z_before = neighbour({0, 0, -d});
   past_.transpose({neighbour({-d, 0, 0}).of(candidates_), neighbour({d, 0, 0}).of(candidates_),

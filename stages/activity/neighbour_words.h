@@ -14,15 +14,14 @@ using Word = std::uint64_t;
 /// no bit set.
 class NeighbourWord {
  public:
-  /// `step` from points 64 i .. 64 i + 63 of the row at y, z. `box` and `words_per_row` are those of the sets of
-  /// bits.
-  NeighbourWord(const Box& box, std::size_t words_per_row, std::int64_t y, std::int64_t z, std::size_t i,
-                Index3 step)
+  /// `step` from points 64 i .. 64 i + 63 of the row at y, z, in `shape` and all other sets of the same box.
+  NeighbourWord(const LatticeBits& shape, std::int64_t y, std::int64_t z, std::size_t i, Index3 step)
       : bits_(static_cast<unsigned>(step.x & 63)) {
+    const Box& box = shape.box();
     y += step.y, z += step.z;
     if (y < box.low.y || y > box.high.y || z < box.low.z || z > box.high.z) return;
     const std::ptrdiff_t in_row = static_cast<std::ptrdiff_t>(i) + (step.x >> 6),
-                         count = static_cast<std::ptrdiff_t>(words_per_row);
+                         count = static_cast<std::ptrdiff_t>(shape.words_per_row());
     at_ = ((z - box.low.z) * box.size().y + (y - box.low.y)) * count + in_row;
     has_lower_ = in_row >= 0 && in_row < count;
     has_upper_ = bits_ != 0 && in_row + 1 >= 0 && in_row + 1 < count;
