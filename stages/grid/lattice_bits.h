@@ -39,13 +39,10 @@ class LatticeBits {
   void set(std::size_t bit) { words_[bit / 64] |= std::uint64_t{1} << (bit % 64); }
 
   bool test(Index3 p) const {
-    const auto x = static_cast<std::size_t>(p.x - box_.low.x);
-    return (row(p.y, p.z)[x / 64] >> (x % 64)) & 1;
+    const std::size_t bit = bit_of(p);
+    return (words_[bit / 64] >> (bit % 64)) & 1;
   }
-  void set(Index3 p) {
-    const auto x = static_cast<std::size_t>(p.x - box_.low.x);
-    row(p.y, p.z)[x / 64] |= std::uint64_t{1} << (x % 64);
-  }
+  void set(Index3 p) { set(bit_of(p)); }
 
   std::span<std::uint64_t> words() { return words_; }
   std::span<const std::uint64_t> words() const { return words_; }
