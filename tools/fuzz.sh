@@ -3,7 +3,7 @@
 # makes seeds from the golden files, and runs the targets, two at a time. Fails on any crash, hang or excess
 # of memory; the input is then in build/asan/findings and should go to tests/regressions/<target>/.
 #   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
-#     without       the same inputs every time, so that a change fails by what it did, not by chance: about 10 s a target
+#     without       the same inputs every time, so that a change fails by what it did, not by chance: about 5 s a target
 #     --seconds N   of every target, other inputs every time; what was learned stays in build/asan/corpus
 #     --long HOURS  the same in hours
 set -euo pipefail
@@ -35,7 +35,7 @@ elif [ -z "$seconds" ]; then
   echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
-declare -A runs=([header]=300000 [brick]=8000 [index]=150000 [nrrd]=100000 [vdb]=20000 [record]=700000 [part]=200000 [numbers]=1000000 [file]=8000)
+declare -A runs=([header]=150000 [brick]=4000 [index]=75000 [nrrd]=50000 [vdb]=10000 [record]=350000 [part]=100000 [numbers]=500000 [file]=4000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
 declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [vdb]=4096 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
 

@@ -93,7 +93,7 @@ modes() {
   encodings "$@" --grid-only --max-error 4
 }
 
-dims=70,61,75 cube=8
+dims=66,35,67 cube=8
 [ "$long" = --long ] && dims=150,140,160 cube=16
 for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
   for build in "${builds[@]}"; do
