@@ -187,8 +187,9 @@ typedef struct tagrid_info {
   tagrid_geometry geometry;
 
   /* How it was encoded. A bound that was not given is NaN. */
-  int grid_only;        /* 1: a grid without stored voxels; samples are interpolated */
-  double max_error;     /* no sample is further than this from the original */
+  int grid_only;    /* 1: a grid without stored voxels; samples are interpolated */
+  int grid_derived; /* 1: voxels without a stored grid; it is computed from the decoded samples when needed */
+  double max_error; /* no sample is further than this from the original */
   double surface_error; /* the tighter bound of the active points */
   double mesh_error;    /* no original sample is further than this from the field of the mesh */
   int cube;             /* edge of a root cube, in samples */
@@ -209,7 +210,7 @@ typedef struct tagrid_info {
 
   int64_t bricks[3];      /* along x, y and z */
   int64_t brick_edge;     /* samples along the edge of a brick; the last one along an axis may be smaller */
-  uint64_t active_points; /* vertices of the grid */
+  uint64_t active_points; /* vertices of the grid; 0 if it is derived: see tagrid_reader_levels() */
 } tagrid_info;
 
 TAGRID_API void tagrid_info_init(tagrid_info* info);
@@ -255,6 +256,11 @@ TAGRID_API tagrid_status tagrid_reader_read(const tagrid_reader* reader, const t
  * brick decodes, that the grid has no crack, that bricks agree on the faces that they share, and the
  * statistics. Returns TAGRID_BROKEN_INPUT if not; the message names the first thing that is wrong. */
 TAGRID_API tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_call* call);
+
+/* Writes the number of active points of each level of the grid to `active`, which has room for info.levels + 1
+ * numbers. If the grid is derived, all of the file is decoded. */
+TAGRID_API tagrid_status tagrid_reader_levels(const tagrid_reader* reader, uint64_t* active,
+                                              const tagrid_call* call);
 
 /* Takes a mesh, piece by piece; called by one thread at a time. Both functions return 0 to continue; any other
  * value ends the call with TAGRID_CANCELLED. */
@@ -311,6 +317,8 @@ typedef struct tagrid_encode_options {
       metadata; /* more lines of an NRRD header, see tagrid_reader_metadata(), up to 16 MiB; NULL: none */
 
   int grid_only;        /* 1: store only the grid; samples are interpolated */
+  int grid_derived;     /* 1: store no grid; what needs one computes that of the decoded samples. Not with
+                         * grid_only, surface_error or mesh_error. */
   double max_error;     /* NaN: 0, which keeps every sample exactly; with grid_only no bound */
   double surface_error; /* bound of the active points, below max_error; NaN: none */
   double mesh_error;    /* bound of the mesh; NaN: none */

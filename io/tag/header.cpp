@@ -44,6 +44,7 @@ Status check_parameters(const CodingParameters& p) {
   if (!is_sample_type(p.type)) return Status::broken("the sample type is unknown to this version");
   if (p.mode != FileMode::voxels && p.mode != FileMode::grid) return Status::broken("the mode is unknown");
   if (p.effort > Effort::best) return Status::broken("the effort is unknown");
+  if (p.grid > GridOrigin::derived) return Status::broken("the origin of the grid is unknown");
   if (p.cube_size < min_cube_size || p.cube_size > max_cube_size ||
       !std::has_single_bit(static_cast<unsigned>(p.cube_size)))
     return Status::broken("the edge of a root cube is not a power of two from 4 to 256");
@@ -65,6 +66,8 @@ Status check_parameters(const CodingParameters& p) {
   if (p.mode == FileMode::voxels && p.max_error < 0) return Status::broken("a file with voxels has no bound");
   if (p.surface_error >= 0 && (p.mode == FileMode::grid || p.surface_error >= p.max_error))
     return Status::broken("the bound of active voxels is not below that of the others");
+  if (!p.stores_grid() && (p.mode == FileMode::grid || p.surface_error >= 0 || p.mesh_error >= 0))
+    return Status::broken("a grid that is not stored has a mode or a bound that needs it");
   if (p.range_low > p.range_high)
     return Status::broken("the low end of the value range is above its high end");
   return {};
@@ -91,7 +94,8 @@ std::vector<std::byte> serialize_header(const TagHeader& header) {
   fields.put(static_cast<std::uint16_t>(p.brick_edge));
   fields.put(static_cast<std::uint16_t>(p.max_level));
   fields.put(static_cast<std::uint32_t>(p.accuracy));
-  fields.put(static_cast<std::uint32_t>(p.effort));
+  fields.put(static_cast<std::uint16_t>(p.effort));
+  fields.put(static_cast<std::uint16_t>(p.grid));
   for (const double v :
        {p.field_scale, p.range_low, p.range_high, p.max_error, p.surface_error, p.mesh_error, p.point_error})
     fields.put(v);
@@ -147,7 +151,8 @@ Status parse_header(std::span<const std::byte> bytes, TagHeader& header, std::ui
   p.brick_edge = reader.get<std::uint16_t>();
   p.max_level = reader.get<std::uint16_t>();
   p.accuracy = static_cast<int>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), max_accuracy + 1));
-  p.effort = static_cast<Effort>(std::min<std::uint32_t>(reader.get<std::uint32_t>(), 255));
+  p.effort = static_cast<Effort>(std::min<std::uint16_t>(reader.get<std::uint16_t>(), 255));
+  p.grid = static_cast<GridOrigin>(std::min<std::uint16_t>(reader.get<std::uint16_t>(), 255));
   for (double* v : {&p.field_scale, &p.range_low, &p.range_high, &p.max_error, &p.surface_error,
                     &p.mesh_error, &p.point_error})
     *v = reader.get<double>();

@@ -14,17 +14,18 @@ void TagIndex::add(std::size_t activity_bytes, std::size_t value_bytes, const St
 }
 
 IndexForm index_form(const CodingParameters& parameters) {
-  return {max_level(parameters.cube_size), is_float_type(parameters.type), parameters.mesh_error >= 0};
+  const int levels = parameters.stores_grid() ? max_level(parameters.cube_size) + 1 : 0;
+  return {levels, is_float_type(parameters.type), parameters.mesh_error >= 0};
 }
 
 std::uint64_t index_size(std::uint64_t bricks, const IndexForm& form) {
-  const auto of_levels = static_cast<std::uint64_t>(form.levels + 1) * 8;
+  const auto of_levels = static_cast<std::uint64_t>(form.levels) * 8;
   return bricks * (2 * 4 + 3 * 8) + of_levels + 7 * 8 + (form.mesh ? 8 : 0);
 }
 
 std::vector<std::byte> serialize_index(const TagIndex& index, const IndexForm& form) {
   FieldWriter fields;
-  for (int level = 0; level <= form.levels; ++level)
+  for (int level = 0; level < form.levels; ++level)
     fields.put(index.total.active[static_cast<std::size_t>(level)]);
   fields.put(index.total.max_error);
   if (form.mesh) fields.put(index.total.mesh_error);
@@ -54,7 +55,7 @@ Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const
     return Status::broken("the size of the index does not fit the number of bricks");
   FieldReader reader(bytes);
   index.total = {};
-  for (int level = 0; level <= form.levels; ++level)
+  for (int level = 0; level < form.levels; ++level)
     index.total.active[static_cast<std::size_t>(level)] = reader.get<std::uint64_t>();
   index.total.max_error = reader.get<double>();
   if (form.mesh) index.total.mesh_error = reader.get<double>();

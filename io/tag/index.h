@@ -28,7 +28,7 @@ struct TagIndex {
 
 /// The form of an index: which fields it has.
 struct IndexForm {
-  int levels = 0;
+  int levels = 0;       ///< whose active points are counted: none if the file stores no grid
   bool floats = false;  ///< the volume has floats, whose sum of squared errors is a float
   bool mesh = false;    ///< the mesh of the file has a bound, so its error is recorded
 };

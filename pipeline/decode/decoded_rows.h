@@ -2,11 +2,14 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "pipeline/grid/slices.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/volume/coding_parameters.h"
 
@@ -36,6 +39,19 @@ class DecodedRows {
   const std::byte* at(Index3 p) const;
   /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for at().
   void copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high, std::span<std::byte> out) const;
+  /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: whole rows. REQUIRES: as
+  /// for at(); all rows of `samples` are here.
+  template <class Use>
+  void for_each_slice(const Box& samples, Use use) const {
+    assert(box_.low.y <= samples.low.y && box_.high.y >= samples.high.y);
+    const Box box = intersection(box_, samples);
+    for (std::int64_t z = box.low.z; z <= box.high.z; ++z) {
+      const auto bytes = static_cast<std::size_t>(box.size().x * box.size().y) * size_;
+      std::shared_ptr<std::byte[]> slice(new std::byte[bytes]);
+      copy_rows(z, box.low.y, box.high.y, {slice.get(), bytes});
+      use(SliceSamples(std::move(slice)));
+    }
+  }
   /// Copies all rows of slice `z`.
   void copy_slice(std::int64_t z, std::span<std::byte> out) const {
     copy_rows(z, box_.low.y, box_.high.y, out);

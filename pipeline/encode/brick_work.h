@@ -1,4 +1,4 @@
-// The work of one job of the flow graph: slices and marks are passed to the stages of one tile or brick.
+// The work on one brick in the flow graph after it was subdivided: it is encoded, and its mesh is measured.
 #pragma once
 
 #include <cstddef>
@@ -6,19 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "pipeline/encode/schedule.h"
+#include "pipeline/grid/work.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/encode.h"
-#include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
-
-struct SubdividedBrick {
-  Index3 brick;
-  SliceRange slices;
-  LatticeBits active;
-};
 
 /// The input for measuring the error of the mesh in a brick.
 struct MeshedBrick {
@@ -32,8 +25,6 @@ struct EncodedBrick {
   std::shared_ptr<MeshedBrick> mesh;  ///< only if its error has to be measured
 };
 
-MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const EncodeSchedule& schedule);
-SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters);
 EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters);
 /// Moves the mesh's values of an encoded brick to `mesh`, completed from the bricks below if `closed` is
 /// given. REQUIRES: brick.mesh; bricks come in the order of their numbers.

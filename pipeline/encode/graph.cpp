@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "pipeline/encode/brick_work.h"
-#include "pipeline/encode/schedule.h"
+#include "pipeline/grid/schedule.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/marks/halo.h"
 
@@ -19,7 +19,7 @@ namespace flow = oneapi::tbb::flow;
 
 void build_and_run(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                    const EncodeStreams& streams, ClosedSamples* closed, bool measure) {
-  EncodeSchedule schedule(parameters, rows, mark_halo(parameters));
+  GridSchedule schedule = schedule_of_encoding(parameters, rows);
   const auto workers = static_cast<std::size_t>(budget.threads);
   const std::int64_t first_brick = rows.first_brick(parameters.bricks()),
                      layer_bricks = rows.layer_count(parameters.bricks());
@@ -43,11 +43,11 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::limiter_node<Arrival, int> slices(
       graph, static_cast<std::size_t>(schedule.slices_needed() + budget.slices_ahead));
   Schedule plan(graph, flow::serial, [&](const Arrival& arrival, Schedule::output_ports_type& out) {
-    if (const auto* slice = std::get_if<SliceSamples>(&arrival))
-      for (MarkJob& job : schedule.add_slice(*slice)) std::get<0>(out).try_put(std::move(job));
-    else
-      for (BrickJob& job : schedule.add_marks(std::get<MarkedTile>(arrival)))
-        std::get<1>(out).try_put(std::move(job));
+    const auto* slice = std::get_if<SliceSamples>(&arrival);
+    GridSchedule::Work work =
+        slice ? schedule.add_slice(*slice) : schedule.add_marks(std::get<MarkedTile>(arrival));
+    for (MarkJob& job : work.tiles) std::get<0>(out).try_put(std::move(job));
+    for (BrickJob& job : work.bricks) std::get<1>(out).try_put(std::move(job));
   });
   flow::function_node<MarkJob, Arrival> curvature(
       graph, workers, [&](const MarkJob& job) -> Arrival { return mark(job, parameters, schedule); });
@@ -103,6 +103,10 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
 }
 
 }  // namespace
+
+GridSchedule schedule_of_encoding(const CodingParameters& parameters, const BrickRows& rows) {
+  return {parameters, rows, parameters.stores_grid() ? std::optional(mark_halo(parameters)) : std::nullopt};
+}
 
 std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows) {
   std::vector<BrickRows> all;

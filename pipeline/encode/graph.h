@@ -5,7 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "pipeline/encode/slices.h"
+#include "pipeline/grid/schedule.h"
+#include "pipeline/grid/slices.h"
 #include "pipeline/memory/resources.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/brick_rows.h"
@@ -15,6 +16,9 @@ namespace tagrid {
 
 /// The stretches of rows that must be encoded for `rows`, which is the last of them.
 std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const BrickRows& rows);
+
+/// The schedule for one of these stretches.
+GridSchedule schedule_of_encoding(const CodingParameters& parameters, const BrickRows& rows);
 
 struct EncodeStreams {
   /// Reads samples: whole rows of one slice, in the order of z. Never called by two threads at once.

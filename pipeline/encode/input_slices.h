@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/slices.h"
+#include "pipeline/grid/slices.h"
 
 namespace tagrid {
 

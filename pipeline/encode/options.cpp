@@ -122,6 +122,14 @@ void EncodeOptions::validate() const {
           {"{} needs {}, the bound on the other voxels", {set::surface_error, set::max_error}});
   require(!surface_error || *surface_error < *max_error,
           {"{} must be below {}", {set::surface_error, set::max_error}});
+  const auto needs_stored = [](const Setting& what) {
+    return Sentence{"{} needs the grid in the file; it cannot be combined with {} derived",
+                    {what, set::grid}};
+  };
+  const bool derived = grid == GridOrigin::derived;
+  require(!derived || !grid_only, needs_stored(set::grid_only));
+  require(!derived || !surface_error, needs_stored(set::surface_error));
+  require(!derived || !mesh_error, needs_stored(set::mesh_error));
   require(accuracy >= 3 && accuracy <= max_accuracy,
           {"{} must be a whole number from 3 to 1000000", {set::accuracy}});
   require(cube_size >= min_cube_size && cube_size <= max_cube_size &&
@@ -157,6 +165,7 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
   p.type = info.type;
   p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
   p.effort = options.effort;
+  p.grid = options.grid;
   p.cube_size = options.cube_size;
   p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
   p.max_level = options.max_level.value_or(max_level(options.cube_size));

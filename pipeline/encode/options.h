@@ -13,6 +13,7 @@ namespace tagrid {
 /// The settings by name and in words. Records of runs use these names, too.
 namespace setting {
 inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
+inline constexpr Setting grid = {"grid", "the origin of the grid"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};
 inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
 inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
@@ -27,6 +28,7 @@ inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 
 struct EncodeOptions {
   bool grid_only = false;
+  GridOrigin grid = GridOrigin::stored;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field

@@ -13,7 +13,7 @@
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/encode/options.h"
-#include "pipeline/encode/slices.h"
+#include "pipeline/grid/slices.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"

@@ -3,8 +3,6 @@
 #include <utility>
 
 #include "pipeline/encode/graph.h"
-#include "pipeline/encode/schedule.h"
-#include "stages/marks/halo.h"
 
 namespace tagrid {
 
@@ -35,8 +33,7 @@ double times_read(const CodingParameters& parameters, const EncodePlan& plan,
   for (const BrickRows& part : parts)
     for (const BrickRows& strip : plan.strips(parameters.bricks(), part))
       for (const BrickRows& rows : rows_to_encode(parameters, strip))
-        samples +=
-            static_cast<double>(EncodeSchedule(parameters, rows, mark_halo(parameters)).samples().count());
+        samples += static_cast<double>(schedule_of_encoding(parameters, rows).samples().count());
   return samples / static_cast<double>(parameters.domain().volume().count());
 }
 

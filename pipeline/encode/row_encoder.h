@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/tag/blocks.h"
-#include "pipeline/encode/slices.h"
+#include "pipeline/grid/slices.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/until_it_fails.h"

@@ -35,6 +35,7 @@ std::optional<double> unless_nan(double value) {
 EncodeOptions options_of(const tagrid_encode_options& given) {
   EncodeOptions options;
   options.grid_only = given.grid_only != 0;
+  options.grid = given.grid_derived != 0 ? GridOrigin::derived : GridOrigin::stored;
   options.max_error = unless_nan(given.max_error);
   options.surface_error = unless_nan(given.surface_error);
   options.mesh_error = unless_nan(given.mesh_error);

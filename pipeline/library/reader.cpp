@@ -7,6 +7,7 @@
 #include "pipeline/library/calls.h"
 #include "pipeline/library/volume.h"
 #include "pipeline/mesh/mesh_bricks.h"
+#include "pipeline/verify/active_points.h"
 #include "pipeline/verify/verify.h"
 #include "stages/grid/lattice.h"
 
@@ -174,6 +175,21 @@ tagrid_status tagrid_reader_verify(const tagrid_reader* reader, const tagrid_cal
     const tagrid_call settings = settings_of(given);
     verify_bytes(std::make_unique<SourceStream>(reader->source), resources_of(settings),
                  progress_of(settings));
+  });
+}
+
+tagrid_status tagrid_reader_levels(const tagrid_reader* reader, uint64_t* active, const tagrid_call* given) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(active != nullptr, "there is no room for the numbers");
+    const tagrid_call settings = settings_of(given);
+    const CodingParameters& parameters = file.parameters();
+    const auto levels = static_cast<std::size_t>(max_level(parameters.cube_size)) + 1;
+    Statistics counted = file.index().total;
+    if (!parameters.stores_grid()) {
+      TagReader stream(std::make_unique<SourceStream>(reader->source));
+      counted = count_active_points(stream, resources_of(settings), progress_of(settings));
+    }
+    std::copy_n(counted.active.begin(), levels, active);
   });
 }
 

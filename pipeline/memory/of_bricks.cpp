@@ -127,27 +127,16 @@ ByteCount index_of_decoding(const Sizes& z) {
   return z.brick_count * bytes_of_read_entry + std::min(z.brick_count * bytes_of_entry, 128e6);
 }
 
-}  // namespace
-
-std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
-  const Sizes z(p);
-  const ByteCount halo = mark_halo(p), around = z.cube + halo, ny = ByteCount(p.dims.y),
-                  nz = ByteCount(p.dims.z);
-  const bool strips = load.rows < z.bricks.bricks(1), cropped = !p.bounds_interpolation();
-  const ByteCount rows = ByteCount(load.rows);
-
-  const ByteCount sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
-  const ByteCount slices =
-      strips ? z.edge + 2 * around + 1 : z.edge + around + ByteCount(load.slices_ahead) + 2;
-  const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + bytes_of_object);
-
-  const ByteCount layers =
-      std::min(p.brick_edge + 3 + (strips ? 0 : ByteCount(load.slices_ahead) / z.cube + 1),
-               ByteCount(z.bricks.domain.cubes(2)));
+// What a schedule keeps of the grid of some rows of bricks: the marks of root layers, and bricks that wait for a thread.
+// `layers_ahead`: root layers that are marked ahead of those that a layer of bricks needs.
+ByteCount marks_and_jobs(const Sizes& z, ByteCount rows, bool strips, ByteCount layers_ahead) {
+  const CodingParameters& p = z.parameters;
+  const bool cropped = !p.bounds_interpolation();
+  const ByteCount layers = std::min(p.brick_edge + 3 + layers_ahead, ByteCount(z.bricks.domain.cubes(2)));
   const ByteCount mark_rows =
       std::min(strips ? rows * z.edge + 2 * z.cube + 1 : ByteCount(z.bricks.bricks(1)) * z.edge + 1,
-               cropped ? ny : 9e18);
-  const ByteCount mark_slices = cropped ? std::min(z.cube + 1, nz) : z.cube + 1;
+               cropped ? ByteCount(p.dims.y) : 9e18);
+  const ByteCount mark_slices = cropped ? std::min(z.cube + 1, ByteCount(p.dims.z)) : z.cube + 1;
   const ByteCount words =
       z.row_count *
           ByteCount((static_cast<std::int64_t>(std::min(z.edge, cropped ? z.nx : 9e18)) + 63) / 64) +
@@ -158,12 +147,43 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
   // Bricks of all layers whose marks are there may wait for a thread.
   const ByteCount jobs = std::ceil(layers / p.brick_edge) * tiles *
                          (bytes_of_job + bytes_of_pointer * columns_around * (p.brick_edge + 2));
+  return marks + jobs;
+}
 
-  const ByteCount work = ByteCount(load.threads) * std::max({work_of_marking(z), work_of_subdividing(z),
-                                                             work_of_encoding(z), work_of_measuring(z)});
+// A grid that is derived from decoded samples: slices, marks, and the work of the threads with some bricks for each.
+ByteCount derived_grid(const Sizes& z, ByteCount threads) {
+  const CodingParameters& p = z.parameters;
+  const ByteCount slices = std::min(z.edge + z.cube + mark_halo(p) + 2, ByteCount(p.dims.z));
+  const ByteCount slice = z.nx * ByteCount(p.dims.y) * z.s + bytes_of_object;
+  const ByteCount work = std::max(work_of_marking(z), work_of_subdividing(z)) + 4 * z.bits();
+  return slices * slice + marks_and_jobs(z, ByteCount(z.bricks.bricks(1)), false, 0) + threads * work;
+}
+
+}  // namespace
+
+std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& load) {
+  const Sizes z(p);
+  const bool strips = load.rows < z.bricks.bricks(1), grid = p.stores_grid();
+  const ByteCount around = grid ? z.cube + mark_halo(p) : 0, ny = ByteCount(p.dims.y),
+                  nz = ByteCount(p.dims.z);
+  const ByteCount rows = ByteCount(load.rows);
+
+  const ByteCount sample_rows = strips ? std::min(ny, rows * z.edge + 2 * around + 1) : ny;
+  const ByteCount slices =
+      strips ? z.edge + 2 * around + 1 : z.edge + around + ByteCount(load.slices_ahead) + 2;
+  const ByteCount samples = std::min(slices, nz) * (z.nx * sample_rows * z.s + bytes_of_object);
+
+  const ByteCount ahead = strips ? 0 : ByteCount(load.slices_ahead) / z.cube + 1;
+  const ByteCount marks_and_jobs_of_grid = grid ? marks_and_jobs(z, rows, strips, ahead) : 0;
+  // Without marks, whole layers wait for threads.
+  const ByteCount jobs = grid ? 0 : (ahead / p.brick_edge + 2) * z.row_count * rows * bytes_of_job;
+
+  const ByteCount of_grid = grid ? std::max(work_of_marking(z), work_of_subdividing(z)) : 0;
+  const ByteCount work =
+      ByteCount(load.threads) * std::max({of_grid, work_of_encoding(z), work_of_measuring(z)});
   const ByteCount flight = ByteCount(load.bricks_in_flight) * (z.code() + z.bits() + waits_for_measuring(z));
-  const ByteCount run =
-      samples + marks + jobs + work + flight + closed_faces(z, rows) + z.brick_count * grown * bytes_of_entry;
+  const ByteCount run = samples + marks_and_jobs_of_grid + jobs + work + flight + closed_faces(z, rows) +
+                        z.brick_count * grown * bytes_of_entry;
   return whole(std::max(run, index_of_encoding(z)));
 }
 
@@ -174,8 +194,8 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
   const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * bytes_of_array;
   const ByteCount pieces = grown * std::max(part_of_rows, z.nx * z.s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
-  const ByteCount brick =
-      z.code() + 2 * z.owned * z.s + (load.with_grid ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+  const ByteCount brick = z.code() + 2 * z.owned * z.s +
+                          (load.with_grid && p.stores_grid() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
   const ByteCount work = ByteCount(load.threads) *
                          work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples);
   // The reader has a brick as read and as parsed, the one before it, and one more that the heap still holds.
@@ -194,7 +214,14 @@ std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& lo
       inspection += rows * z.row_count * waits_for_measuring(z) + slice * std::min(nz, z.edge + 1) +
                     ByteCount(load.threads) * work_of_measuring(z) + closed_faces(z, rows);
   }
-  return whole(gathered + pieces + work + flight + inspection + index_of_decoding(z));
+  const bool derives = load.with_grid && !p.stores_grid();
+  const ByteCount grid = derives ? derived_grid(z, ByteCount(load.threads)) : 0;
+  return whole(gathered + pieces + work + flight + inspection + grid + index_of_decoding(z));
+}
+
+std::uint64_t memory_of_deriving(const CodingParameters& p, std::int64_t threads) {
+  return static_cast<std::uint64_t>(
+      std::min(derived_grid(Sizes(p), ByteCount(threads)) * heap_overhead, 4e18));
 }
 
 std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads, bool with_grid) {

@@ -87,7 +87,7 @@ std::optional<DecodeLoad> best_decoding(const CodingParameters& p, DecodeLoad lo
 DecodeLoad smallest_verifying(const CodingParameters& p, bool strips) {
   DecodeLoad load;
   load.inspect = load.with_grid = true;
-  load.rows = strips ? 1 : p.bricks().bricks(1);
+  load.rows = strips && p.stores_grid() ? 1 : p.bricks().bricks(1);
   return load;
 }
 
@@ -160,10 +160,11 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
   const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
   const bool may_spool = in_order && !resources.spool.empty();
-  const bool strips = any_order || may_spool;
   DecodeLoad smallest;
   smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
   smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
+  // A grid is derived from whole layers.
+  const bool strips = (any_order || may_spool) && (p.stores_grid() || !smallest.with_grid);
   smallest.rows = strips ? 1 : all;
   DecodeLoad wanted = smallest;
   wanted.threads = resources.threads;
@@ -174,7 +175,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   // Without an explicit limit, a file is decoded as far as possible: its header may be wrong.
   if (resources.memory && memory > *resources.memory) {
     std::optional<std::uint64_t> with_spool;
-    if (in_order && !may_spool && all > 1) {
+    if (in_order && !may_spool && all > 1 && (p.stores_grid() || !smallest.inspect)) {
       smallest.rows = 1;
       with_spool = memory_of_decoding(p, smallest) + besides;
     }
@@ -186,7 +187,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   }
   return {{static_cast<int>(load.threads), load.bricks_in_flight, load.rows},
           memory,
-          may_spool && load.rows < all};
+          strips && may_spool && load.rows < all};
 }
 
 }  // namespace tagrid

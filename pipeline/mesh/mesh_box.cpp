@@ -3,13 +3,18 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <cstring>
+#include <functional>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "io/files/errors.h"
 #include "pipeline/decode/block.h"
+#include "pipeline/grid/derived_grid.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/mesh/mesh_bricks.h"
+#include "stages/marks/halo.h"
 
 namespace tagrid {
 namespace {
@@ -34,11 +39,29 @@ class Layer {
   const DecodedBrick& at(Index3 position) const {
     return bricks_[static_cast<std::size_t>(positions_.offset(position))];
   }
+  // The samples of a box. Those that no brick of the layer owns are 0.
+  SliceSamples samples(const Box& box, const BrickGrid& grid, std::size_t size) const {
+    const std::shared_ptr<std::byte[]> result(new std::byte[static_cast<std::size_t>(box.count()) * size]());
+    for (const DecodedBrick& brick : bricks_) {
+      const Box owned = grid.owned_box(grid.position(brick.id)), both = intersection(owned, box);
+      for (std::int64_t z = both.low.z; z <= both.high.z; ++z)
+        for (std::int64_t y = both.low.y; y <= both.high.y; ++y) {
+          const Index3 p{both.low.x, y, z};
+          if (both.empty()) continue;
+          std::memcpy(result.get() + static_cast<std::size_t>(box.offset(p)) * size,
+                      brick.samples.data() + static_cast<std::size_t>(owned.offset(p)) * size,
+                      static_cast<std::size_t>(both.size().x) * size);
+        }
+    }
+    return result;
+  }
 
  private:
   Box positions_;
   std::vector<DecodedBrick> bricks_;
 };
+
+constexpr Box nothing = {{0, 0, 0}, {-1, -1, -1}};
 
 // The part of `box` that is in one layer.
 Box layer_of(Box box, std::int64_t z) {
@@ -46,12 +69,31 @@ Box layer_of(Box box, std::int64_t z) {
   return box;
 }
 
-// The bricks that the part needs: in a file with voxels, also those that own samples on its low faces.
+// The bricks that the part needs. In a file with voxels, these are also those that own samples on its low faces; if the
+// grid is derived, all whose samples have an influence on it.
 Box needed_for(const Box& meshed, const CodingParameters& parameters) {
   Box needed = meshed;
+  if (!parameters.stores_grid()) {
+    const BrickGrid grid = parameters.bricks();
+    const std::int64_t reach = parameters.cube_size + mark_halo(parameters),
+                       edge = std::int64_t{grid.edge} * parameters.cube_size;
+    // More than the samples that are needed: bricks do not own their low faces.
+    return intersection(meshed.grown(reach / edge + 1),
+                        Box::of_size({grid.bricks(0), grid.bricks(1), grid.bricks(2)}));
+  }
   if (parameters.mode == FileMode::voxels)
     for (int axis = 0; axis < 3; ++axis) needed.low[axis] = std::max(needed.low[axis] - 1, std::int64_t{0});
   return needed;
+}
+
+// The parameters of the volume that `bricks` of a larger one make, from the lowest point of their closed boxes on. Its
+// grid is that of the larger volume, except for the bricks on which the samples around it have an influence.
+CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
+  const BrickGrid grid = parameters.bricks();
+  const Index3 low = grid.closed_box(bricks.low).low;
+  const Box part = intersection({low, grid.closed_box(bricks.high).high}, grid.domain.volume());
+  parameters.dims = part.size();
+  return parameters;
 }
 
 // The most threads that may decode. Throws MemoryLimit if not even one may.
@@ -78,23 +120,22 @@ std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshP
   const double bricks = 2 * static_cast<double>(layer_of(needed, needed.low.z).count());
   const double kept = bricks * static_cast<double>(brick) +
                       static_cast<double>(MeshBuilder::working_bytes(parameters, meshed));
-  return memory_of_reading(parameters, threads, true) +
+  const std::uint64_t derived =
+      parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
+  return memory_of_reading(parameters, threads, true) + derived +
          static_cast<std::uint64_t>(std::min(kept * heap_overhead, 4e18));
 }
 
-void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
-              const Progress& progress) {
+namespace {
+
+// The mesh of a part from bricks with their grid, layer by layer.
+void mesh_stored_grid(const TagBricks& file, const Box& meshed, const Box& needed, MeshBuilder& mesh,
+                      oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
   const CodingParameters& parameters = file.parameters();
   const BrickGrid grid = parameters.bricks();
   const std::size_t size = size_of(parameters.type);
   const bool voxels = parameters.mode == FileMode::voxels;
-  const Box meshed = bricks_of(part, grid), needed = needed_for(meshed, parameters);
-
-  oneapi::tbb::task_arena arena(threads_for(parameters, part, resources));
-  MeshBuilder mesh(file.header(), part, sink);
   const Box volume = parameters.domain().volume();
-  const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
-  std::uint64_t done = 0;
   Layer below, layer;
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
     below = std::move(layer);
@@ -117,8 +158,63 @@ void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& reso
               return brick.points.data() + static_cast<std::size_t>(brick.active.box().offset(p)) * size;
             });
         }
-    if (progress) progress(++done, total);
+    layer_done();
   }
+}
+
+LatticeBits moved(const LatticeBits& bits, Index3 by) {
+  LatticeBits result({bits.box().low + by, bits.box().high + by});
+  std::ranges::copy(bits.words(), result.words().begin());
+  return result;
+}
+
+// The mesh of a part from decoded samples, whose grid is computed for the bricks of the part alone.
+void mesh_derived_grid(const TagBricks& file, const Box& meshed, const Box& needed, MeshBuilder& mesh,
+                       oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
+  const CodingParameters& parameters = file.parameters();
+  const CodingParameters part = parameters_of_part(parameters, needed);
+  const BrickGrid grid = parameters.bricks();
+  const std::size_t size = size_of(parameters.type);
+  const Index3 low = grid.closed_box(needed.low).low;
+  const BrickRows rows = {meshed.low.y - needed.low.y, meshed.high.y - needed.low.y + 1,
+                          meshed.low.z - needed.low.z, meshed.high.z - needed.low.z + 1};
+  DerivedGrid derived(part, rows, [&](const SubdividedBrick& brick) {
+    const Index3 position = brick.brick + needed.low;
+    if (!meshed.contains(position)) return;
+    mesh.add_brick(position, moved(brick.active, low),
+                   [&](Index3 p) { return sample_at(brick.slices, part.dims, size, p - low); });
+  });
+  const Box samples = {derived.samples().low + low, derived.samples().high + low};
+  for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
+    const Layer layer(file, layer_of(needed, z), nothing, arena);
+    const Box owned = grid.owned_box({0, 0, z});
+    Box slice = samples;
+    arena.execute([&] {
+      for (std::int64_t k = std::max(owned.low.z, samples.low.z); k <= std::min(owned.high.z, samples.high.z);
+           ++k) {
+        slice.low.z = slice.high.z = k;
+        derived.add_slice(layer.samples(slice, grid, size));
+      }
+    });
+    layer_done();
+  }
+}
+
+}  // namespace
+
+void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
+              const Progress& progress) {
+  const CodingParameters& parameters = file.parameters();
+  const Box meshed = bricks_of(part, parameters.bricks()), needed = needed_for(meshed, parameters);
+  oneapi::tbb::task_arena arena(threads_for(parameters, part, resources));
+  MeshBuilder mesh(file.header(), part, sink);
+  const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
+  std::uint64_t done = 0;
+  const auto layer_done = [&] {
+    if (progress) progress(++done, total);
+  };
+  const auto mesh_it = parameters.stores_grid() ? mesh_stored_grid : mesh_derived_grid;
+  mesh_it(file, meshed, needed, mesh, arena, layer_done);
 }
 
 }  // namespace tagrid

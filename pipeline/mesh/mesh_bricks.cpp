@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/decode/graph.h"
+#include "pipeline/grid/derived_grid.h"
 #include "pipeline/memory/of_bricks.h"
 
 namespace tagrid {
@@ -54,8 +55,9 @@ std::uint64_t memory_beside_decoding(const CodingParameters& p) {
   const double slice =
       static_cast<double>(p.dims.x) * static_cast<double>(p.dims.y) * static_cast<double>(size_of(p.type));
   const Box all = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
-  const double bytes =
-      layer * static_cast<double>(brick) + slice + static_cast<double>(MeshBuilder::working_bytes(p, all));
+  // A grid that is derived keeps slices, which memory_of_decoding() counts, and no bricks.
+  const double kept = p.stores_grid() ? layer * static_cast<double>(brick) + slice : 0;
+  const double bytes = kept + static_cast<double>(MeshBuilder::working_bytes(p, all));
   return static_cast<std::uint64_t>(std::min(bytes * heap_overhead, 4e18));
 }
 
@@ -70,7 +72,48 @@ bool is_flat(const CodingParameters& parameters, const MeshPart& part) {
   return !part.padded && (n.x == 1 || n.y == 1 || n.z == 1);
 }
 
-// Works layer by layer, as the values of a file with voxels are in its slices.
+namespace {
+
+// Makes the mesh from bricks whose grid is in the file, layer by layer: values of a file with voxels are in its slices.
+class StoredGridMesh {
+ public:
+  StoredGridMesh(const CodingParameters& parameters, MeshBuilder& mesh)
+      : parameters_(parameters), mesh_(mesh), samples_(parameters) {}
+
+  void take(DecodedBrick& brick) {
+    layer_.push_back(
+        {parameters_.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});
+  }
+  void end_layer(const DecodedRows& decoded) {
+    samples_.begin_layer(decoded);
+    for (BrickPoints& brick : layer_) {
+      add(brick);
+      brick = {};
+    }
+    layer_.clear();
+    samples_.end_layer();
+  }
+
+ private:
+  void add(const BrickPoints& brick) {
+    if (parameters_.mode == FileMode::voxels) {
+      mesh_.add_brick(brick.position, brick.active, [&](Index3 p) { return samples_.at(p); });
+      return;
+    }
+    mesh_.add_brick(brick.position, brick.active, [&](Index3 p) {
+      const auto at = static_cast<std::size_t>(brick.active.box().offset(p));
+      return brick.values.data() + at * size_of(parameters_.type);
+    });
+  }
+
+  const CodingParameters& parameters_;
+  MeshBuilder& mesh_;
+  std::vector<BrickPoints> layer_;
+  LayerSamples samples_;
+};
+
+}  // namespace
+
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
@@ -78,33 +121,21 @@ void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resource
   MeshBuilder mesh(reader.header(), part, sink);
   const Watch watch = watch_for(
       progress, static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type));
-  std::vector<BrickPoints> layer;
-  LayerSamples samples(parameters);
-
-  const auto add_brick = [&](const BrickPoints& brick) {
-    if (parameters.mode == FileMode::voxels) {
-      mesh.add_brick(brick.position, brick.active, [&](Index3 p) { return samples.at(p); });
-      return;
-    }
-    mesh.add_brick(brick.position, brick.active, [&](Index3 p) {
-      const auto at = static_cast<std::size_t>(brick.active.box().offset(p));
-      return brick.values.data() + at * size_of(parameters.type);
-    });
-  };
   DecodeStreams streams;
   streams.bricks = reader.bricks();
-  streams.inspect_brick = [&](DecodedBrick& brick) {
-    layer.push_back(
-        {parameters.bricks().position(brick.id), std::move(brick.active), std::move(brick.points)});
-  };
+  StoredGridMesh stored(parameters, mesh);
+  DerivedGrid derived(parameters, BrickRows::all(parameters.bricks()), [&](const SubdividedBrick& brick) {
+    mesh.add_brick(brick.brick, brick.active, [&](Index3 p) {
+      return sample_at(brick.slices, parameters.dims, size_of(parameters.type), p);
+    });
+  });
+  if (parameters.stores_grid()) streams.inspect_brick = [&](DecodedBrick& brick) { stored.take(brick); };
   streams.write_rows = [&](const DecodedRows& decoded) {
-    samples.begin_layer(decoded);
-    for (BrickPoints& brick : layer) {
-      add_brick(brick);
-      brick = {};
-    }
-    layer.clear();
-    samples.end_layer();
+    if (parameters.stores_grid())
+      stored.end_layer(decoded);
+    else
+      decoded.for_each_slice(derived.samples(),
+                             [&](SliceSamples slice) { derived.add_slice(std::move(slice)); });
     watch.done(decoded.bytes());
   };
   run_decode_graph(parameters, BrickRows::all(parameters.bricks()), plan.budget, streams);

@@ -19,6 +19,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const CodingParamet
       {"offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
       {"vdb-grid", source.vdb_grid.empty() ? "not given" : source.vdb_grid},
       {"grid-only", p.mode == FileMode::grid ? "given" : "not given"},
+      {"grid", std::string(name_of(p.grid))},
       {"max-error", bound(p.max_error)},
       {"surface-error", bound(p.surface_error)},
       {"mesh-error", bound(p.mesh_error)},

@@ -6,6 +6,7 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
+#include "pipeline/grid/derived_grid.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
 #include "stages/brick/sample_statistics.h"
@@ -82,6 +83,15 @@ void Verifier::fail_brick(std::int64_t brick, const char* what, Index3 p) const 
   throw BrokenInput(fmt::format("{}: brick {}: {} at ({}, {}, {})", name_, brick, what, p.x, p.y, p.z));
 }
 
+void Verifier::check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const {
+  if (const auto p =
+          first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
+    fail_brick(brick.id, "the grid is not conforming", *p);
+  if (const auto p = faces.first_difference(brick))
+    fail_brick(brick.id, "it disagrees with its neighbour", *p);
+  count_active(brick.active, parameters(), parameters().bricks().position(brick.id), counted);
+}
+
 Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
                           const Watch& watch) {
   const BrickGrid bricks = parameters().bricks();
@@ -97,12 +107,7 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
   DecodeStreams streams;
   streams.bricks = open(rows);
   streams.inspect_brick = [&](DecodedBrick& brick) {
-    if (const auto p =
-            first_nonconforming_point(brick.active, parameters().domain().padded(), parameters().cube_size))
-      fail_brick(brick.id, "the grid is not conforming", *p);
-    if (const auto p = faces.first_difference(brick))
-      fail_brick(brick.id, "it disagrees with its neighbour", *p);
-    count_active(brick.active, parameters(), bricks.position(brick.id), found.counted);
+    if (parameters().stores_grid()) check_grid(brick, faces, found.counted);
     found.counted.samples += brick.samples.size() / size_of(parameters().type);
     const std::uint64_t finite = ranges.add(brick.samples);
     if (!against) found.counted.finite += finite;
@@ -114,10 +119,28 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
     }
     watch.done(brick.samples.size());
   };
+  // A part needs samples of rows around it for its grid, and these are decoded once more.
+  DerivedGrid derived(parameters(), rows, [&](const SubdividedBrick& brick) {
+    check_grid({bricks.id(brick.brick), brick.active, {}, {}}, faces, found.counted);
+  });
+  const auto derive = [&](const DecodedRows& decoded) {
+    decoded.for_each_slice(derived.samples(),
+                           [&](SliceSamples slice) { derived.add_slice(std::move(slice)); });
+  };
+  std::vector<BrickRows> around;
+  if (!parameters().stores_grid()) around = derived.stretches();
+  const bool at_once = around == std::vector{rows};
   streams.write_rows = [&](const DecodedRows& decoded) {
     if (against) against->compare(decoded, found.counted);
+    if (at_once) derive(decoded);
   };
   run_decode_graph(parameters(), rows, budget(), streams);
+  for (const BrickRows& stretch : at_once ? std::vector<BrickRows>() : around) {
+    DecodeStreams again;
+    again.bricks = open(stretch);
+    again.write_rows = derive;
+    run_decode_graph(parameters(), stretch, budget(), again);
+  }
   if (const auto brick = ranges.first_wrong(index_))
     fail_index(fmt::format("the value range of brick {} does not match its voxels", *brick));
   found.open_faces = faces.open_faces();
@@ -126,7 +149,8 @@ Findings Verifier::verify(const BrickRows& rows, const std::function<BrickStream
 
 void Verifier::compare_with_index(const Statistics& counted) const {
   const Statistics& total = index_.total;
-  if (total.active != counted.active) fail_index("the number of active points is not that of the bricks");
+  if (parameters().stores_grid() && total.active != counted.active)
+    fail_index("the number of active points is not that of the bricks");
   if (!(total.max_error >= 0)) fail_index("the recorded error is not a number");
   const double bound = parameters().max_error;
   // Without a bound, samples that are not finite are interpolated, too: only the original tells how many are

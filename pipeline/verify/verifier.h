@@ -50,9 +50,9 @@ class Verifier {
   const CodingParameters& parameters() const { return header_.parameters; }
   const DecodeBudget& budget() const { return setup_.plan.budget; }
 
-  /// Verifies the bricks of `rows`. `open` gives the bricks of some rows; it is called for `rows` last, and
-  /// before that, if the mesh is measured, for the rows below them. The index is complete after the bricks of
-  /// `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput
+  /// Verifies the bricks of `rows`. `open` gives the bricks of some rows: of all of the volume it is called once; of a
+  /// part also for rows around it, if the mesh is measured or the grid is derived. The index is complete after the
+  /// bricks of `rows` were read. The caller checks what depends on other bricks, using the findings. Throws BrokenInput
   /// at the first error.
   Findings verify(const BrickRows& rows, const std::function<BrickStream(const BrickRows&)>& open,
                   const Watch& watch);
@@ -67,6 +67,8 @@ class Verifier {
  private:
   class Ranges;
 
+  /// Checks the grid of a brick by itself and against the bricks before it, and counts its active points.
+  void check_grid(const DecodedBrick& brick, SharedFaces& faces, Statistics& counted) const;
   void compare_with_index(const Statistics& counted) const;
   [[noreturn]] void fail_index(const std::string& what) const;
 

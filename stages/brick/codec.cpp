@@ -135,12 +135,13 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   assert(samples.box == samples_to_encode(parameters, brick));
   const auto n = static_cast<std::size_t>(samples.box.count());
   const std::span<const T> original(samples.data, n);
-  count_active(active, parameters, brick, code.statistics);
+  if (parameters.stores_grid()) count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels) {
     std::vector<T> decoded(n);
     encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded);
-    encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
-                    parameters.max_level, code.activity);
+    if (parameters.stores_grid())
+      encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
+                      parameters.max_level, code.activity);
     measure_samples<T>(original, decoded, code.statistics);
     if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
     return;

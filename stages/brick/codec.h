@@ -30,7 +30,7 @@ struct BrickCode {
 /// of its closed box; a point outside the volume has the value of the nearest sample.
 Box samples_to_encode(const CodingParameters& parameters, Index3 brick);
 
-/// Encodes a brick. `active` is the activity of its closed box.
+/// Encodes a brick. `active` is the activity of its closed box; it is ignored if the file stores no grid.
 /// REQUIRES: samples.box == samples_to_encode(parameters, brick).
 template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,

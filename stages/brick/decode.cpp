@@ -22,6 +22,8 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
   brick = {};
   brick.id = id;
   const BrickGrid bricks = parameters.bricks();
+  if (!parameters.stores_grid() && !activity.empty())
+    return Status::broken("a brick has a grid, but the file stores none");
   const auto bytes_of = [&](const Box& box) {
     return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
   };
@@ -37,7 +39,7 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
     if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
     status = decode_brick_values<T>(values, brick.active, parameters, position, samples_in<T>(brick.samples),
                                     samples_in<T>(brick.points));
-    if (status.ok() && values_first && grid) decode_activity();
+    if (status.ok() && values_first && grid && parameters.stores_grid()) decode_activity();
   });
   if (!grid) brick.points = {};
   if (!grid) brick.active = LatticeBits();

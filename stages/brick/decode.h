@@ -15,7 +15,7 @@ namespace tagrid {
 /// A decoded brick. Samples are stored as in memory, in the type of the volume, x fastest.
 struct DecodedBrick {
   std::int64_t id = 0;
-  LatticeBits active;              ///< activity of its closed box
+  LatticeBits active;              ///< activity of its closed box; empty in a file that stores no grid
   std::vector<std::byte> samples;  ///< the samples that it owns
   std::vector<std::byte> points;   ///< in a file without voxels: see decode_brick_values()
 };

@@ -18,6 +18,16 @@ enum class FileMode : std::uint8_t {
   grid = 1,    ///< activity, and the values of the active points; voxels are interpolated
 };
 
+/// Where the grid of a file with voxels is. The numbers are part of the file format, as above.
+enum class GridOrigin : std::uint8_t {
+  stored = 0,   ///< in the file: the grid of the original samples
+  derived = 1,  ///< nowhere: whoever needs it computes that of the decoded samples
+};
+inline constexpr std::array<std::string_view, 2> grid_origin_names = {"stored", "derived"};
+inline std::string_view name_of(GridOrigin origin) {
+  return grid_origin_names[static_cast<std::size_t>(origin)];
+}
+
 /// How much time may be spent on making voxels of 8 or 16 bits small; it affects nothing else. The numbers
 /// are part of the file format, as above.
 enum class Effort : std::uint8_t { normal = 0, fast = 1, best = 2 };
@@ -41,6 +51,7 @@ struct CodingParameters {
   SampleType type = SampleType::uint8;
   FileMode mode = FileMode::voxels;
   Effort effort = Effort::normal;
+  GridOrigin grid = GridOrigin::stored;
   int cube_size = 32;    ///< S, a power of two, 4 .. 256
   int brick_edge = 2;    ///< root cubes along the edge of a brick
   int max_level = 15;    ///< no point of a higher level is marked; 3K if the run is not limited
@@ -63,6 +74,8 @@ struct CodingParameters {
   /// True if the values of the mesh at voxels differ from the original ones, so that a brick must be coded to
   /// know them.
   bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
+
+  bool stores_grid() const { return grid == GridOrigin::stored; }
 
   Domain domain() const { return {dims, cube_size}; }
   BrickGrid bricks() const { return {domain(), brick_edge}; }

@@ -54,14 +54,16 @@ class Header:
         require(128 <= self.size <= 1 << 24 and self.size <= len(data), "the header's size is impossible")
         self.checksum = struct.unpack_from("<Q", data, self.size - 8)[0]
         require(self.checksum == xxh3(data[:self.size - 8]), "the header is damaged")
-        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, self.scale, self.range_low, high,
+        (*self.dims, type_number, self.mode, self.S, self.B, self.level_limit, self.accuracy, self.effort, grid, self.scale, self.range_low, high,
          max_error, surface_error, mesh_error, point_error, text_size, packed_size) = struct.unpack_from(
-             "<QQQBBHHHIIdddddddII", data, 16)
+             "<QQQBBHHHIHHdddddddII", data, 16)
         require(packed_size == self.size - 128 and text_size <= 1 << 24, "fields do not fit")
         require(all(1 <= n <= 1 << 31 for n in self.dims) and math.prod(self.dims) <= 1 << 58, "impossible sizes")
         self.type = SampleType(type_number)
         require(self.mode in (0, 1), "the mode is unknown")
         require(self.effort in (0, 1, 2), "the effort is unknown")
+        require(grid == 0 or (grid == 1 and self.mode == 0 and surface_error < 0 and mesh_error < 0), "impossible grid")
+        self.stores_grid = grid == 0
         require(self.S in (4, 8, 16, 32, 64, 128, 256), "impossible root cubes")
         require(self.B >= 1 and self.B * self.S <= 512, "impossible bricks")
         self.K = self.S.bit_length() - 1
@@ -71,7 +73,8 @@ class Header:
             require(e == -1 or (e >= 0 and math.isfinite(e)), "impossible bound")
         require(point_error >= 0 and math.isfinite(point_error), "impossible error of points")
         require(self.mode == 1 or max_error >= 0, "voxels without a bound")
-        self.index_fields = 8 * (3 * self.K + 1) + 56 + 8 * (mesh_error >= 0)  # bytes, without the columns
+        self.levels = 3 * self.K + 1 if self.stores_grid else 0  # whose active points are counted
+        self.index_fields = 8 * self.levels + 56 + 8 * (mesh_error >= 0)  # bytes, without the columns
         self.mesh_error = mesh_error
         widest = (1 << 8 * self.type.size) - 1
         self.max_error, self.surface_error, self.point_error = (
@@ -111,6 +114,8 @@ def decode_brick(header, number, activity, values, with_grid):
     """Samples of the owned box by lattice point, and the active points; None if they are not needed."""
     closed, owned = header.boxes(number)
     active = None
+    require(header.stores_grid or not activity, "a brick has a grid that is not stored")
+    with_grid = with_grid and header.stores_grid
     if header.mode == 1 or header.surface_error >= 0:
         active = decode_activity(activity, closed, header.S, header.level_limit)
     samples = decode_samples(header, closed, owned, active, values)
@@ -180,10 +185,10 @@ def check_index(data, at, header, last, sizes, counts):
     require((start, header_checksum, magic) == (at, header.checksum, b"TAG END\n"), "the footer is damaged")
     fields = unpack(data[at + 20:end], size)
     if fields is not None:
-        stored_counts = struct.unpack_from(f"<{3 * header.K + 1}Q", fields)
+        stored_counts = struct.unpack_from(f"<{header.levels}Q", fields)
         require(counts is None or list(stored_counts) == counts, "the index has other active points than the bricks")
         columns = struct.unpack_from(f"<{2 * n}I", fields, header.index_fields)
-        errors = 8 * (3 * header.K + 1) + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
+        errors = 8 * header.levels + 8 * (header.mesh_error >= 0)  # of the mesh comes after that of samples
         second_half = struct.unpack_from("<Q", fields, errors + 16)[0]
         if header.mesh_error >= 0:
             require(0 <= struct.unpack_from("<d", fields, errors)[0] <= header.mesh_error, "the mesh is too far off")
@@ -194,7 +199,8 @@ def check_index(data, at, header, last, sizes, counts):
 def decode(data, with_grid=True):
     """All samples. with_grid: the activity is decoded even if samples do not depend on it."""
     header = Header(data)
-    counts = [0] * (3 * header.K + 1)
+    with_grid = with_grid and header.stores_grid
+    counts = [0] * header.levels
     volume = {}
     at, last, sizes = header.size, header.checksum, []
     for number in range(math.prod(header.bricks)):

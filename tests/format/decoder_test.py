@@ -92,6 +92,8 @@ MADE = [
     ("int16", "phantom", (20, 17, 9), ["--cube=8", "--accuracy=7", "--max-error=2"]),
     ("int16", "phantom", (20, 17, 9), ["--cube=8", "--max-level=7"]),
     ("float32", "phantom", (12, 17, 9), ["--cube=8", "--accuracy=100", "--field-scale=0.01", "--max-error=1"]),
+    ("int16", "phantom", (14, 15, 13), ["--cube=8", "--grid=derived", "--max-error=2"]),
+    ("float32", "phantom", (9, 15, 13), ["--cube=8", "--brick=1", "--grid=derived", "--effort=fast"]),
     ("uint8", "phantom", (66, 6, 3), ["--cube=64"]),  # more than a word of points in a row
 ]
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "io/tag/bricks.h"
+#include "pipeline/verify/active_points.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/report.h"
@@ -12,22 +13,32 @@ namespace tagrid {
 Action add_info_command(CLI::App& app) {
   struct State {
     std::string input;
-    bool json = false;
-    RunOptions run;  // for scripts that pass these options to every command; they have no effect here
+    bool json = false, no_levels = false;
+    RunOptions run;
+
+    TagSummary summary(const Ranks& ranks) const {
+      if (no_levels) return summary_of(input);
+      ProgressMeter meter(run.progress, run.quiet, "finding the grid", 1);
+      return summary_with_levels(input, run.resources(ranks), meter.progress());
+    }
   };
   auto state = std::make_shared<State>();
   CLI::App* command = app.add_subcommand(
       "info", "Print geometry, parameters, where the bytes are, and active points per level");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
+  command->add_flag("--no-levels", state->no_levels,
+                    "Leave out the levels, for which a file without a stored grid must be decoded");
   add_run_options(*command, state->run);
+  add_memory_option(*command, state->run);
   command->add_flag("--json", state->json, "Print one JSON object")->disable_flag_override();
-  return [state](Ranks&) {
+  return [state](Ranks& ranks) {
+    state->run.obey_memory_limit();
     refuse_terminal_input(state->input);
-    const TagSummary summary = summary_of(state->input);
+    const TagSummary file = state->summary(ranks);
     if (state->json)
-      fmt::print("{}\n", info_json(summary.header, summary.index, summary.sizes).dump(2));
+      fmt::print("{}\n", info_json(file.header, file.index, file.sizes, !state->no_levels).dump(2));
     else
-      fmt::print("{}", info_text(summary.header, summary.index, summary.sizes));
+      fmt::print("{}", info_text(file.header, file.index, file.sizes, !state->no_levels));
   };
 }
 

@@ -4,13 +4,13 @@ _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
-  local encoding="$headerless --max-error --surface-error --grid-only --mesh-error --effort --accuracy --cube
-    --max-level --range --field-scale --brick --vdb-grid"
+  local encoding="$headerless --max-error --surface-error --grid-only --grid --mesh-error --effort --accuracy
+    --cube --max-level --range --field-scale --brick --vdb-grid"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $encoding --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-background
       --vdb-tolerance" ;;
-    info) echo "$run" ;;
+    info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
@@ -34,6 +34,7 @@ _tagrid() {
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
     --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb' -- "$current") && return ;;
+    --grid) mapfile -t COMPREPLY < <(compgen -W 'stored derived' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
     --range) mapfile -t COMPREPLY < <(compgen -W 'auto' -- "$current") && return ;;

@@ -120,7 +120,8 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   constexpr double far_more = 4;
   const CodingParameters& p = result.header.parameters;
   // Wide types take their range from the data.
-  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type)) return;
+  if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
+    return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   if (!(high - low > far_more * (p.range_high - p.range_low))) return;
   warn(run, fmt::format("{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the "

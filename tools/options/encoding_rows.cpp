@@ -40,6 +40,11 @@ void set_effort(EncodingOptions& o, const std::string& word) {
   o.options.effort = static_cast<Effort>(found - effort_names.begin());
 }
 
+void set_grid(EncodingOptions& o, const std::string& word) {
+  const auto found = std::find(grid_origin_names.begin(), grid_origin_names.end(), word);
+  o.options.grid = static_cast<GridOrigin>(found - grid_origin_names.begin());
+}
+
 std::vector<Row> all_rows() {
   using E = EncodeOptions;
   std::vector<Row> rows = {
@@ -48,6 +53,12 @@ std::vector<Row> all_rows() {
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
       {"grid-only", kept, "", "Store the adaptive grid alone; voxels are interpolated", set_grid_only},
+      {"grid",
+       kept,
+       "stored|derived",
+       "Store the grid of the original, or none: then what needs it computes that of the decoded voxels",
+       set_grid,
+       {"stored", "derived"}},
       {"effort",
        kept,
        "fast|default|best",

@@ -174,6 +174,7 @@ nlohmann::ordered_json settings_json(const CodingParameters& p) {
   json["mesh_error"] = number_or_null(p.mesh_error, p.mesh_error >= 0);
   json["effort"] = name_of(p.effort);
   json["mode"] = p.mode == FileMode::voxels ? "voxels" : "grid";
+  json["grid"] = name_of(p.grid);
   return json;
 }
 
@@ -185,15 +186,16 @@ nlohmann::ordered_json achieved_json(const TagIndex& index) {
           {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)}};
 }
 
-nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
+nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
+                                 bool with_levels) {
   nlohmann::ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
   json["type"] = name_of(header.parameters.type);
   json["geometry"] = geometry_json(header);
   json.update(settings_json(header.parameters));
-  json["levels"] = nlohmann::ordered_json::array();
-  for (const LevelRow& row : level_rows(header, index))
+  json["levels"] = with_levels ? nlohmann::ordered_json::array() : nlohmann::ordered_json(nullptr);
+  for (const LevelRow& row : with_levels ? level_rows(header, index) : std::vector<LevelRow>())
     json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
   json["bytes"] = {{"file", sizes.file},
                    {"header", sizes.header},
@@ -205,7 +207,8 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   return json;
 }
 
-std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes) {
+std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
+                      bool with_levels) {
   const CodingParameters& p = header.parameters;
   const std::uint64_t n = voxels(header), raw = n * size_of(p.type);
   std::string out;
@@ -217,6 +220,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   print_geometry(header, line);
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
+  if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");
   line("effort", std::string(name_of(p.effort)));
   line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error), index.total.max_error));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
@@ -243,6 +247,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   part("  values", sizes.values);
   part("  index, frames", sizes.index);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
+  if (!with_levels) return out;
   out += fmt::format("\n{:>5} {:>14} {:>14} {:>9}\n", "level", "points", "active points", "per cent");
   for (const LevelRow& row : level_rows(header, index))
     if (row.level <= p.max_level)

@@ -23,11 +23,14 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);
 nlohmann::ordered_json achieved_json(const TagIndex& index);
 
-/// The object of `info --json`.
-nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
+/// The object of `info --json`. `with_levels`: the active points in the index are those of the grid; otherwise they are
+/// not known.
+nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
+                                 bool with_levels = true);
 
-/// The same for people, with the table of levels.
-std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes);
+/// The same for people, with the table of levels if these are known.
+std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
+                      bool with_levels = true);
 
 /// `bytes` as text that JSON can hold: file names may contain any bytes.
 std::string json_text(const std::string& bytes);

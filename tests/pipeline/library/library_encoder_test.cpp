@@ -59,6 +59,7 @@ struct LibraryEncoder : TemporaryFolder {
       bool grid_only;
       double max_error, surface_error, mesh_error;
       tagrid_effort effort;
+      bool grid_derived = false;
     };
     for (const Mode& mode : {Mode{false, nan, nan, nan, TAGRID_EFFORT_DEFAULT},
                              {false, 0, nan, nan, TAGRID_EFFORT_FAST},
@@ -67,12 +68,14 @@ struct LibraryEncoder : TemporaryFolder {
                              {false, 3, 1, nan, TAGRID_EFFORT_DEFAULT},
                              {true, nan, nan, nan, TAGRID_EFFORT_DEFAULT},
                              {true, 5, nan, nan, TAGRID_EFFORT_DEFAULT},
-                             {false, 0, nan, 6, TAGRID_EFFORT_DEFAULT}}) {
+                             {false, 0, nan, 6, TAGRID_EFFORT_DEFAULT},
+                             {false, 2, nan, nan, TAGRID_EFFORT_DEFAULT, true}}) {
       ++seed;
       const Index3 dims = {5 + seed % 13, 4 + seed % 11, 3 + seed % 17};
       tagrid_encode_options options = encode_options(dims, sample_type_of<T>());
       if (seed % 3 == 0) options.cube = 8, options.brick = 0;
       options.grid_only = mode.grid_only;
+      options.grid_derived = mode.grid_derived;
       options.max_error = mode.max_error;
       options.surface_error = mode.surface_error;
       options.mesh_error = mode.mesh_error;
@@ -80,6 +83,7 @@ struct LibraryEncoder : TemporaryFolder {
       EncodeOptions same;
       const auto given = [](double value) { return std::isnan(value) ? std::nullopt : std::optional(value); };
       same.grid_only = mode.grid_only;
+      same.grid = mode.grid_derived ? GridOrigin::derived : GridOrigin::stored;
       same.max_error = given(mode.max_error);
       same.surface_error = given(mode.surface_error);
       same.mesh_error = given(mode.mesh_error);

@@ -1,4 +1,4 @@
-// Finds out which work is possible as slices arrive in z order: a state machine without threads.
+// Finds out which work on a grid is possible as slices arrive in z order: a state machine without threads.
 //
 //   slices of a root layer (and the halo above it)   -> mark its tiles
 //   marks of a brick layer and one root layer around -> subdivide and encode its bricks
@@ -10,14 +10,17 @@
 //
 // If only some rows of bricks are encoded, marks of one row of root cubes beyond them are needed, too. They
 // are computed again for the rows that own them.
+//
+// Bricks without a grid need no marks: they are ready when the slices of their layer are there.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "pipeline/encode/slices.h"
+#include "pipeline/grid/slices.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
@@ -40,17 +43,22 @@ struct BrickJob {
   std::vector<std::shared_ptr<const LatticeBits>> marks;  ///< of the surrounding tiles, in any order
 };
 
-class EncodeSchedule {
+class GridSchedule {
  public:
   /// For the bricks of `rows`. `mark_halo`: number of samples beyond the surrounding root cubes on which
-  /// marks depend.
-  EncodeSchedule(const CodingParameters& parameters, const BrickRows& rows, int mark_halo);
+  /// marks depend; if it is not given, nothing is marked.
+  GridSchedule(const CodingParameters& parameters, const BrickRows& rows, std::optional<int> mark_halo);
 
   /// The samples that must be read: slices z = low.z .. high.z, and of each slice the rows low.y .. high.y.
   const Box& samples() const { return samples_; }
 
-  std::vector<MarkJob> add_slice(SliceSamples slice);
-  std::vector<BrickJob> add_marks(MarkedTile tile);
+  /// What has become possible.
+  struct Work {
+    std::vector<MarkJob> tiles;
+    std::vector<BrickJob> bricks;
+  };
+  Work add_slice(SliceSamples slice);
+  Work add_marks(MarkedTile tile);
 
   /// The whole root cubes of a tile.
   Box tile_box(Index3 tile) const;
@@ -65,16 +73,19 @@ class EncodeSchedule {
   std::int64_t slices_released_by(std::int64_t layer) const;
 
  private:
+  std::vector<MarkJob> tiles_that_became_ready();
   std::vector<BrickJob> layers_that_became_ready();
+  bool has_marks(std::int64_t layer) const;
   void add_layer(std::int64_t layer, std::vector<BrickJob>& jobs);
   std::int64_t tile_row_low() const { return std::max<std::int64_t>(rows_.y_low - 1, 0); }
   std::int64_t tile_row_end() const { return std::min(rows_.y_end + 1, bricks_.bricks(1)); }
 
   BrickGrid bricks_;
   BrickRows rows_;
+  bool marks_;  ///< whether there are any
   std::int64_t halo_;
   bool marks_outside_;  ///< whether points outside the volume are marked
-  Box marked_;          ///< whole root cubes: those of the bricks, and one more on every side
+  Box marked_;          ///< whole root cubes: those of the bricks and, for marks, one more on every side
   Box samples_;
   SliceWindow window_;
   std::int64_t root_layer_end_;
@@ -84,7 +95,7 @@ class EncodeSchedule {
     std::int64_t missing = 0;
     std::vector<std::shared_ptr<const LatticeBits>> tiles;
   };
-  std::map<std::int64_t, RootLayer> marks_;
+  std::map<std::int64_t, RootLayer> root_layers_;
 };
 
 }  // namespace tagrid

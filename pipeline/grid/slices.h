@@ -24,6 +24,15 @@ struct SliceRange {
   std::shared_ptr<const std::vector<SliceSamples>> slices;
 };
 
+/// The sample nearest to a point, of a volume of `dims` samples of `size` bytes each. REQUIRES: `range` holds it.
+inline const std::byte* sample_at(const SliceRange& range, Index3 dims, std::size_t size, Index3 point) {
+  const Index3 p = Box::of_size(dims).nearest(point);
+  assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
+  assert(p.y >= range.first_row);
+  return (*range.slices)[static_cast<std::size_t>(p.z - range.first)].get() +
+         static_cast<std::size_t>((p.y - range.first_row) * dims.x + p.x) * size;
+}
+
 /// The samples of `box`, x fastest, from a volume of `dims` samples of `size` bytes each. A point outside the
 /// volume takes the value of the nearest sample. REQUIRES: `range` holds the rows of slices nearest to the
 /// box.
@@ -35,18 +44,13 @@ inline std::vector<std::byte> gather(const SliceRange& range, Index3 dims, std::
     std::memcpy(out, from, bytes);
     out += bytes;
   };
-  const Box volume = Box::of_size(dims);
   const std::int64_t low = std::clamp<std::int64_t>(box.low.x, 0, dims.x - 1),
                      high = std::clamp<std::int64_t>(box.high.x, 0, dims.x - 1);
   const std::int64_t before = std::clamp<std::int64_t>(-box.low.x, 0, box.size().x - 1);
   const std::int64_t after = box.size().x - before - (high - low + 1);
   for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      const Index3 p = volume.nearest({0, y, z});
-      assert(p.z >= range.first && p.z - range.first < static_cast<std::int64_t>(range.slices->size()));
-      assert(p.y >= range.first_row);
-      const std::byte* row = (*range.slices)[static_cast<std::size_t>(p.z - range.first)].get() +
-                             static_cast<std::size_t>((p.y - range.first_row) * dims.x) * size;
+      const std::byte* row = sample_at(range, dims, size, {0, y, z});
       const std::byte *first = row + static_cast<std::size_t>(low) * size,
                       *last = row + static_cast<std::size_t>(high) * size;
       for (std::int64_t x = 0; x < before; ++x) copy(first, 1);

@@ -1,38 +1,40 @@
-#include "pipeline/encode/schedule.h"
+#include "pipeline/grid/schedule.h"
 
 namespace tagrid {
 
 namespace {
 
-// The bricks' root cubes, and one more on every side if it exists.
-Box cubes_around(const BrickGrid& bricks, const BrickRows& rows) {
+// The bricks' root cubes, and `more` points on every side as far as the domain reaches.
+Box cubes_around(const BrickGrid& bricks, const BrickRows& rows, std::int64_t more) {
   const Box first = bricks.closed_box({0, rows.y_low, rows.z_low}),
             last = bricks.closed_box({bricks.bricks(0) - 1, rows.y_end - 1, rows.z_end - 1});
-  return intersection(Box{first.low, last.high}.grown(bricks.domain.cube_size), bricks.domain.padded());
+  return intersection(Box{first.low, last.high}.grown(more), bricks.domain.padded());
 }
 
 }  // namespace
 
-EncodeSchedule::EncodeSchedule(const CodingParameters& parameters, const BrickRows& rows, int mark_halo)
+GridSchedule::GridSchedule(const CodingParameters& parameters, const BrickRows& rows,
+                           std::optional<int> mark_halo)
     : bricks_(parameters.bricks()),
       rows_(rows),
-      halo_(mark_halo),
+      marks_(mark_halo.has_value()),
+      halo_(mark_halo.value_or(0)),
       marks_outside_(parameters.bounds_interpolation()),
-      marked_(cubes_around(bricks_, rows)),
-      samples_(intersection(marked_.grown(mark_halo), bricks_.domain.volume())),
+      marked_(cubes_around(bricks_, rows, marks_ ? parameters.cube_size : 0)),
+      samples_(intersection(marked_.grown(halo_), bricks_.domain.volume())),
       window_(samples_.low.z, samples_.low.y),
       root_layer_end_(marked_.high.z / bricks_.domain.cube_size),
       next_root_layer_(marked_.low.z / bricks_.domain.cube_size),
       next_brick_layer_(rows.z_low) {}
 
-Box EncodeSchedule::tile_box(Index3 tile) const {
+Box GridSchedule::tile_box(Index3 tile) const {
   Box box = bricks_.closed_box({tile.x, tile.y, 0});
   box.low.z = tile.z * bricks_.domain.cube_size;
   box.high.z = box.low.z + bricks_.domain.cube_size;
   return intersection(box, marked_);
 }
 
-Box EncodeSchedule::mark_box(Index3 tile) const {
+Box GridSchedule::mark_box(Index3 tile) const {
   Box box = tile_box(tile);
   const Box padded = bricks_.domain.padded();
   for (int axis = 0; axis < 3; ++axis)
@@ -41,19 +43,32 @@ Box EncodeSchedule::mark_box(Index3 tile) const {
   return marks_outside_ ? box : intersection(box, bricks_.domain.volume());
 }
 
-std::int64_t EncodeSchedule::slices_needed() const {
+std::int64_t GridSchedule::slices_needed() const {
   // The first layer has root cubes and a halo below it; the others begin with a slice.
-  const std::int64_t s = bricks_.domain.cube_size;
   const std::int64_t below = rows_.z_low * slices_in_layer() - samples_.low.z;
-  return below + slices_in_layer() + s + halo_ + 1;
+  const std::int64_t above = marks_ ? bricks_.domain.cube_size + halo_ : 0;
+  return below + slices_in_layer() + above + 1;
 }
 
-std::int64_t EncodeSchedule::slices_released_by(std::int64_t layer) const {
+std::int64_t GridSchedule::slices_released_by(std::int64_t layer) const {
   return slices_in_layer() + (layer == rows_.z_low ? layer * slices_in_layer() - samples_.low.z : 0);
 }
 
-std::vector<MarkJob> EncodeSchedule::add_slice(SliceSamples slice) {
+GridSchedule::Work GridSchedule::add_slice(SliceSamples slice) {
   window_.add(std::move(slice));
+  if (marks_) return {tiles_that_became_ready(), {}};
+  return {{}, layers_that_became_ready()};
+}
+
+GridSchedule::Work GridSchedule::add_marks(MarkedTile tile) {
+  RootLayer& layer = root_layers_.at(tile.tile.z);
+  layer.tiles[static_cast<std::size_t>((tile.tile.y - tile_row_low()) * bricks_.bricks(0) + tile.tile.x)] =
+      std::move(tile.marks);
+  --layer.missing;
+  return {{}, layers_that_became_ready()};
+}
+
+std::vector<MarkJob> GridSchedule::tiles_that_became_ready() {
   std::vector<MarkJob> jobs;
   const std::int64_t s = bricks_.domain.cube_size, last = samples_.high.z;
   while (next_root_layer_ < root_layer_end_) {
@@ -67,37 +82,36 @@ std::vector<MarkJob> EncodeSchedule::add_slice(SliceSamples slice) {
     RootLayer layer;
     layer.missing = (tile_row_end() - tile_row_low()) * bricks_.bricks(0);
     layer.tiles.resize(static_cast<std::size_t>(layer.missing));
-    marks_.emplace(k, std::move(layer));
+    root_layers_.emplace(k, std::move(layer));
     ++next_root_layer_;
   }
   return jobs;
 }
 
-std::vector<BrickJob> EncodeSchedule::add_marks(MarkedTile tile) {
-  RootLayer& layer = marks_.at(tile.tile.z);
-  layer.tiles[static_cast<std::size_t>((tile.tile.y - tile_row_low()) * bricks_.bricks(0) + tile.tile.x)] =
-      std::move(tile.marks);
-  --layer.missing;
-  return layers_that_became_ready();
+// The bricks also depend on one root layer below and one above.
+bool GridSchedule::has_marks(std::int64_t layer) const {
+  const std::int64_t first = layer * bricks_.edge, below = std::max<std::int64_t>(first - 1, 0),
+                     last = std::min(first + bricks_.edge, root_layer_end_ - 1);
+  for (std::int64_t k = below; k <= last; ++k)
+    if (!root_layers_.contains(k) || root_layers_.at(k).missing > 0) return false;
+  return true;
 }
 
-std::vector<BrickJob> EncodeSchedule::layers_that_became_ready() {
+std::vector<BrickJob> GridSchedule::layers_that_became_ready() {
   std::vector<BrickJob> jobs;
   for (; next_brick_layer_ < rows_.z_end; ++next_brick_layer_) {
-    // The bricks also depend on one root layer below and one above.
-    const std::int64_t first = next_brick_layer_ * bricks_.edge, below = std::max<std::int64_t>(first - 1, 0),
-                       last = std::min(first + bricks_.edge, root_layer_end_ - 1);
-    for (std::int64_t k = below; k <= last; ++k)
-      if (!marks_.contains(k) || marks_.at(k).missing > 0) return jobs;
+    const Box layer = bricks_.closed_box({0, 0, next_brick_layer_});
+    if (marks_ ? !has_marks(next_brick_layer_) : window_.end() <= std::min(layer.high.z, samples_.high.z))
+      break;
     add_layer(next_brick_layer_, jobs);
-    const std::int64_t next = first + bricks_.edge;
-    marks_.erase(marks_.begin(), marks_.lower_bound(next - 1));
+    const std::int64_t next = (next_brick_layer_ + 1) * bricks_.edge;
+    root_layers_.erase(root_layers_.begin(), root_layers_.lower_bound(next - 1));
     window_.release_below(next * bricks_.domain.cube_size);
   }
   return jobs;
 }
 
-void EncodeSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) {
+void GridSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) {
   const std::int64_t nx = bricks_.bricks(0);
   const Box layer_box = intersection(bricks_.closed_box({0, 0, layer}), bricks_.domain.volume());
   const SliceRange slices = window_.range(layer_box.low.z, layer_box.high.z);
@@ -107,8 +121,8 @@ void EncodeSchedule::add_layer(std::int64_t layer, std::vector<BrickJob>& jobs) 
       job.brick = {x, y, layer};
       job.slices = slices;
       for (std::int64_t k = layer * bricks_.edge - 1; k <= (layer + 1) * bricks_.edge; ++k) {
-        const auto found = marks_.find(k);
-        if (found == marks_.end()) continue;
+        const auto found = root_layers_.find(k);
+        if (found == root_layers_.end()) continue;
         for (std::int64_t v = std::max(y - 1, tile_row_low()); v < std::min(y + 2, tile_row_end()); ++v)
           for (std::int64_t u = std::max<std::int64_t>(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u)
             job.marks.push_back(found->second.tiles[static_cast<std::size_t>((v - tile_row_low()) * nx + u)]);

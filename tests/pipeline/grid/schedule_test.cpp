@@ -1,7 +1,8 @@
-#include "pipeline/encode/schedule.h"
+#include "pipeline/grid/schedule.h"
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <random>
 #include <set>
 
@@ -12,13 +13,15 @@ namespace {
 
 struct Case {
   Index3 dims;
-  int cube_size, brick_edge, halo;
+  int cube_size, brick_edge;
+  std::optional<int> halo;  // none: no marks
 };
 
-const Case cases[] = {{{1, 1, 1}, 4, 1, 1},    {{9, 9, 9}, 4, 1, 1},       {{10, 5, 30}, 4, 2, 1},
-                      {{10, 5, 33}, 4, 3, 2},  {{17, 17, 17}, 8, 2, 4},    {{40, 3, 65}, 8, 2, 1},
-                      {{40, 30, 66}, 8, 3, 4}, {{33, 65, 129}, 32, 2, 16}, {{64, 64, 1}, 32, 2, 1},
-                      {{5, 5, 100}, 32, 1, 16}};
+const Case cases[] = {{{1, 1, 1}, 4, 1, 1},     {{9, 9, 9}, 4, 1, 1},       {{10, 5, 30}, 4, 2, 1},
+                      {{10, 5, 33}, 4, 3, 2},   {{17, 17, 17}, 8, 2, 4},    {{40, 3, 65}, 8, 2, 1},
+                      {{40, 30, 66}, 8, 3, 4},  {{33, 65, 129}, 32, 2, 16}, {{64, 64, 1}, 32, 2, 1},
+                      {{5, 5, 100}, 32, 1, 16}, {{10, 5, 33}, 4, 3, {}},    {{40, 30, 66}, 8, 2, {}},
+                      {{5, 5, 1}, 8, 1, {}}};
 
 CodingParameters parameters_of(const Case& c) {
   CodingParameters p;
@@ -46,16 +49,20 @@ class Playthrough {
   Playthrough(const Case& c, const BrickRows& rows, unsigned seed)
       : parameters_(parameters_of(c)),
         rows_(rows),
+        has_marks_(c.halo),
         schedule_(parameters_, rows, c.halo),
         random_(seed),
         next_brick_(rows.first_brick(parameters_.bricks())) {}
 
-  // Feeds the schedule as the graph does, finished tiles in random order, until nothing is left to do.
+  // Feeds the schedule as the graph does, finished tiles in random order, until nothing is left to do. Without marks,
+  // bricks follow from slices alone.
   void play() {
     for (std::int64_t z = schedule_.samples().low.z; z <= schedule_.samples().high.z; ++z) {
       auto slice = std::make_shared<std::byte[]>(1);
       alive_.emplace_back(slice);
-      for (MarkJob& job : schedule_.add_slice(slice)) {
+      const GridSchedule::Work work = schedule_.add_slice(slice);
+      for (const BrickJob& brick : work.bricks) check(brick);
+      for (const MarkJob& job : work.tiles) {
         EXPECT_TRUE(tiles_.insert({job.tile.z, job.tile.y, job.tile.x}).second) << "a tile is marked twice";
         waiting_.push_back(job);
       }
@@ -72,13 +79,28 @@ class Playthrough {
       const MarkJob job = waiting_.back();
       waiting_.pop_back();
       const auto marks = std::make_shared<LatticeBits>(schedule_.mark_box(job.tile));
-      for (const BrickJob& brick : schedule_.add_marks({job.tile, marks})) check(brick);
+      const GridSchedule::Work work = schedule_.add_marks({job.tile, marks});
+      EXPECT_TRUE(work.tiles.empty());
+      for (const BrickJob& brick : work.bricks) check(brick);
     }
   }
 
   void check(const BrickJob& job) {
     const BrickGrid bricks = parameters_.bricks();
     EXPECT_EQ(bricks.id(job.brick), next_brick_++) << "bricks are not in order";
+    const Box samples = intersection(bricks.closed_box(job.brick), parameters_.domain().volume());
+    EXPECT_TRUE(schedule_.samples().contains(samples));
+    EXPECT_EQ(job.slices.first_row, schedule_.samples().low.y);
+    EXPECT_EQ(job.slices.first, samples.low.z);
+    EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices->size()), samples.size().z);
+    if (has_marks_)
+      check_marks(job);
+    else
+      EXPECT_TRUE(job.marks.empty());
+  }
+
+  void check_marks(const BrickJob& job) const {
+    const BrickGrid bricks = parameters_.bricks();
     // The marks cover all points on which the activity can depend: they reach S - 2 far. Only the mesh
     // criterion marks points outside the volume.
     const Box closed = bricks.closed_box(job.brick), region = region_of_marks(closed, parameters_.domain());
@@ -93,11 +115,6 @@ class Playthrough {
     for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z)
       for (std::int64_t y = needed.low.y; y <= needed.high.y; ++y)
         for (std::int64_t x = needed.low.x; x <= needed.high.x; ++x) ASSERT_TRUE(covered.test({x, y, z}));
-    const Box samples = intersection(bricks.closed_box(job.brick), parameters_.domain().volume());
-    EXPECT_TRUE(schedule_.samples().contains(samples));
-    EXPECT_EQ(job.slices.first_row, schedule_.samples().low.y);
-    EXPECT_EQ(job.slices.first, samples.low.z);
-    EXPECT_EQ(static_cast<std::int64_t>(job.slices.slices->size()), samples.size().z);
   }
 
   std::int64_t count_alive() const {
@@ -106,7 +123,8 @@ class Playthrough {
 
   CodingParameters parameters_;
   BrickRows rows_;
-  EncodeSchedule schedule_;
+  bool has_marks_;
+  GridSchedule schedule_;
   std::mt19937 random_;
   std::vector<MarkJob> waiting_;
   std::set<std::array<std::int64_t, 3>> tiles_;
@@ -114,7 +132,7 @@ class Playthrough {
   std::int64_t next_brick_, most_alive_ = 0;
 };
 
-TEST(EncodeSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
+TEST(GridSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
   for (const Case& c : cases)
     for (const BrickRows& rows : stretches(parameters_of(c).bricks()))
       for (unsigned seed = 0; seed < 5; ++seed) {
@@ -124,18 +142,18 @@ TEST(EncodeSchedule, EveryTileAndEveryBrickOnceInOrderWithAllItsMarks) {
         EXPECT_EQ(run.next_brick_, rows.first_brick(bricks) + rows.count(bricks));
         if (rows == BrickRows::all(bricks)) {
           EXPECT_EQ(static_cast<std::int64_t>(run.tiles_.size()),
-                    bricks.layer_count() * bricks.domain.cubes(2));
+                    c.halo ? bricks.layer_count() * bricks.domain.cubes(2) : 0);
         }
         EXPECT_LE(run.most_alive_, run.schedule_.samples().size().z);
       }
 }
 
-TEST(EncodeSchedule, EveryMarkHasOneOwner) {
+TEST(GridSchedule, EveryMarkHasOneOwner) {
   for (const Case& c : cases) {
     for (const double mesh_error : {-1.0, 1.0}) {
       CodingParameters p = parameters_of(c);
       p.mesh_error = mesh_error;
-      const EncodeSchedule schedule(p, BrickRows::all(p.bricks()), c.halo);
+      const GridSchedule schedule(p, BrickRows::all(p.bricks()), c.halo);
       std::int64_t points = 0;
       for (std::int64_t z = 0; z < p.domain().cubes(2); ++z)
         for (std::int64_t y = 0; y < p.bricks().bricks(1); ++y)
@@ -151,34 +169,39 @@ TEST(EncodeSchedule, EveryMarkHasOneOwner) {
 
 // The law behind the limit on slices in flight: with slices_needed() slices of a layer, some work is always
 // possible, and the slices that a finished layer releases are enough for the next one.
-TEST(EncodeSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
+TEST(GridSchedule, TheSlicesThatItAsksForAreEnoughToGoOn) {
   for (const Case& c : cases)
     for (const BrickRows& rows : stretches(parameters_of(c).bricks())) {
       const CodingParameters p = parameters_of(c);
-      EncodeSchedule schedule(p, rows, c.halo);
+      GridSchedule schedule(p, rows, c.halo);
       std::int64_t budget = schedule.slices_needed(), read = schedule.samples().low.z, bricks = 0;
       while (bricks < rows.count(p.bricks())) {
         ASSERT_TRUE(budget > 0 && read <= schedule.samples().high.z) << "stuck after " << bricks << " bricks";
         --budget;
         ++read;
-        for (const MarkJob& job : schedule.add_slice(std::make_shared<std::byte[]>(1)))
-          for (const BrickJob& brick :
-               schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})) {
+        const auto take = [&](const std::vector<BrickJob>& ready) {
+          for (const BrickJob& brick : ready) {
             ++bricks;
             if (bricks % rows.layer_count(p.bricks()) == 0)
               budget += schedule.slices_released_by(brick.brick.z);
           }
+        };
+        const GridSchedule::Work work = schedule.add_slice(std::make_shared<std::byte[]>(1));
+        take(work.bricks);
+        for (const MarkJob& job : work.tiles)
+          take(schedule.add_marks({job.tile, std::make_shared<LatticeBits>(schedule.mark_box(job.tile))})
+                   .bricks);
       }
     }
 }
 
-TEST(EncodeSchedule, SlicesAreFreedAsLayersAreDone) {
+TEST(GridSchedule, SlicesAreFreedAsLayersAreDone) {
   const Case tall{{5, 5, 400}, 8, 2, 4};
   Playthrough run(tall, BrickRows::all(parameters_of(tall).bricks()), 1);
   for (std::int64_t z = 0; z < run.parameters_.dims.z; ++z) {
     auto slice = std::make_shared<std::byte[]>(1);
     run.alive_.emplace_back(slice);
-    for (MarkJob& job : run.schedule_.add_slice(slice)) run.waiting_.push_back(job);
+    for (const MarkJob& job : run.schedule_.add_slice(slice).tiles) run.waiting_.push_back(job);
     run.finish_tiles();
     slice.reset();
     EXPECT_LE(run.count_alive(), run.schedule_.slices_needed());

@@ -1,0 +1,31 @@
+#include "pipeline/grid/work.h"
+
+#include <memory>
+#include <utility>
+
+#include "stages/marks/halo.h"
+#include "stages/marks/subdivide.h"
+
+namespace tagrid {
+
+BrickSamples gathered(const SliceRange& slices, const CodingParameters& parameters, const Box& box) {
+  return {box, gather(slices, parameters.dims, size_of(parameters.type), box)};
+}
+
+MarkedTile mark(const MarkJob& job, const CodingParameters& parameters, const GridSchedule& schedule) {
+  const Box cubes = schedule.tile_box(job.tile);
+  const BrickSamples samples = gathered(job.slices, parameters, cubes.grown(mark_halo(parameters)));
+  return {job.tile,
+          std::make_shared<LatticeBits>(mark_tile(samples, cubes, schedule.mark_box(job.tile), parameters))};
+}
+
+SubdividedBrick subdivide(const BrickJob& job, const CodingParameters& parameters) {
+  if (job.marks.empty()) return {job.brick, job.slices, {}};
+  const Domain domain = parameters.domain();
+  const Box box = parameters.bricks().closed_box(job.brick);
+  LatticeBits marks(region_of_marks(box, domain));
+  for (const auto& tile : job.marks) copy_bits(*tile, marks);
+  return {job.brick, job.slices, subdivide(std::move(marks), box, domain)};
+}
+
+}  // namespace tagrid

@@ -1,0 +1,51 @@
+#include "pipeline/verify/active_points.h"
+
+#include <utility>
+
+#include "io/files/file_attributes.h"
+#include "pipeline/decode/graph.h"
+#include "pipeline/grid/derived_grid.h"
+#include "pipeline/memory/plan.h"
+#include "stages/brick/codec.h"
+
+namespace tagrid {
+
+Statistics count_active_points(TagReader& reader, const Resources& resources, const Progress& progress) {
+  const CodingParameters& parameters = reader.parameters();
+  const DecodePlan plan = plan_decoding(parameters, resources, DecodeUse::mesh);
+  const Watch watch = watch_for(progress, sample_bytes(parameters.dims, parameters.type).value());
+  const BrickRows all = BrickRows::all(parameters.bricks());
+  Statistics counted;
+  DerivedGrid grid(parameters, all, [&](const SubdividedBrick& brick) {
+    count_active(brick.active, parameters, brick.brick, counted);
+  });
+  DecodeStreams streams;
+  streams.bricks = reader.bricks();
+  streams.write_rows = [&](const DecodedRows& decoded) {
+    decoded.for_each_slice(grid.samples(), [&](SliceSamples slice) { grid.add_slice(std::move(slice)); });
+    watch.done(decoded.bytes());
+  };
+  run_decode_graph(parameters, all, plan.budget, streams);
+  return counted;
+}
+
+TagSummary summary_with_levels(const std::string& path, const Resources& resources,
+                               const Progress& progress) {
+  // A pipe can be read only once.
+  if (attributes_of(path)) {
+    TagSummary summary = summary_of(path);
+    if (summary.header.parameters.stores_grid()) return summary;
+  }
+  TagReader reader(path);
+  Statistics counted;
+  const bool stored = reader.parameters().stores_grid();
+  if (stored)
+    reader.read_to_end();
+  else
+    counted = count_active_points(reader, resources, progress);
+  TagSummary summary = {reader.header(), reader.index(), reader.sizes()};
+  if (!stored) summary.index.total.active = counted.active;
+  return summary;
+}
+
+}  // namespace tagrid
