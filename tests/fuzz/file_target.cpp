@@ -5,6 +5,7 @@
 #include "io/files/errors.h"
 #include "io/tag/bricks.h"
 #include "pipeline/decode/graph.h"
+#include "pipeline/verify/active_points.h"
 #include "tests/fuzz/memory_files.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/generous_budgets.h"
@@ -87,6 +88,8 @@ void file(Bytes bytes) {
   const bool meshed =
       is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");
+  const bool counted = is_accepted([&] { summary_with_levels(file.path(), Resources(1)); });
+  claim(counted || !verified, "what is verified has levels");
 }
 
 }  // namespace tagrid::fuzz

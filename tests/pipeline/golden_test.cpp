@@ -45,7 +45,8 @@ std::vector<Golden> all_golden() {
                              {"voxels_bounded_fast_int16", SampleType::int16, with_cube(16)},
                              {"voxels_lossless_best_int16", SampleType::int16, with_cube(16)},
                              {"voxels_bounded_best_uint16", SampleType::uint16, with_cube(16)},
-                             {"voxels_two_bounds_best_int8", SampleType::int8, with_cube(8)}};
+                             {"voxels_two_bounds_best_int8", SampleType::int8, with_cube(8)},
+                             {"voxels_derived_grid_int16", SampleType::int16, with_cube(8)}};
   all[1].options.max_error = 8;
   all[2].options.max_error = 6;
   all[2].options.surface_error = 1;
@@ -61,10 +62,12 @@ std::vector<Golden> all_golden() {
   all[12].options.max_error = 40;
   all[13].options.effort = all[14].options.effort = Effort::fast;
   all[14].options.max_error = 8;
-  for (std::size_t i = 15; i < all.size(); ++i) all[i].options.effort = Effort::best;
+  for (std::size_t i = 15; i < 18; ++i) all[i].options.effort = Effort::best;
   all[16].options.max_error = 8;
   all[17].options.max_error = 6;
   all[17].options.surface_error = 1;
+  all[18].options.grid = GridOrigin::derived;
+  all[18].options.max_error = 8;
   return all;
 }
 

@@ -11,8 +11,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <numeric>
 
+#include "io/tag/bricks.h"
+#include "pipeline/grid/derived_grid.h"
+#include "stages/brick/decode.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -119,6 +124,66 @@ TEST_P(RealVolumes, EveryVoxelWithinTheBoundAndLosslessIdentical) {
       EXPECT_LE(error, bound) << (grid_only ? "grid" : "voxels");
       EXPECT_EQ(error, result.index.total.max_error);
     }
+}
+
+// A volume in memory, as the slices of a file.
+SliceRange slices_in(const std::string& bytes, const Index3& dims, std::size_t size) {
+  std::vector<SliceSamples> slices;
+  const std::size_t slice = static_cast<std::size_t>(dims.x * dims.y) * size;
+  for (std::size_t z = 0; z < static_cast<std::size_t>(dims.z); ++z) {
+    const std::shared_ptr<std::byte[]> samples(new std::byte[slice]);
+    std::memcpy(samples.get(), bytes.data() + z * slice, slice);
+    slices.push_back(samples);
+  }
+  return {0, 0, std::make_shared<const std::vector<SliceSamples>>(std::move(slices))};
+}
+
+// The vertices of the grid of decoded samples, and the largest error of its mesh, against those of the stored grid.
+TEST_P(RealVolumes, ADerivedGridIsCloseToTheStoredOne) {
+  const Volume& volume = GetParam();
+  if (!is_present(volume)) GTEST_SKIP() << raw_path(volume) << " is not there";
+  if (Box::of_size(volume.dims).count() > std::int64_t{1} << 22 && !all_of_them())
+    GTEST_SKIP() << "TAGRID_LONG is not set, so only small volumes are measured";
+  const SliceRange original = slices_in(file_content(raw_path(volume)), volume.dims, size_of(volume.type));
+  for (const double bound : {0.0, 2.0, 8.0}) {
+    encode(volume, bound, false);
+    const TagBricks stored(std::make_shared<FileSource>(path("a.tag")));
+    const CodingParameters& p = stored.parameters();
+    decode_volume(path("a.tag"), path("a.raw"), format_named("raw"), true, Resources(available_threads()));
+    const SliceRange decoded = slices_in(file_content(path("a.raw")), volume.dims, size_of(volume.type));
+    struct Grid {
+      Statistics counted;
+      double mesh_error = 0;
+    } of_original, of_decoded;
+    const auto add = [&](Grid& grid, Index3 brick, const LatticeBits& active) {
+      const Box box = p.bricks().closed_box(brick);
+      count_active(active, p, brick, grid.counted);
+      const double error =
+          measure_mesh(gathered(original, p, box), gathered(decoded, p, box).bytes, active, p, brick);
+      grid.mesh_error = std::max(grid.mesh_error, error);
+    };
+    for (std::int64_t id = 0; id < stored.count(); ++id) {
+      const BrickBytes brick = stored.read(id);
+      DecodedBrick whole;
+      ASSERT_TRUE(decode_brick(brick.activity, brick.values, p, id, Wanted::samples_and_grid, whole).ok());
+      add(of_original, p.bricks().position(id), whole.active);
+    }
+    DerivedGrid derived(p, BrickRows::all(p.bricks()),
+                        [&](const SubdividedBrick& brick) { add(of_decoded, brick.brick, brick.active); });
+    for (const SliceSamples& slice : *decoded.slices) derived.add_slice(slice);
+    const auto points = [](const Grid& grid) {
+      return static_cast<double>(
+          std::accumulate(grid.counted.active.begin(), grid.counted.active.end(), std::uint64_t{0}));
+    };
+    std::printf(
+        "%-18s E %2.0f: %9.0f points of the original, %+.2f %% of the decoded; errors %.1f and %.1f\n",
+        volume.name, bound, points(of_original), 100 * (points(of_decoded) / points(of_original) - 1),
+        of_original.mesh_error, of_decoded.mesh_error);
+    EXPECT_LE(points(of_decoded), (bound == 0 ? 1 : 1.5) * points(of_original));
+    EXPECT_GE(points(of_decoded), (bound == 0 ? 1 : 0.8) * points(of_original));
+    EXPECT_LE(of_decoded.mesh_error,
+              of_original.mesh_error + (bound == 0 ? 0 : 0.1) * of_original.mesh_error + bound);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, RealVolumes, testing::ValuesIn(volumes),

@@ -138,6 +138,28 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});
 }
 
+// A grid that is derived needs whole layers, with all that encoding keeps for a grid.
+TEST_F(MemoryLimit, IsKeptWhereTheGridIsDerived) {
+  std::mt19937 random(1);
+  std::string noise(std::size_t{250} * 230 * 90 * 2, '\0');
+  for (char& c : noise) c = static_cast<char>(random());
+  write(noise, "a.raw");
+  const Arguments raw = {"--dims", "250,230,90", "--type", "int16"};
+  for (const Arguments& grid : {Arguments{}, Arguments{"--cube", "16", "--brick", "1"}}) {
+    const Arguments encode =
+        with({"encode", "a.raw", "-f", "-o", "a.tag", "--grid", "derived", "--field-scale", usual_scale},
+             with(raw, grid));
+    run_with_smallest(encode);
+    run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw"});
+    EXPECT_TRUE(content("b.raw") == noise);
+    run_with_smallest({"verify", "a.tag", "-q"});
+    run_with_smallest(with({"verify", "a.tag", "-q", "-T", "2", "--against", "a.raw"}, raw));
+    run_with_smallest({"mesh", "a.tag", "-f", "-o", "a.vtu", "--level", "4"});
+    const std::size_t limit = smallest({"info", "a.tag"});
+    EXPECT_EQ(tagrid({"info", "a.tag", "-M", std::to_string(limit) + "M"}).code, 0);
+  }
+}
+
 // Input that can only be read from its beginning goes through a file, for encoding and for comparing.
 TEST_F(MemoryLimit, IsKeptWithGzip) {
   phantom("a.raw", {"--dims", "700,700,20"});

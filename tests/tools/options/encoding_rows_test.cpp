@@ -18,11 +18,11 @@ std::string example_of(const OptionRow<EncodingOptions>& row) {
 std::string text_of_options(const EncodingOptions& all) {
   const EncodeOptions& o = all.options;
   const auto number = [](const auto& value) { return value ? fmt::format("{}", *value) : "none"; };
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.grid_only, number(o.max_error),
-                     number(o.surface_error), number(o.mesh_error), o.accuracy, o.cube_size,
-                     number(o.max_level), number(o.brick_edge), name_of(o.effort), number(o.field_scale),
-                     all.range, all.raw.dims, all.raw.type, all.raw.endian, all.raw.spacing, all.raw.offset,
-                     all.vdb_grid);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", name_of(o.grid), o.grid_only,
+                     number(o.max_error), number(o.surface_error), number(o.mesh_error), o.accuracy,
+                     o.cube_size, number(o.max_level), number(o.brick_edge), name_of(o.effort),
+                     number(o.field_scale), all.range, all.raw.dims, all.raw.type, all.raw.endian,
+                     all.raw.spacing, all.raw.offset, all.vdb_grid);
 }
 
 TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
@@ -40,7 +40,7 @@ TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
 }
 
 TEST(EncodingRows, RefuseWordsThatAreNone) {
-  for (const char* name : {"effort", "endian", "grid-only"})
+  for (const char* name : {"effort", "endian", "grid", "grid-only"})
     EXPECT_THROW(encoding_of({{name, "maybe"}}), UsageError) << name;
 }
 
