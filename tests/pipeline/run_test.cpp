@@ -9,6 +9,7 @@
 #include "tests/support/generous_budgets.h"
 #include "tests/support/runs.h"
 #include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
 
@@ -67,7 +68,7 @@ TYPED_TEST(EveryType, LosslessComesBackIdentical) {
 
 TYPED_TEST(EveryType, EveryVoxelWithinTheBoundInEveryMode) {
   for (const Index3 dims : awkward)
-    for (const double bound : {0.0, 1.0, 2.0, 7.0, 40.0})
+    for (const double bound : sanitized ? std::vector{0.0, 7.0} : std::vector{0.0, 1.0, 2.0, 7.0, 40.0})
       for (const bool grid : {false, true})
         for (const int cube : {4, 16}) {
           this->template make<TypeParam>(dims, 2);

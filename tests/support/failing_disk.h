@@ -11,7 +11,7 @@ namespace tagrid {
 
 // Every call takes minutes, so it is every second one, unless TAGRID_LONG is set. With sanitizers, that would still take too
 // long.
-inline const std::size_t stride = program_is_sanitized() ? 11 : std::getenv("TAGRID_LONG") != nullptr ? 1 : 2;
+inline const std::size_t stride = program_is_sanitized() ? 31 : std::getenv("TAGRID_LONG") != nullptr ? 1 : 2;
 
 struct Call {
   std::string name, path;
