@@ -50,6 +50,7 @@ struct EncodeResult {
   std::uint64_t file_bytes = 0;  ///< written
   std::string temporary;         ///< the file's path before it gets its name; "" for pipes and devices
   std::uint64_t memory = 0;      ///< the plan's upper limit
+  std::string reason_of_bound;   ///< how the largest error follows from the samples; see PlainBound
   double times_read = 0;         ///< how often a sample was read for encoding, on average
 };
 

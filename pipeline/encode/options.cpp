@@ -85,17 +85,20 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   const auto whole = [real](const std::optional<double>& e) {
     return !e ? -1.0 : real ? *e : std::floor(*e);
   };
+  // Until the rule has given a bound, any that is not 0 stands for it.
+  const std::optional<double> max_error =
+      options.error_rule ? options.surface_error.value_or(0) + 1 : options.max_error;
   p.mesh_error = whole(options.mesh_error);
   if (p.mode == FileMode::voxels) {
-    p.max_error = std::max(whole(options.max_error), 0.0);
+    p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
     require(p.surface_error < p.max_error || p.surface_error < 0,
             {"{} must be below {} after both are rounded down to whole units",
              {setting::surface_error, setting::max_error}});
-    require_mesh_of_voxels(p);
+    if (!options.error_rule) require_mesh_of_voxels(p);
     return;
   }
-  p.max_error = whole(options.max_error);
+  p.max_error = whole(max_error);
   if (p.max_error < 0) return;
   // The error of a voxel is at most E_m (interpolation) + E_n (stored points). Rounding once keeps a number
   // within E of an integer if it was within E before. For floats, the mesh criterion subtracts the rounding
@@ -109,6 +112,23 @@ void require_valid(const Status& status, const std::string& volume) {
   require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
 }
 
+void validate_rule(const EncodeOptions& options) {
+  namespace set = setting;
+  using Kind = ErrorRule::Kind;
+  const auto& [kind, value] = *options.error_rule;
+  const Setting& own = kind == Kind::psnr       ? set::psnr
+                       : kind == Kind::relative ? set::relative_error
+                                                : set::max_error;
+  require(std::isfinite(value) && value > 0, {"{} must be a positive number", {own}});
+  require(!options.max_error,
+          {"{} and {} both say how large errors may be; give only one", {set::max_error, own}});
+  require(kind != Kind::psnr || !options.grid_only,
+          {"{} is found by coding voxels; it cannot be combined with {}", {set::psnr, set::grid_only}});
+  require(
+      kind != Kind::psnr || !options.surface_error,
+      {"{} gives one bound for all voxels; it cannot be combined with {}", {set::psnr, set::surface_error}});
+}
+
 }  // namespace
 
 void EncodeOptions::validate() const {
@@ -118,9 +138,10 @@ void EncodeOptions::validate() const {
   require_bound(mesh_error, set::mesh_error);
   require(!surface_error || !grid_only,
           {"{} is a bound on voxels; it cannot be combined with {}", {set::surface_error, set::grid_only}});
-  require(!surface_error || max_error,
+  if (error_rule) validate_rule(*this);
+  require(!surface_error || max_error || error_rule,
           {"{} needs {}, the bound on the other voxels", {set::surface_error, set::max_error}});
-  require(!surface_error || *surface_error < *max_error,
+  require(!surface_error || !max_error || *surface_error < *max_error,
           {"{} must be below {}", {set::surface_error, set::max_error}});
   const auto needs_stored = [](const Setting& what) {
     return Sentence{"{} needs the grid in the file; it cannot be combined with {} derived",
@@ -139,12 +160,13 @@ void EncodeOptions::validate() const {
   require(!max_level || (*max_level >= 0 && *max_level <= deepest),
           {"{} must be from 0 to {}, because root cubes have an edge of {}",
            {set::max_level, deepest, cube_size}});
+  const bool bounded = max_error || error_rule;
   const bool limited = max_level && *max_level < deepest;
   const auto no_bound = [](const Setting& bound) {
     return Sentence{"a grid that is limited by {} cannot keep a bound; leave out {}",
                     {set::max_level, bound}};
   };
-  require(!limited || !grid_only || !max_error, no_bound(set::max_error));
+  require(!limited || !grid_only || !bounded, no_bound(set::max_error));
   require(!limited || !mesh_error, no_bound(set::mesh_error));
   require(!brick_edge || (*brick_edge >= 1 && *brick_edge <= 512 / cube_size),
           {"{} must be at least 1, and the edge of a brick at most 512 samples", {set::brick}});

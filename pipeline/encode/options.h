@@ -15,6 +15,8 @@ namespace setting {
 inline constexpr Setting grid_only = {"grid-only", "the grid alone"};
 inline constexpr Setting grid = {"grid", "the origin of the grid"};
 inline constexpr Setting max_error = {"max-error", "the largest error"};
+inline constexpr Setting relative_error = {"relative-error", "the largest error relative to the range"};
+inline constexpr Setting psnr = {"psnr", "the PSNR"};
 inline constexpr Setting surface_error = {"surface-error", "the bound of the active points"};
 inline constexpr Setting mesh_error = {"mesh-error", "the bound of the mesh"};
 inline constexpr Setting effort = {"effort", "the effort"};
@@ -26,10 +28,23 @@ inline constexpr Setting range = {"range", "the value range"};
 inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 }  // namespace setting
 
+/// A largest error that follows from the samples.
+struct ErrorRule {
+  enum class Kind {
+    noise,     ///< a multiple of the standard deviation of the noise
+    relative,  ///< a part of the range of the samples: max - min
+    psnr,      ///< the loosest with which the PSNR is at least this, in dB
+  };
+  Kind kind = Kind::noise;
+  double value = 0;
+  friend bool operator==(const ErrorRule&, const ErrorRule&) = default;
+};
+
 struct EncodeOptions {
   bool grid_only = false;
   GridOrigin grid = GridOrigin::stored;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
+  std::optional<ErrorRule> error_rule;  ///< instead of max_error; see with_plain_bound()
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
   int accuracy = 20;                    ///< m
@@ -49,10 +64,14 @@ struct EncodeOptions {
 /// and the field scale. Throws as resolve() does.
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
+/// The lowest and the highest finite sample, as a range with low < high. Reads the whole volume and rewinds it. Throws
+/// UsageError if that is not possible.
+std::pair<double, double> range_of_data(VolumeSource& source);
+
 /// True if resolve() reads the whole volume to find the value range.
 bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source);
 
-/// The parameters of the encoding of `source`'s volume. If the range is taken from the data, it reads the
+/// The parameters of the encoding of `source`'s volume. REQUIRES: no error_rule. If the range is taken from the data, it reads the
 /// whole volume once and rewinds it. Throws UsageError if the volume does not allow the options.
 CodingParameters resolve(const EncodeOptions& options, VolumeSource& source);
 

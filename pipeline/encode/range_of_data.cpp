@@ -6,7 +6,6 @@
 #include "pipeline/encode/options.h"
 
 namespace tagrid {
-namespace {
 
 std::pair<double, double> range_of_data(VolumeSource& source) {
   if (!source.traits().again)
@@ -35,8 +34,6 @@ std::pair<double, double> range_of_data(VolumeSource& source) {
   if (low == high) ++high;         // a constant volume: any scale is good
   return {low, high};
 }
-
-}  // namespace
 
 bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source) {
   if (options.range || options.field_scale) return false;

@@ -232,4 +232,18 @@ std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads,
   return whole(ByteCount(threads) * brick);
 }
 
+std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threads) {
+  const Sizes z(p);
+  const ByteCount edge = z.edge + 2 * z.cube + 1, halo = mark_halo(p), rows = edge + 2 * halo;
+  const ByteCount slices =
+      z.nx * std::min(rows, ByteCount(p.dims.y)) * std::min(rows, ByteCount(p.dims.z)) * z.s;
+  const auto region = static_cast<std::int64_t>(edge);
+  const ByteCount marking = rows * rows * rows * z.s +
+                            static_cast<ByteCount>(working_bytes_of_marking(p, {region, region, region}));
+  const ByteCount coding =
+      2 * z.owned * z.s + z.code() + std::max(work_of_encoding(z), work_of_decoding(z, Wanted::samples));
+  const ByteCount work = std::max({marking, work_of_subdividing(z), coding}) + z.bits();
+  return whole(slices + ByteCount(threads) * (slices + work) + z.brick_count * 400);
+}
+
 }  // namespace tagrid

@@ -13,6 +13,7 @@
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/row_encoder.h"
+#include "pipeline/estimate/plain_bound.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
@@ -128,8 +129,10 @@ class RunInParts {
   }
 
   void settle(const EncodeOptions& options) {
-    range_was_read_ = takes_range_from_data(options, *volume_);
-    header_ = {resolve(options, *volume_), volume_->info().nrrd_fields};
+    const PlainBound plain = with_plain_bound(options, *volume_, plan_.budget.threads);
+    reason_of_bound_ = plain.reason;
+    range_was_read_ = takes_range_from_data(plain.options, *volume_);
+    header_ = {resolve(plain.options, *volume_), volume_->info().nrrd_fields};
     record_.settings = settings_of(parameters(), run_.source);
     record_.header = serialize_header(header_);
   }
@@ -213,6 +216,7 @@ class RunInParts {
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
     // For all parts, including those of earlier runs.
+    result.reason_of_bound = reason_of_bound_;
     result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", run_.output, {}};
     std::uint64_t position = record_.header.size(), checksum = parts.header_checksum();
@@ -248,6 +252,7 @@ class RunInParts {
   RunRecord record_, earlier_;
   Bytes record_bytes_;
   bool range_was_read_ = false;
+  std::string reason_of_bound_;
 };
 
 }  // namespace

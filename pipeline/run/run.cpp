@@ -13,6 +13,7 @@
 #include "pipeline/decode/row_output.h"
 #include "pipeline/encode/input_slices.h"
 #include "pipeline/encode/row_encoder.h"
+#include "pipeline/estimate/plain_bound.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/encode_parts.h"
@@ -39,8 +40,10 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
                                         traits.any_rows, traits.memory, original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
-  const bool reads_range = takes_range_from_data(run.options, *volume);
-  result.header = {resolve(run.options, *volume), volume->info().nrrd_fields};
+  const PlainBound plain = with_plain_bound(run.options, *volume, plan.budget.threads);
+  result.reason_of_bound = plain.reason;
+  const bool reads_range = takes_range_from_data(plain.options, *volume);
+  result.header = {resolve(plain.options, *volume), volume->info().nrrd_fields};
   const CodingParameters& parameters = result.header.parameters;
   const OutputFileOptions like = {.like = attributes_of(volume->files().back())};
   const auto file = std::make_shared<OutputFile>(run.output, run.overwrite, like);

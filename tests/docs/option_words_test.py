@@ -10,7 +10,7 @@ LAYERS = ("include", "stages", "io", "pipeline")
 LITERAL = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
 TOKEN = re.compile(rf"{LITERAL.pattern}|//[^\n]*|/\*.*?\*/|'(?:[^'\\\n]|\\.)+'", re.S)
 # --max-error, -M SIZE, tagrid encode; "ulimit -n" is another program's.
-OPTION = re.compile(r"--[a-z]|(?:^|[\s(])(?<!ulimit )-[A-Za-z]\b|\btagrid (?:encode|decode|info|verify|mesh|convert|phantom)\b|\bcommand line\b")
+OPTION = re.compile(r"--[a-z]|(?:^|[\s(])(?<!ulimit )-[A-Za-z]\b|\btagrid (?:encode|decode|info|verify|mesh|convert|estimate|phantom)\b|\bcommand line\b")
 
 
 def options_in(source):

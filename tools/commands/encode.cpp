@@ -61,11 +61,13 @@ struct EncodeCommand {
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
     if (remove) verify_encoding(input, asked.source, result.temporary, run.resources(ranks));
-    report.write({result.header.parameters.dims, result.header.parameters.type,
-                  settings_json(result.header.parameters), result.bytes_in, result.file_bytes,
-                  achieved_json(result.index)});
+    nlohmann::ordered_json settings = settings_json(result.header.parameters);
+    if (!result.reason_of_bound.empty()) settings["reason_of_max_error"] = result.reason_of_bound;
+    report.write({result.header.parameters.dims, result.header.parameters.type, settings, result.bytes_in,
+                  result.file_bytes, achieved_json(result.index)});
     encoded.commit();
     report.keep();
+    if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     warn_of_range(run, input, asked.options, result);
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));

@@ -4,19 +4,21 @@ _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
-  local encoding="$headerless --max-error --surface-error --grid-only --grid --mesh-error --effort --accuracy
+  local error='--max-error --relative-error --psnr'
+  local encoding="$headerless --surface-error --grid-only --grid --mesh-error --effort --accuracy
     --cube --max-level --range --field-scale --brick --vdb-grid"
   case $1 in
-    encode) echo "$run $memory --spool $output $removal $encoding --resume --trust-description" ;;
+    encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-background
       --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
-      echo "$run $memory --spool $encoding --manifest --output-dir --keep-folders --shard --skip-done
+      echo "$run $memory --spool $error $encoding --manifest --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
       ;;
+    estimate) echo "$run $memory --spool $encoding --errors -f --force" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
   esac
@@ -46,7 +48,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert estimate phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

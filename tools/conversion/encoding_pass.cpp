@@ -9,9 +9,11 @@
 #include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
 #include "io/tag/file.h"
+#include "pipeline/estimate/plain_bound.h"
 #include "pipeline/run/run.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/advice.h"
+#include "tools/report/process.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -121,6 +123,8 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
+  if (!result.reason_of_bound.empty() && !options_.run.quiet)
+    say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes, input_checksum,
            output_checksum, record);
@@ -131,7 +135,8 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const TagHeader header{resolve(volume.asked.options, *original), original->info().nrrd_fields};
+    const PlainBound plain = with_plain_bound(volume.asked.options, *original, resources_.threads);
+    const TagHeader header{resolve(plain.options, *original), original->info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");
     Ranks alone;

@@ -14,6 +14,23 @@
 #include "tools/report/report.h"
 
 namespace tagrid {
+
+std::optional<ErrorRule> EncodingOptions::error_rule() const {
+  using Kind = ErrorRule::Kind;
+  std::optional<ErrorRule> rule;
+  int given = options.max_error.has_value();
+  for (const auto& [kind, value] :
+       {std::pair(Kind::noise, times_noise), {Kind::relative, relative_error}, {Kind::psnr, psnr}}) {
+    if (!value) continue;
+    rule = ErrorRule{kind, *value};
+    ++given;
+  }
+  if (given > 1)
+    throw UsageError(
+        "--max-error, --relative-error and --psnr all say how large errors may be; give only one");
+  return rule;
+}
+
 Encoding EncodingOptions::checked() const {
   Encoding encoding{options, SourceDescription(raw.description(), vdb_grid)};
   if (range == "auto") {
@@ -22,12 +39,14 @@ Encoding EncodingOptions::checked() const {
     encoding.options.range = value_range(range);
     if (!encoding.options.range) throw UsageError(fmt::format("--range {}: must be lo:hi or auto", range));
   }
+  encoding.options.error_rule = error_rule();
   encoding.options.validate();
   return encoding;
 }
 
-void add_encoding_options(CLI::App& command, EncodingOptions& options) {
-  for (const auto& row : encoding_rows()) add_row(command, row, options);
+void add_encoding_options(CLI::App& command, EncodingOptions& options, const std::vector<std::string>& but) {
+  for (const auto& row : encoding_rows())
+    if (std::ranges::find(but, row.name) == but.end()) add_row(command, row, options);
 }
 
 OptionTexts encoding_options_given(const CLI::App& command) {
@@ -63,8 +82,9 @@ Encoding encoding_of(const OptionTexts& texts) {
 
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {
   const auto settings = [&](const EncodeOptions& options) {
-    return std::pair(settings_json(parameters_but_scale(options, volume.info())),
-                     std::tuple(options.range, options.range_from_data, options.field_scale));
+    return std::pair(
+        settings_json(parameters_but_scale(options, volume.info())),
+        std::tuple(options.range, options.range_from_data, options.field_scale, options.error_rule));
   };
   const auto source = [](const SourceDescription& given) {
     const RawDescription raw = given.raw.value_or(RawDescription{});

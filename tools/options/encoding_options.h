@@ -21,16 +21,22 @@ struct Encoding {
 
 struct EncodingOptions {
   EncodeOptions options;
+  std::optional<double> times_noise, relative_error, psnr;  ///< instead of max_error
   std::string range;
   RawOptions raw;
   std::string vdb_grid;
 
   /// Throws UsageError if values are out of range or cannot be combined.
   Encoding checked() const;
+
+ private:
+  std::optional<ErrorRule> error_rule() const;
 };
 
 /// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like, --vdb-grid.
-void add_encoding_options(CLI::App& command, EncodingOptions& options);
+/// Without those that are named `but`.
+void add_encoding_options(CLI::App& command, EncodingOptions& options,
+                          const std::vector<std::string>& but = {});
 
 /// The texts of such options, by their names without dashes.
 using OptionTexts = std::map<std::string, std::string>;

@@ -45,11 +45,35 @@ void set_grid(EncodingOptions& o, const std::string& word) {
   o.options.grid = static_cast<GridOrigin>(found - grid_origin_names.begin());
 }
 
+// A number, or noise:K. Of several the last counts.
+void set_max_error(EncodingOptions& o, const std::string& text) {
+  constexpr std::string_view noise = "noise:";
+  o.options.max_error.reset();
+  o.times_noise.reset();
+  if (text.starts_with(noise))
+    read_number("--max-error noise", text.substr(noise.size()), o.times_noise);
+  else
+    read_number("--max-error", text, o.options.max_error);
+}
+
+Row rule_row(const Setting& setting, const char* value, const char* help,
+             std::optional<double> EncodingOptions::*member) {
+  const std::string name(setting.name);
+  return {name, kept, value, help, [name, member](EncodingOptions& o, const std::string& text) {
+            read_number("--" + name, text, o.*member);
+          }};
+}
+
 std::vector<Row> all_rows() {
   using E = EncodeOptions;
   std::vector<Row> rows = {
-      number_row(setting::max_error, kept, "E", "Largest error of any voxel; 0, the default, is lossless",
-                 &E::max_error),
+      {"max-error", kept, "E|noise:K",
+       "Largest error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
+       set_max_error},
+      rule_row(setting::relative_error, "R", "Largest error as a part of the range of the samples",
+               &EncodingOptions::relative_error),
+      rule_row(setting::psnr, "D", "The loosest largest error with which the PSNR is at least D dB",
+               &EncodingOptions::psnr),
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
       {"grid-only", kept, "", "Store the adaptive grid alone; voxels are interpolated", set_grid_only},

@@ -18,9 +18,10 @@ std::string example_of(const OptionRow<EncodingOptions>& row) {
 std::string text_of_options(const EncodingOptions& all) {
   const EncodeOptions& o = all.options;
   const auto number = [](const auto& value) { return value ? fmt::format("{}", *value) : "none"; };
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", name_of(o.grid), o.grid_only,
-                     number(o.max_error), number(o.surface_error), number(o.mesh_error), o.accuracy,
-                     o.cube_size, number(o.max_level), number(o.brick_edge), name_of(o.effort),
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}",
+                     number(all.times_noise), number(all.relative_error), number(all.psnr), name_of(o.grid),
+                     o.grid_only, number(o.max_error), number(o.surface_error), number(o.mesh_error),
+                     o.accuracy, o.cube_size, number(o.max_level), number(o.brick_edge), name_of(o.effort),
                      number(o.field_scale), all.range, all.raw.dims, all.raw.type, all.raw.endian,
                      all.raw.spacing, all.raw.offset, all.vdb_grid);
 }
@@ -37,6 +38,28 @@ TEST(EncodingRows, MeanTheSameOnTheCommandLineAndInAManifest) {
     EXPECT_NE(text_of_options(given), text_of_options({})) << row.name;
     EXPECT_EQ(encoding_options_given(command), (OptionTexts{{row.name, example_of(row)}}));
   }
+}
+
+TEST(EncodingRows, AMultipleOfTheNoiseReplacesANumberAndTheOtherWayRound) {
+  EXPECT_EQ(encoding_of({{"max-error", "noise:2.5"}}).options.error_rule,
+            (ErrorRule{ErrorRule::Kind::noise, 2.5}));
+  EXPECT_EQ(encoding_of({{"psnr", "50"}}).options.error_rule, (ErrorRule{ErrorRule::Kind::psnr, 50}));
+  EXPECT_EQ(encoding_of({{"relative-error", "0.5"}}).options.error_rule,
+            (ErrorRule{ErrorRule::Kind::relative, 0.5}));
+  CLI::App command;
+  EncodingOptions last;
+  add_encoding_options(command, last);
+  command.get_option("--max-error")->take_last();
+  // It takes them from the last to the first.
+  command.parse(std::vector<std::string>{"--max-error=noise:2", "--max-error=3"});
+  EXPECT_EQ(last.checked().options.max_error, std::nullopt);
+  for (const char* text : {"noise", "noise:", "noise:x", "noise:-1", "noise:0", "Noise:1", "noise:nan"})
+    EXPECT_THROW(encoding_of({{"max-error", text}}), UsageError) << text;
+  for (const OptionTexts& two : {OptionTexts{{"max-error", "1"}, {"psnr", "50"}},
+                                 {{"max-error", "noise:1"}, {"psnr", "50"}},
+                                 {{"relative-error", "1"}, {"psnr", "50"}},
+                                 {{"relative-error", "1"}, {"max-error", "0"}}})
+    EXPECT_THROW(encoding_of(two), UsageError);
 }
 
 TEST(EncodingRows, RefuseWordsThatAreNone) {

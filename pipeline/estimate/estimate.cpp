@@ -1,0 +1,267 @@
+#include "pipeline/estimate/estimate.h"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#include <time.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+#include <utility>
+
+#include "io/files/errors.h"
+#include "io/formats/open_volume.h"
+#include "io/samples/spooled.h"
+#include "io/tag/blocks.h"
+#include "io/tag/header.h"
+#include "pipeline/estimate/bricks_of_source.h"
+#include "pipeline/estimate/noise.h"
+#include "pipeline/estimate/sample.h"
+#include "pipeline/memory/of_bricks.h"
+#include "stages/brick/decode.h"
+#include "stages/marks/halo.h"
+#include "stages/marks/subdivide.h"
+
+namespace tagrid {
+namespace {
+
+double thread_seconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// A brick that was encoded with one bound.
+struct Encoded {
+  std::size_t activity = 0, values = 0;  // bytes
+  Statistics statistics;
+  double encoding = 0, decoding = 0;  // seconds
+};
+
+// The volume, its bounds, and what all threads share.
+class Estimator {
+ public:
+  Estimator(VolumeSource& source, std::vector<CodingParameters> parameters, const EstimateRun& run)
+      : source_(source), of_bounds_(std::move(parameters)), run_(run), bricks_(of_bounds_[0].bricks()) {
+    for (const CodingParameters& p : of_bounds_) steps_.push_back(step_of(p));
+  }
+
+  EstimateResult estimate() {
+    sample_ = sample_bricks(source_, bricks_, steps_);
+    encode();
+    EstimateResult result;
+    result.parameters = of_bounds_[0];
+    result.low = sample_.low;
+    result.high = sample_.high;
+    result.bricks = bricks_.count();
+    result.surveyed = static_cast<std::int64_t>(sample_.bricks.size());
+    result.encoded = static_cast<std::int64_t>(sample_.chosen.size());
+    for (std::size_t bound = 0; bound < of_bounds_.size(); ++bound)
+      result.estimates.push_back(estimate_of(bound));
+    return result;
+  }
+
+ private:
+  // A sample of floats that is kept exactly has no step; this one is as small as its mantissa allows.
+  static double step_of(const CodingParameters& p) {
+    const double step = is_float_type(p.type) ? 2 * p.max_error : 2 * std::max(p.max_error, 0.0) + 1;
+    return step > 0 ? step : std::max((p.range_high - p.range_low) * 0x1p-24, 1e-30);
+  }
+
+  void encode() {
+    encoded_.assign(of_bounds_.size(), std::vector<Encoded>(sample_.chosen.size()));
+    std::mutex reading;
+    std::uint64_t done = 0;
+    oneapi::tbb::parallel_for(std::size_t{0}, sample_.chosen.size(), [&](std::size_t i) {
+      const Index3 position = bricks_.position(sample_.bricks[sample_.chosen[i]].id);
+      const Box around = region_of_marks(bricks_.closed_box(position), of_bounds_[0].domain()).grown(halo());
+      SliceRange slices;
+      {
+        const std::lock_guard lock(reading);
+        slices = slices_of_box(source_, around);
+      }
+      encode_brick_at(position, slices, i);
+      const std::lock_guard lock(reading);
+      if (run_.progress) run_.progress(++done, sample_.chosen.size());
+    });
+  }
+
+  int halo() const {
+    int most = 0;
+    for (const CodingParameters& p : of_bounds_) most = std::max(most, mark_halo(p));
+    return most;
+  }
+
+  // The activity of a brick, and the seconds that it takes if marks are shared with the bricks around.
+  std::pair<LatticeBits, double> activity_of(Index3 position, const SliceRange& slices,
+                                             const CodingParameters& p) const {
+    if (!p.stores_grid()) return {};
+    const Box closed = bricks_.closed_box(position), region = region_of_marks(closed, p.domain());
+    const BrickSamples samples = samples_of_box(slices, source_.info(), region.grown(mark_halo(p)));
+    const double start = thread_seconds();
+    const Box marked = p.bounds_interpolation() ? region : intersection(region, p.domain().volume());
+    LatticeBits marks(region);
+    copy_bits(mark_tile(samples, region, marked, p), marks);
+    const double marked_at = thread_seconds();
+    LatticeBits active = subdivide(std::move(marks), closed, p.domain());
+    const double own = static_cast<double>(closed.count()) / static_cast<double>(region.count());
+    return {std::move(active), own * (marked_at - start) + (thread_seconds() - marked_at)};
+  }
+
+  void encode_brick_at(Index3 position, const SliceRange& slices, std::size_t i) {
+    std::pair<LatticeBits, double> grid;
+    for (std::size_t bound = 0; bound < of_bounds_.size(); ++bound) {
+      const CodingParameters& p = of_bounds_[bound];
+      // Without a bound of the interpolation, the grid is that of the original for all of them.
+      if (bound == 0 || p.bounds_interpolation()) grid = activity_of(position, slices, p);
+      const double start = thread_seconds();
+      const BrickSamples samples = samples_of_box(slices, source_.info(), samples_to_encode(p, position));
+      BrickCode code;
+      encode_brick(samples, grid.first, p, position, code);
+      const double encoded_at = thread_seconds();
+      DecodedBrick decoded;
+      if (!decode_brick(code.activity, code.values, p, bricks_.id(position), Wanted::samples, decoded).ok())
+        throw std::logic_error("an encoded brick does not decode");
+      Encoded& result = encoded_[bound][i];
+      result.statistics = code.statistics;
+      result.activity = code.activity.size();
+      result.values = code.values.size();
+      result.encoding = encoded_at - start + grid.second;
+      result.decoding = thread_seconds() - encoded_at;
+    }
+  }
+
+  // Header, index and footer. The index of all bricks is as compressible as that of those that were encoded.
+  double bytes_around_bricks(std::size_t bound) const {
+    const CodingParameters& p = of_bounds_[bound];
+    TagIndex index;
+    const auto end = [&] { return static_cast<double>(file_end(p, index, 0, 0, 0).size()); };
+    std::vector<std::size_t> in_order(sample_.chosen.size());
+    std::iota(in_order.begin(), in_order.end(), std::size_t{0});
+    std::ranges::sort(in_order, {}, [&](std::size_t i) { return sample_.bricks[sample_.chosen[i]].id; });
+    for (const std::size_t i : in_order) {
+      const Encoded& brick = encoded_[bound][i];
+      index.add(brick.activity, brick.values, brick.statistics);
+    }
+    const double some = end();
+    index.bricks.clear();
+    const double none = end(), of_brick = (some - none) / static_cast<double>(in_order.size());
+    const auto header = static_cast<double>(serialize_header({p, source_.info().nrrd_fields}).size());
+    return header + none + of_brick * static_cast<double>(bricks_.count());
+  }
+
+  // A brick that was encoded stands for those that are nearest to it in the order. What they take is in proportion to
+  // their roughness or, if it has none, to their number; so are other figures to their number.
+  Estimate estimate_of(std::size_t bound) const {
+    double bytes = 0, squared_error = 0, finite = 0, encoding = 0, decoding = 0;
+    const bool real = is_float_type(of_bounds_[bound].type);
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < sample_.chosen.size(); ++i) {
+      const std::size_t end = i + 1 == sample_.chosen.size()
+                                  ? sample_.bricks.size()
+                                  : (sample_.chosen[i] + sample_.chosen[i + 1] + 1) / 2;
+      double roughness = 0;
+      for (std::size_t k = begin; k < end; ++k) roughness += sample_.bricks[k].roughness[bound];
+      const double own = sample_.bricks[sample_.chosen[i]].roughness[bound],
+                   number = static_cast<double>(end - begin);
+      const Encoded& encoded = encoded_[bound][i];
+      const Statistics& statistics = encoded.statistics;
+      const double taken = static_cast<double>(block_frame_size + encoded.activity + encoded.values);
+      bytes += taken * (own > 0 ? std::min(roughness / own, 4 * number) : number);
+      squared_error +=
+          number * (real ? statistics.sum_squared_real : static_cast<double>(statistics.sum_squared_error));
+      finite += number * static_cast<double>(statistics.finite);
+      encoding += number * encoded.encoding;
+      decoding += number * encoded.decoding;
+      begin = end;
+    }
+    const double whole = static_cast<double>(bricks_.count()) / static_cast<double>(sample_.bricks.size()),
+                 threads = std::max(run_.resources.threads, 1);
+    Estimate e;
+    e.max_error = of_bounds_[bound].max_error;
+    e.file_bytes = whole * bytes + bytes_around_bricks(bound);
+    e.rmse = finite > 0 ? std::sqrt(squared_error / finite) : 0;
+    e.psnr = e.rmse > 0 ? 20 * std::log10((sample_.high - sample_.low) / e.rmse) : NAN;
+    e.encoding_seconds = whole * encoding / threads;
+    e.decoding_seconds = whole * decoding / threads;
+    return e;
+  }
+
+  VolumeSource& source_;
+  std::vector<CodingParameters> of_bounds_;
+  const EstimateRun& run_;
+  BrickGrid bricks_;
+  std::vector<double> steps_;
+  BrickSample sample_;
+  std::vector<std::vector<Encoded>> encoded_;  // by bound, and as the chosen bricks
+};
+
+// Lossless, and bounds around the noise, where most of the choice is.
+std::vector<double> usual_errors(double noise, const CodingParameters& p) {
+  const bool whole = !is_float_type(p.type);
+  const double unit = noise > 0 ? noise : whole ? 4 : std::max((p.range_high - p.range_low) / 1000, 1e-30);
+  std::vector<double> errors = {0};
+  for (const double part : {0.125, 0.25, 0.5, 1.0, 2.0, 4.0}) {
+    double error = part * unit;
+    if (whole) {
+      error = std::round(error);
+    } else {
+      error = std::stod(fmt::format("{:.1e}", error));
+    }
+    if (error > errors.back()) errors.push_back(error);
+  }
+  return errors;
+}
+
+// The most threads that fit into the limit.
+int threads_for(const std::vector<CodingParameters>& of_bounds, const Resources& resources) {
+  const auto memory = [&](int threads) {
+    std::uint64_t most = 0;
+    for (const CodingParameters& p : of_bounds) most = std::max(most, memory_of_estimating(p, threads));
+    return most;
+  };
+  int threads = std::max(resources.threads, 1);
+  if (!resources.memory) return threads;
+  while (threads > 1 && memory(threads) > *resources.memory) --threads;
+  if (memory(threads) > *resources.memory)
+    throw MemoryLimit("estimating this volume", *resources.memory, memory(threads), {});
+  return threads;
+}
+
+}  // namespace
+
+EstimateResult estimate_encoding(const EstimateRun& run) {
+  std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
+  if (!source->traits().any_rows) {
+    if (run.resources.spool.empty())
+      throw UsageError(
+          Sentence{"{}: its parts cannot be read in any order; give {}, a folder for a copy of it",
+                   {source->name(), Setting{"spool", "a spool"}}});
+    source = spooled(std::move(source), run.resources.spool);
+  }
+  EncodeOptions options = run.options;
+  // Above the bound of the active points, whatever the others are.
+  options.max_error = run.options.surface_error.value_or(-1) + 1;
+  const CodingParameters first = resolve(options, *source);
+  const double noise = noise_of(*source);
+  const std::vector<double> errors = run.max_errors.empty() ? usual_errors(noise, first) : run.max_errors;
+  std::vector<CodingParameters> parameters;
+  for (const double error : errors) {
+    options.max_error = error;
+    CodingParameters p = parameters_but_scale(options, source->info());
+    p.range_low = first.range_low;
+    p.range_high = first.range_high;
+    p.field_scale = first.field_scale;
+    parameters.push_back(p);
+  }
+  EstimateResult result;
+  oneapi::tbb::task_arena arena(threads_for(parameters, run.resources));
+  arena.execute([&] { result = Estimator(*source, std::move(parameters), run).estimate(); });
+  result.noise = noise;
+  return result;
+}
+
+}  // namespace tagrid

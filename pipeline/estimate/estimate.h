@@ -1,0 +1,45 @@
+// What encodings of a volume would give, from a sample of its bricks.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "io/volume/volume_source.h"
+#include "pipeline/encode/options.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+
+namespace tagrid {
+
+struct EstimateRun {
+  std::string input;
+  SourceDescription source = {};
+  EncodeOptions options = {};           ///< max_error is not used
+  std::vector<double> max_errors = {};  ///< if there are none: a list that fits the noise
+  Resources resources{1};
+  Progress progress = {};
+};
+
+struct Estimate {
+  double max_error = 0;
+  double file_bytes = 0;
+  double rmse = 0;
+  double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
+  double encoding_seconds = 0,
+         decoding_seconds = 0;  ///< with the threads of the run, without reading and writing
+};
+
+struct EstimateResult {
+  CodingParameters parameters;  ///< of all the encodings, except for bounds
+  double noise = 0;             ///< see noise_of()
+  double low = 0, high = 0;     ///< of the samples that were looked at
+  std::int64_t bricks = 0, surveyed = 0, encoded = 0;
+  std::vector<Estimate> estimates;  ///< in the order of max_errors
+};
+
+/// Encodes and decodes a sample of the bricks with every bound, and infers the whole from how rough the other bricks are.
+/// A small volume is encoded whole. Throws UsageError, BrokenInput, WorldError and MemoryLimit.
+EstimateResult estimate_encoding(const EstimateRun& run);
+
+}  // namespace tagrid

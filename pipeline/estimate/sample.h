@@ -1,0 +1,32 @@
+// A sample of the bricks of a volume, of which the others can be inferred.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "io/volume/volume_source.h"
+#include "stages/grid/domain.h"
+
+namespace tagrid {
+
+/// A brick that was looked at.
+struct SurveyedBrick {
+  std::int64_t id = 0;
+  std::vector<double> roughness;  ///< for every step; see roughness()
+  double share = 0;               ///< in the roughness of all bricks, summed over the steps
+};
+
+struct BrickSample {
+  std::vector<SurveyedBrick> bricks;        ///< in the order of their shares
+  std::vector<std::size_t> chosen;          ///< places in `bricks`
+  double low = INFINITY, high = -INFINITY;  ///< of the samples of all bricks that were looked at
+};
+
+/// Looks at all bricks or, in a volume of more than a GiB, at rows of them that lie evenly; chooses some, more of them
+/// where bricks are rough: 16 million samples, or all. Works on the threads of the arena. REQUIRES:
+/// source.traits().any_rows; steps > 0.
+BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps);
+
+}  // namespace tagrid

@@ -1,0 +1,206 @@
+// Estimates against the encodings themselves, and bounds that follow from the samples.
+#include "pipeline/estimate/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "io/files/errors.h"
+#include "io/formats/open_volume.h"
+#include "pipeline/estimate/noise.h"
+#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/memory/of_bricks.h"
+#include "tests/support/runs.h"
+#include "tests/support/sample_types.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/volumes.h"
+
+namespace tagrid {
+namespace {
+
+class EstimatedVolume : public TemporaryFolder {
+ protected:
+  EncodeResult encode(EncodeOptions options, double max_error) const {
+    options.max_error = max_error;
+    return encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
+  }
+  EstimateResult estimate(const EncodeOptions& options, const std::vector<double>& errors,
+                          int threads = 2) const {
+    return estimate_encoding(
+        {.input = in_, .options = options, .max_errors = errors, .resources = Resources(threads)});
+  }
+  PlainBound plain(const EncodeOptions& options, int threads = 2) const {
+    return with_plain_bound(options, *open_volume(in_), threads);
+  }
+  static EncodeOptions rule(ErrorRule::Kind kind, double value) {
+    EncodeOptions options;
+    options.error_rule = ErrorRule{kind, value};
+    options.cube_size = 16;
+    return options;
+  }
+
+  const std::string in_ = path("in.nrrd");
+};
+
+template <class T>
+class EstimatesOfType : public EstimatedVolume {};
+TYPED_TEST_SUITE(EstimatesOfType, AllTypes);
+
+// A small volume is encoded whole, so that only the index is inferred.
+TYPED_TEST(EstimatesOfType, OfASmallVolumeAreItsEncodings) {
+  const Index3 dims = {50, 41, 37};
+  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1));
+  for (int mode = 0; mode < 4; ++mode) {
+    EncodeOptions options;
+    options.cube_size = 8;
+    options.grid_only = mode == 1;
+    options.grid = mode == 2 ? GridOrigin::derived : GridOrigin::stored;
+    if (mode == 3) options.surface_error = 0.5;
+    const std::vector<double> errors = mode == 3 ? std::vector{1.0, 6.0} : std::vector{0.0, 1.0, 6.0};
+    const EstimateResult result = this->estimate(options, errors);
+    EXPECT_EQ(result.encoded, result.bricks);
+    ASSERT_EQ(result.estimates.size(), errors.size());
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const EncodeResult encoded = this->encode(options, errors[i]);
+      const Estimate& e = result.estimates[i];
+      EXPECT_EQ(e.max_error, encoded.header.parameters.max_error);
+      EXPECT_NEAR(e.file_bytes / static_cast<double>(encoded.file_bytes), 1, 0.01)
+          << mode << " " << errors[i];
+      const Achieved achieved = achieved_of(encoded.index.total);
+      EXPECT_NEAR(e.rmse, achieved.rmse, 1e-9 * achieved.rmse);
+      EXPECT_EQ(std::isnan(e.psnr), achieved.rmse == 0);
+      if (achieved.rmse > 0) {
+        EXPECT_NEAR(e.psnr, achieved.psnr, 1e-6);
+      }
+    }
+  }
+}
+
+// Of a larger one, a sample is encoded.
+TEST_F(EstimatedVolume, OfALargeVolumeAreWithinFivePerCent) {
+  write_phantom({.dims = {330, 300, 280}, .type = SampleType::int16, .seed = 3}, in_, format_named("nrrd"),
+                true, 2);
+  const std::vector<double> errors = {0, 5, 60};
+  const EstimateResult result = estimate({}, errors);
+  EXPECT_LT(result.encoded, result.bricks * 3 / 4);
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const EncodeResult encoded = encode({}, errors[i]);
+    EXPECT_NEAR(result.estimates[i].file_bytes / static_cast<double>(encoded.file_bytes), 1, 0.05);
+    const Achieved achieved = achieved_of(encoded.index.total);
+    EXPECT_NEAR(result.estimates[i].rmse, achieved.rmse, 0.1 * achieved.rmse);
+  }
+}
+
+TEST_F(EstimatedVolume, TheSameForAnyNumberOfThreads) {
+  const Index3 dims = {60, 70, 80};
+  write_nrrd(in_, dims, blobs<float>(dims, 2));
+  const EstimateResult one = estimate({}, {}, 1), three = estimate({}, {}, 3);
+  EXPECT_EQ(one.noise, three.noise);
+  ASSERT_EQ(one.estimates.size(), three.estimates.size());
+  EXPECT_GE(one.estimates.size(), 4U) << "a list of bounds by default";
+  for (std::size_t i = 0; i < one.estimates.size(); ++i) {
+    EXPECT_EQ(one.estimates[i].max_error, three.estimates[i].max_error);
+    EXPECT_EQ(one.estimates[i].file_bytes, three.estimates[i].file_bytes);
+    EXPECT_EQ(one.estimates[i].rmse, three.estimates[i].rmse);
+  }
+}
+
+TEST_F(EstimatedVolume, ALimitOnMemoryIsKeptOrRefused) {
+  const Index3 dims = {60, 70, 80};
+  write_nrrd(in_, dims, blobs<std::int16_t>(dims, 2));
+  Resources little(4);
+  little.memory = std::uint64_t{1} << 20;
+  EXPECT_THROW(estimate_encoding({.input = in_, .resources = little}), MemoryLimit);
+  little.memory = memory_of_estimating(resolve({}, *open_volume(in_)), 1);
+  EXPECT_NO_THROW(estimate_encoding({.input = in_, .resources = little}));
+}
+
+TYPED_TEST(EstimatesOfType, NoiseAndRangeGiveBounds) {
+  const Index3 dims = {80, 70, 20};
+  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1, 20));
+  const double noise = noise_of(*open_volume(this->in_));
+  EXPECT_NEAR(noise, 20 / std::sqrt(12.0), 0.4);
+  const auto whole = [](double bound) { return std::is_integral_v<TypeParam> ? std::floor(bound) : bound; };
+  const PlainBound by_noise = this->plain(this->rule(ErrorRule::Kind::noise, 1.5));
+  EXPECT_EQ(by_noise.options.max_error, whole(1.5 * noise));
+  EXPECT_FALSE(by_noise.options.error_rule);
+  EXPECT_NE(by_noise.reason.find("noise"), std::string::npos);
+  const auto samples = read_samples<TypeParam>(this->in_);
+  const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
+  EXPECT_EQ(this->plain(this->rule(ErrorRule::Kind::relative, 0.1)).options.max_error,
+            whole(0.1 * (static_cast<double>(*high) - static_cast<double>(*low))));
+  EncodeOptions none;
+  none.max_error = 3;
+  EXPECT_EQ(this->plain(none).options.max_error, 3);
+  EXPECT_EQ(this->plain(none).reason, "");
+}
+
+TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
+  const Index3 dims = {50, 41, 37};
+  write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1));
+  for (const double wanted : {25.0, 40.0, 47.5}) {
+    const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
+    const PlainBound found = this->plain(options);
+    EXPECT_EQ(this->plain(options, 1).options.max_error, found.options.max_error);
+    const double bound = *found.options.max_error;
+    const auto psnr = [&](double max_error) {
+      const Achieved achieved = achieved_of(this->encode(found.options, max_error).index.total);
+      return achieved.rmse > 0 ? achieved.psnr : INFINITY;
+    };
+    EXPECT_GE(psnr(bound), wanted);
+    EXPECT_LT(psnr(std::is_integral_v<TypeParam> ? bound + 1 : 1.03 * bound), wanted)
+        << "a looser one would do";
+  }
+}
+
+TEST_F(EstimatedVolume, RulesThatContradictOtherOptionsAreRefused) {
+  using Kind = ErrorRule::Kind;
+  EXPECT_NO_THROW(rule(Kind::psnr, 40).validate());
+  for (const Kind kind : {Kind::noise, Kind::relative, Kind::psnr}) {
+    for (const double value : {0.0, -1.0, std::nan(""), HUGE_VAL})
+      EXPECT_THROW(rule(kind, value).validate(), UsageError) << value;
+    EncodeOptions both = rule(kind, 1);
+    both.max_error = 2;
+    EXPECT_THROW(both.validate(), UsageError);
+    EncodeOptions limited = rule(kind, 1);
+    limited.grid_only = true;
+    limited.max_level = 3;
+    EXPECT_THROW(limited.validate(), UsageError);
+  }
+  EncodeOptions grid = rule(Kind::psnr, 40), surface = rule(Kind::psnr, 40);
+  grid.grid_only = true;
+  surface.surface_error = 1;
+  EXPECT_THROW(grid.validate(), UsageError);
+  EXPECT_THROW(surface.validate(), UsageError);
+  // A bound of the mesh below that of the voxels is found as soon as that is known.
+  const Index3 dims = {40, 40, 20};
+  write_nrrd(in_, dims, blobs<std::int16_t>(dims, 1, 20));
+  EncodeOptions mesh = rule(Kind::noise, 2);
+  mesh.mesh_error = 3;
+  EXPECT_NO_THROW(mesh.validate());
+  EXPECT_THROW(encode_volume(in_, {}, path("a.tag"), true, mesh, Resources(1)), UsageError);
+  EXPECT_FALSE(std::filesystem::exists(path("a.tag")));
+}
+
+// With these rules and any other option that a user may add, the promise of each holds.
+TEST_F(EstimatedVolume, RulesHoldTogetherWithOtherOptions) {
+  const Index3 dims = {40, 41, 37};
+  write_nrrd(in_, dims, blobs<std::int16_t>(dims, 1, 20));
+  for (int i = 0; i < 5; ++i) {
+    EncodeOptions options = rule(ErrorRule::Kind::noise, 1.2);
+    if (i == 1) options.grid_only = true;
+    if (i == 2) options.surface_error = 1;
+    if (i == 3) options.mesh_error = 12;
+    if (i == 4) options.grid = GridOrigin::derived;
+    const EncodeResult result = encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
+    EXPECT_EQ(result.header.parameters.max_error, std::floor(1.2 * noise_of(*open_volume(in_))));
+    const VerifyResult verified = verify_file(path("a.tag"), in_, {}, Resources(1));
+    EXPECT_LE(*verified.max_error, result.header.parameters.max_error);
+    if (i == 3) {
+      EXPECT_LE(*verified.mesh_error, 12);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,130 @@
+// tagrid estimate, and bounds that follow from the samples, as a user meets them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+using Json = nlohmann::json;
+
+class EstimateCommand : public CommandLine {
+ protected:
+  Json estimates(const Arguments& more) const {
+    const Ending ending = tagrid(with({"estimate", "volume.nrrd", "-q", "--json", "-"}, more));
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    return Json::parse(ending.out)["settings"];
+  }
+  Json info() const { return Json::parse(tagrid({"info", "a.tag", "--json"}).out); }
+};
+
+TEST_F(EstimateCommand, SaysWhatEncodingGives) {
+  phantom("volume.nrrd");
+  for (const Arguments& options :
+       {Arguments{}, {"--effort", "best"}, {"--grid", "derived"}, {"--grid-only"}}) {
+    const Json json = estimates(with({"--errors", "2,10,40"}, options));
+    EXPECT_EQ(json["bricks_encoded"], json["bricks"]);
+    ASSERT_EQ(json["estimates"].size(), 3U);
+    for (const Json& e : json["estimates"]) {
+      const std::string bound = std::to_string(e["max_error"].get<int>());
+      expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", bound}, options)));
+      const Json file = info();
+      EXPECT_NEAR(e["bytes"].get<double>() / file["bytes"]["file"].get<double>(), 1, 0.02);
+      EXPECT_NEAR(e["psnr"].get<double>(), file["achieved"]["psnr"].get<double>(), 0.01);
+      EXPECT_GT(e["encoding_seconds"].get<double>(), 0);
+      EXPECT_GT(e["decoding_seconds"].get<double>(), 0);
+    }
+  }
+}
+
+TEST_F(EstimateCommand, ChoosesBoundsAroundTheNoise) {
+  phantom("volume.nrrd");
+  const Json json = estimates({});
+  const double noise = json["noise"];
+  EXPECT_GT(noise, 0);
+  EXPECT_EQ(json["estimates"][0]["max_error"], 0);
+  EXPECT_TRUE(json["estimates"][0]["psnr"].is_null());
+  EXPECT_LT(json["estimates"][1]["max_error"], noise);
+  EXPECT_GT(json["estimates"].back()["max_error"], 2 * noise);
+  const Ending text = tagrid({"estimate", "volume.nrrd"});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_NE(text.out.find("\nnoise: "), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("lossless"), std::string::npos);
+  EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '\n'),
+            5 + static_cast<std::ptrdiff_t>(json["estimates"].size()));
+}
+
+TEST_F(EstimateCommand, ReadsWhatEncodeReads) {
+  phantom("volume.nrrd");
+  phantom("volume.raw");
+  const Arguments errors = {"--errors", "0,3", "-q", "--json", "-"};
+  const auto bytes = [&](const Arguments& arguments, std::string_view input = {}) {
+    const Ending ending = tagrid(with(with({"estimate"}, arguments), errors), input);
+    EXPECT_EQ(ending.code, 0) << ending.err;
+    const Json report = Json::parse(ending.out);
+    Json sizes;
+    for (const Json& e : report["settings"]["estimates"]) sizes.push_back(e["bytes"]);
+    return sizes;
+  };
+  const Json expected = bytes({"volume.nrrd"});
+  EXPECT_EQ(bytes(with({"volume.raw"}, raw_)).size(), 2U);
+  EXPECT_EQ(bytes({"-", "--spool", "."}, content("volume.nrrd")), expected);
+  const Ending refused = script("cat volume.nrrd | $TAGRID estimate -");
+  expect_error(refused, usage, "give --spool, a folder");
+}
+
+TEST_F(EstimateCommand, RefusesWhatIsNoList) {
+  phantom("volume.nrrd");
+  for (const char* list : {"1,x", ",", "1,,2", "-1", "1 2", "nan"})
+    expect_error(tagrid({"estimate", "volume.nrrd", "--errors", list}), usage, "--errors");
+  for (const char* option : {"--max-error", "--psnr", "--relative-error"})
+    expect_error(tagrid({"estimate", "volume.nrrd", option, "3"}), usage, option);
+  expect_error(tagrid({"estimate", "missing.nrrd"}), world, "missing.nrrd");
+  expect_error(tagrid({"estimate", "volume.nrrd", "-M", "1M"}), usage, "give -M ");
+}
+
+TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
+  phantom("volume.nrrd");
+  const double noise = estimates({})["noise"];
+  const Ending by_noise = tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", "noise:0.5"});
+  EXPECT_EQ(by_noise.code, 0);
+  EXPECT_EQ(info()["max_error"], std::floor(0.5 * noise));
+  EXPECT_NE(by_noise.err.find("so the largest error is " + info()["max_error"].dump()), std::string::npos);
+  // The same file as with the number.
+  expect_ok(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--max-error", info()["max_error"].dump()}));
+  EXPECT_TRUE(content("a.tag") == content("b.tag"));
+
+  expect_ok(
+      tagrid({"encode", "volume.nrrd", "-q", "-f", "-o", "a.tag", "--psnr", "55", "--json", "run.json"}));
+  const Json file = info();
+  EXPECT_GE(file["achieved"]["psnr"].get<double>(), 55);
+  EXPECT_NE(json_of("run.json")["settings"]["reason_of_max_error"].get<std::string>().find("55 dB"),
+            std::string::npos);
+  const int bound = file["max_error"];
+  expect_ok(tagrid({"encode", "volume.nrrd", "-f", "-o", "a.tag", "--max-error", std::to_string(bound + 1)}));
+  EXPECT_LT(info()["achieved"]["psnr"].get<double>(), 55);
+
+  for (const Arguments& rule :
+       {Arguments{"--max-error", "noise:2"}, {"--psnr", "50"}, {"--relative-error", "0.1"}})
+    expect_error(tagrid(with({"encode", "-", "-o", "c.tag"}, rule), content("volume.nrrd")), usage,
+                 "give --max-error a number");
+}
+
+TEST_F(EstimateCommand, RulesWorkInListsAndInRunsThatGoOn) {
+  phantom("volume.nrrd");
+  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "a.tag", "--psnr", "55"}));
+  std::ofstream(path("list.tsv")) << "volume.nrrd\tpsnr=55\n";
+  const Arguments convert = {"convert", "--manifest", "list.tsv", "--output-dir", "out", "-q"};
+  expect_ok(tagrid(convert));
+  EXPECT_TRUE(content("out/volume.tag") == content("a.tag"));
+  expect_ok(tagrid(with(convert, {"--skip-done"})));
+  expect_ok(tagrid({"encode", "volume.nrrd", "-q", "-o", "b.tag", "--psnr", "55", "--resume"}));
+  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  expect_ok(tagrid(with(convert, {"--remove-verified"})));
+  EXPECT_FALSE(std::filesystem::exists(path("volume.nrrd")));
+}
+
+}  // namespace
+}  // namespace tagrid

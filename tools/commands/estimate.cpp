@@ -1,0 +1,135 @@
+// tagrid estimate: what encodings of a volume would give, for a list of bounds.
+
+#include "pipeline/estimate/estimate.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/files/errors.h"
+#include "tools/commands/commands.h"
+#include "tools/options/encoding_options.h"
+#include "tools/options/numbers.h"
+#include "tools/options/shared_options.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/printable.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+/// "0,2,5"
+std::vector<double> errors_option(const std::string& text) {
+  std::vector<double> errors;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const auto error = finite_number(std::string_view(text).substr(begin, end - begin));
+    if (!error || *error < 0)
+      throw UsageError(
+          fmt::format("--errors {}: must be numbers of at least 0, with commas between them", text));
+    errors.push_back(*error);
+    begin = end + 1;
+  }
+  return errors;
+}
+
+struct EstimateCommand {
+  std::string input, errors;
+  RunOptions run;
+  bool overwrite = false;
+  EncodingOptions encoding;
+
+  void execute(Ranks& ranks) const {
+    run.obey_memory_limit();
+    refuse_terminal_input(input);
+    const Encoding asked = encoding.checked();
+    EstimateRun request{
+        .input = input, .source = asked.source, .options = asked.options, .resources = run.resources(ranks)};
+    if (!errors.empty()) request.max_errors = errors_option(errors);
+    RunReport report(run.json, run.thread_count(), overwrite, "estimate", input, "");
+    if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
+    const EstimateResult result = estimate(request);
+    const CodingParameters& p = result.parameters;
+    report.write({p.dims, p.type, figures_of(result), sample_bytes(p.dims, p.type).value(), 0, nullptr});
+    report.keep();
+    if (run.quiet || run.json == "-") return;
+    fmt::print("{}", text_of(result));
+  }
+
+  EstimateResult estimate(EstimateRun& request) const {
+    ProgressMeter meter(run.progress, run.quiet, "estimating", 0);
+    request.progress = meter.progress();
+    return estimate_encoding(request);
+  }
+
+  static nlohmann::ordered_json figures_of(const EstimateResult& result) {
+    nlohmann::ordered_json json = settings_json(result.parameters);
+    for (const char* name : {"max_error"}) json.erase(name);
+    json["noise"] = result.noise;
+    json["range_of_samples"] = {result.low, result.high};
+    json["bricks"] = result.bricks;
+    json["bricks_encoded"] = result.encoded;
+    json["estimates"] = nlohmann::ordered_json::array();
+    for (const Estimate& e : result.estimates)
+      json["estimates"].push_back(
+          {{"max_error", e.max_error},
+           {"bytes", std::llround(e.file_bytes)},
+           {"ratio", bytes_of(result) / e.file_bytes},
+           {"bits_per_voxel", bits_per_voxel(result, e)},
+           {"rmse", e.rmse},
+           {"psnr", std::isnan(e.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.psnr)},
+           {"encoding_seconds", e.encoding_seconds},
+           {"decoding_seconds", e.decoding_seconds}});
+    return json;
+  }
+
+  static double bytes_of(const EstimateResult& result) {
+    return static_cast<double>(sample_bytes(result.parameters.dims, result.parameters.type).value());
+  }
+  static double bits_per_voxel(const EstimateResult& result, const Estimate& e) {
+    return 8 * e.file_bytes / static_cast<double>(result.parameters.domain().volume().count());
+  }
+
+  std::string text_of(const EstimateResult& result) const {
+    const CodingParameters& p = result.parameters;
+    std::string text = fmt::format(
+        "{}: {} x {} x {} {}, {}\nnoise: {:.4g} (standard deviation)\n{} of {} bricks were encoded\n\n"
+        "{:>10} {:>10} {:>8} {:>11} {:>9} {:>10} {:>10}\n",
+        printable(input), p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
+        human_bytes(static_cast<std::uint64_t>(bytes_of(result))), result.noise, result.encoded,
+        result.bricks, "error", "size", "ratio", "bits/voxel", "PSNR", "encoding", "decoding");
+    for (const Estimate& e : result.estimates)
+      text += fmt::format("{:>10} {:>10} {:>8.2f} {:>11.4f} {:>9} {:>8.2g} s {:>8.2g} s\n",
+                          e.max_error < 0 ? "none" : fmt::format("{}", e.max_error),
+                          human_bytes(static_cast<std::uint64_t>(e.file_bytes)),
+                          bytes_of(result) / e.file_bytes, bits_per_voxel(result, e),
+                          std::isnan(e.psnr) ? "lossless" : fmt::format("{:.2f} dB", e.psnr),
+                          e.encoding_seconds, e.decoding_seconds);
+    return text;
+  }
+};
+
+}  // namespace
+
+Action add_estimate_command(CLI::App& app) {
+  auto state = std::make_shared<EstimateCommand>();
+  CLI::App* command = app.add_subcommand(
+      "estimate",
+      "Tell the noise of a volume, and the size, PSNR and time of its encodings with a list of bounds");
+  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for standard input")
+      ->required();
+  command
+      ->add_option("--errors", state->errors,
+                   "Largest errors to try, such as 0,2,5; default: a list that fits the noise")
+      ->option_text("E,E,...");
+  add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr"});
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  add_spool_option(*command, state->run);
+  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+}  // namespace tagrid
