@@ -147,7 +147,7 @@ TEST_F(MemoryLimit, IsKeptByEstimatesAndBoundsThatFollowFromSamples) {
   const Arguments volume = {"--dims", "600,200,90", "--type", "int16", "-f", "--field-scale", usual_scale};
   run_with_smallest(with({"estimate", "a.raw", "-q", "--errors", "0,100"}, volume));
   for (const Arguments& rule : {Arguments{"--max-error", "noise:0.1"},
-                                {"--max-error", "noise:0.1", "--cube", "8", "--brick", "1"},
+                                {"--max-error", "noise:0.1", "--cube", "16", "--brick", "1"},
                                 {"--psnr", "20"}})
     run_with_smallest(with(with({"encode", "a.raw", "-q", "-o", "a.tag"}, volume), rule));
 }
