@@ -40,5 +40,5 @@ set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
 # Only programs linked with libtagrid.a need them.
-set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev, libhwy-dev")
+set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev")
 include(CPack)

@@ -10,6 +10,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "stages/prediction/instruction_sets.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 
@@ -43,10 +45,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace tagrid {
 
-HWY_EXPORT(add_products);
-
 ProductSums::ProductSums(int rows, std::int64_t magnitude)
-    : rows_(rows),
+    : add_products_(TAGRID_BEST_VERSION(add_products)),
+      rows_(rows),
       // A chunk adds two products to each part.
       limit_(std::numeric_limits<std::int32_t>::max() /
              (2 * std::max<std::int64_t>(1, magnitude * magnitude))) {
@@ -55,7 +56,7 @@ ProductSums::ProductSums(int rows, std::int64_t magnitude)
 
 void ProductSums::add(const std::int16_t (*numbers)[chunk]) {
   if (pending_ == limit_) carry();
-  HWY_DYNAMIC_DISPATCH(add_products)(numbers, rows_, reinterpret_cast<std::int32_t(*)[lanes]>(parts_.data()));
+  add_products_(numbers, rows_, reinterpret_cast<std::int32_t(*)[lanes]>(parts_.data()));
   ++pending_;
 }
 

@@ -27,8 +27,11 @@ class ProductSums {
   static constexpr int pairs = most_rows * (most_rows + 1) / 2;
   static constexpr int lanes = 16;
 
+  using AddProducts = void (*)(const std::int16_t (*numbers)[chunk], int rows, std::int32_t (*parts)[lanes]);
+
   void carry();
 
+  AddProducts add_products_;  ///< for the instruction sets of this machine
   int rows_;
   std::int64_t limit_;        ///< chunks before the parts may overflow
   std::int64_t pending_ = 0;  ///< chunks in the parts

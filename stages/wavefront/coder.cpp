@@ -7,6 +7,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "stages/prediction/instruction_sets.h"
 #include "stages/wavefront/decoder.h"
 #include "stages/wavefront/encoder.h"
 
@@ -36,16 +37,13 @@ namespace tagrid {
 // Words, counts and intervals are read as halves of larger numbers.
 static_assert(std::endian::native == std::endian::little);
 
-HWY_EXPORT(encode);
-HWY_EXPORT(decode);
-
 void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction, WaveCode& code) {
-  HWY_DYNAMIC_DISPATCH(encode)(brick, samples, reconstruction, code);
+  TAGRID_BEST_VERSION(encode)(brick, samples, reconstruction, code);
 }
 
 bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
                  std::span<const std::uint8_t> words, RowWriter samples) {
-  return HWY_DYNAMIC_DISPATCH(decode)(brick, quiet, single, bits, words, samples);
+  return TAGRID_BEST_VERSION(decode)(brick, quiet, single, bits, words, samples);
 }
 
 }  // namespace tagrid
