@@ -156,16 +156,13 @@ void PartReader::read_block(std::vector<std::byte>& block) {
   block.resize(entry.block_bytes());
   read_exactly(block.data(), block.size());
   FieldReader fields(block);
-  const std::uint64_t length = fields.get<std::uint32_t>(), brick = fields.get<std::uint64_t>(),
-                      activity = fields.get<std::uint32_t>();
-  const bool fits = length == block.size() - 12 &&
-                    brick == static_cast<std::uint64_t>(first_brick_) + next_block_ &&
-                    activity == entry.activity_bytes;
+  const std::uint64_t length = fields.get<std::uint32_t>(), activity = fields.get<std::uint32_t>();
+  const bool fits = length == block.size() - 12 && activity == entry.activity_bytes;
+  const std::int64_t brick = first_brick_ + static_cast<std::int64_t>(next_block_);
   const std::span<const std::byte> content(block.data(), block.size() - 8);
   const auto own = load_little_endian<std::uint64_t>(block.data() + content.size());
-  if (!fits || own != entry.own_checksum || !checksums_agree(own, checksum_of({content})))
-    fail("brick " + std::to_string(first_brick_ + static_cast<std::int64_t>(next_block_)) +
-         " of the part is damaged");
+  if (!fits || own != entry.own_checksum || !checksums_agree(own, own_checksum(content, brick)))
+    fail("brick " + std::to_string(brick) + " of the part is damaged");
   ++next_block_;
 }
 

@@ -16,6 +16,12 @@ std::span<const std::byte> bytes_of(const std::vector<std::uint8_t>& v) {
   return std::as_bytes(std::span(v));
 }
 
+std::vector<std::byte> bytes_of(std::int64_t brick) {
+  FieldWriter number;
+  number.put(static_cast<std::uint64_t>(brick));
+  return std::move(number.bytes());
+}
+
 }  // namespace
 
 std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
@@ -25,18 +31,21 @@ std::uint64_t largest_body(const CodingParameters& p, std::int64_t id) {
 }
 
 std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick) {
-  const std::size_t length = 8 + 4 + brick.activity.size() + brick.values.size();
+  const std::size_t length = 4 + brick.activity.size() + brick.values.size();
   if (length > largest_body(parameters, brick.id))
     throw std::logic_error("a brick is larger than the largest possible");
   FieldWriter head;
   head.put(static_cast<std::uint32_t>(length));
-  head.put(static_cast<std::uint64_t>(brick.id));
   head.put(static_cast<std::uint32_t>(brick.activity.size()));
   return std::move(head.bytes());
 }
 
 std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick) {
-  return checksum_of({head, bytes_of(brick.activity), bytes_of(brick.values)});
+  return checksum_of({bytes_of(brick.id), head, bytes_of(brick.activity), bytes_of(brick.values)});
+}
+
+std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick) {
+  return checksum_of({bytes_of(brick), fields});
 }
 
 void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
@@ -70,19 +79,16 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
                    std::uint64_t& checksum, BrickBytes& brick) {
   FieldReader reader(block);
   const auto length = reader.get<std::uint32_t>();
-  if (length < 12 || length > largest_body(parameters, id)) return Status::broken("an impossible size");
+  if (length < 4 || length > largest_body(parameters, id)) return Status::broken("an impossible size");
   if (block.size() != std::uint64_t{4} + length + 8)
     return Status::broken("its size is not the one in the index");
   const auto in_file = load_little_endian<std::uint64_t>(block.data() + 4 + length);
-  if (!checksums_agree(in_file, chained_checksum(checksum_of({block.first(4 + length)}), checksum)))
+  if (!checksums_agree(in_file, chained_checksum(own_checksum(block.first(4 + length), id), checksum)))
     return Status::broken(
         "the checksum does not match: the brick is damaged, or it or the one before it belongs to another "
-        "file");
-  const auto number = reader.get<std::uint64_t>();
-  if (number != static_cast<std::uint64_t>(id))
-    return Status::broken("brick " + std::to_string(number) + " is in its place");
+        "place or file");
   const auto activity_size = reader.get<std::uint32_t>();
-  if (activity_size > length - 12) return Status::broken("the activity is larger than the brick");
+  if (activity_size > length - 4) return Status::broken("the activity is larger than the brick");
   const auto copy = [&](std::size_t size, std::vector<std::uint8_t>& to) {
     const auto bytes = reader.get_bytes(size);
     const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
@@ -90,7 +96,7 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
   };
   brick.id = id;
   copy(activity_size, brick.activity);
-  copy(length - 12 - activity_size, brick.values);
+  copy(length - 4 - activity_size, brick.values);
   checksum = in_file;
   return {};
 }

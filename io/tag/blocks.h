@@ -38,17 +38,22 @@ struct BrickStream {
   std::function<bool(BrickBytes&)> next;
 };
 
-/// Bytes of a block besides activity and values: length, number, length of the activity, checksum.
-inline constexpr std::uint64_t block_frame_size = 4 + 8 + 4 + 8;
+/// Bytes of a block before the activity: its length, and the length of the activity.
+inline constexpr std::uint32_t block_head_size = 4 + 4;
+/// Bytes of a block besides activity and values: that head and the checksum.
+inline constexpr std::uint64_t block_frame_size = block_head_size + 8;
 
 /// Largest length (the first field of a block) that a brick of a valid file has: one byte per point for the
 /// activity, and twice the size of its samples. The coders stay far below.
 std::uint64_t largest_body(const CodingParameters& parameters, std::int64_t brick);
 
-/// Length, number and length of the activity: the fields before the activity.
+/// The length of the block and that of the activity: the fields before the activity.
 std::vector<std::byte> block_head(const CodingParameters& parameters, const BrickBytes& brick);
-/// The checksum of a block's fields from the length to the values, which does not depend on what precedes it.
+/// The checksum of the brick's number and a block's fields from the length to the values, which does not depend on what
+/// precedes it.
 std::uint64_t own_checksum(const std::vector<std::byte>& head, const BrickBytes& brick);
+/// The same for the fields as one piece.
+std::uint64_t own_checksum(std::span<const std::byte> fields, std::int64_t brick);
 /// Writes a block that ends in `checksum`.
 void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickBytes& brick,
                  std::uint64_t checksum);

@@ -100,7 +100,7 @@ void TagReader::read_frame(BrickBytes& brick) {
   std::array<std::byte, 4> length_bytes;
   read_exactly(length_bytes.data(), length_bytes.size(), "a brick");
   const auto length = load_little_endian<std::uint32_t>(length_bytes.data());
-  if (length < 12 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
+  if (length < 4 || length > largest_body(parameters(), next_brick_)) fail("an impossible size");
   read_growing(block_, length_bytes, std::uint64_t{length} + 8, "a brick");
   if (Status status = parse_block(block_, parameters(), next_brick_, last_checksum_, brick); !status.ok())
     fail(status.what());

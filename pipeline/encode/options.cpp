@@ -87,7 +87,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   };
   // Until the rule has given a bound, any that is not 0 stands for it.
   const std::optional<double> max_error =
-      options.error_rule ? options.surface_error.value_or(0) + 1 : options.max_error;
+      options.error_rule ? 2 * options.surface_error.value_or(0) + 1 : options.max_error;
   p.mesh_error = whole(options.mesh_error);
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(max_error), 0.0);

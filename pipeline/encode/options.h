@@ -64,9 +64,9 @@ struct EncodeOptions {
 /// and the field scale. Throws as resolve() does.
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
 
-/// The lowest and the highest finite sample, as a range with low < high. Reads the whole volume and rewinds it. Throws
+/// The lowest and the highest finite sample; nothing if none is finite. Reads the whole volume and rewinds it. Throws
 /// UsageError if that is not possible.
-std::pair<double, double> range_of_data(VolumeSource& source);
+std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
 
 /// True if resolve() reads the whole volume to find the value range.
 bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source);

@@ -7,7 +7,7 @@
 
 namespace tagrid {
 
-std::pair<double, double> range_of_data(VolumeSource& source) {
+std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
   if (!source.traits().again)
     throw UsageError(Sentence{"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
                               {setting::range, setting::range}});
@@ -30,9 +30,8 @@ std::pair<double, double> range_of_data(VolumeSource& source) {
     });
   });
   source.rewind();
-  if (low > high) low = high = 0;  // no sample is finite
-  if (low == high) ++high;         // a constant volume: any scale is good
-  return {low, high};
+  if (low > high) return std::nullopt;
+  return std::pair(low, high);
 }
 
 bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source) {
@@ -44,7 +43,10 @@ CodingParameters resolve(const EncodeOptions& options, VolumeSource& source) {
   // Mistakes are reported before the volume is read.
   parameters_but_scale(options, source.info());
   std::optional<std::pair<double, double>> range;
-  if (takes_range_from_data(options, source)) range = range_of_data(source);
+  if (takes_range_from_data(options, source)) {
+    range = range_of_data(source).value_or(std::pair(0.0, 0.0));
+    if (range->first == range->second) ++range->second;  // a constant volume: any scale is good
+  }
   return resolve(options, source.info(), source.files().front(), range);
 }
 

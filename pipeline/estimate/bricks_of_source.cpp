@@ -2,6 +2,7 @@
 
 #include <oneapi/tbb/parallel_for.h>
 
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -41,6 +42,13 @@ void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::i
     const Index3 position = {x, first.y, first.z};
     work(bricks.id(position), samples_of_box(slices, source.info(), bricks.owned_box(position)));
   });
+}
+
+std::int64_t spread_row(std::int64_t i, std::int64_t wanted, std::int64_t rows) {
+  // Somewhere in the i-th of equal stretches: multiples of the golden ratio leave no gaps and have no period.
+  const double golden = 0.6180339887498949 * static_cast<double>(i), part = golden - std::floor(golden);
+  const std::int64_t first = i * rows / wanted, end = (i + 1) * rows / wanted;
+  return first + static_cast<std::int64_t>(part * static_cast<double>(end - first));
 }
 
 }  // namespace tagrid

@@ -23,4 +23,8 @@ BrickSamples samples_of_box(const SliceRange& slices, const VolumeInfo& volume, 
 void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,
                            const std::function<void(std::int64_t, const BrickSamples&)>& work);
 
+/// The i-th of `wanted` rows out of `rows`: spread over all of them, but not at equal distances, which could be those of
+/// the volume itself.
+std::int64_t spread_row(std::int64_t i, std::int64_t wanted, std::int64_t rows);
+
 }  // namespace tagrid

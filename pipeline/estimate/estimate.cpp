@@ -10,6 +10,7 @@
 #include <cmath>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "io/files/errors.h"
@@ -22,6 +23,7 @@
 #include "pipeline/estimate/sample.h"
 #include "pipeline/memory/of_bricks.h"
 #include "stages/brick/decode.h"
+#include "stages/grid/lattice.h"
 #include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 
@@ -44,8 +46,13 @@ struct Encoded {
 // The volume, its bounds, and what all threads share.
 class Estimator {
  public:
-  Estimator(VolumeSource& source, std::vector<CodingParameters> parameters, const EstimateRun& run)
-      : source_(source), of_bounds_(std::move(parameters)), run_(run), bricks_(of_bounds_[0].bricks()) {
+  Estimator(VolumeSource& source, std::vector<CodingParameters> parameters, const EstimateRun& run,
+            int threads)
+      : source_(source),
+        of_bounds_(std::move(parameters)),
+        run_(run),
+        threads_(threads),
+        bricks_(of_bounds_[0].bricks()) {
     for (const CodingParameters& p : of_bounds_) steps_.push_back(step_of(p));
   }
 
@@ -67,7 +74,8 @@ class Estimator {
  private:
   // A sample of floats that is kept exactly has no step; this one is as small as its mantissa allows.
   static double step_of(const CodingParameters& p) {
-    const double step = is_float_type(p.type) ? 2 * p.max_error : 2 * std::max(p.max_error, 0.0) + 1;
+    const double step =
+        is_float_type(p.type) ? 2 * std::max(p.max_error, 0.0) : 2 * std::max(p.max_error, 0.0) + 1;
     return step > 0 ? step : std::max((p.range_high - p.range_low) * 0x1p-24, 1e-30);
   }
 
@@ -77,7 +85,10 @@ class Estimator {
     std::uint64_t done = 0;
     oneapi::tbb::parallel_for(std::size_t{0}, sample_.chosen.size(), [&](std::size_t i) {
       const Index3 position = bricks_.position(sample_.bricks[sample_.chosen[i]].id);
-      const Box around = region_of_marks(bricks_.closed_box(position), of_bounds_[0].domain()).grown(halo());
+      const CodingParameters& p = of_bounds_[0];
+      const Box around = p.stores_grid()
+                             ? region_of_marks(bricks_.closed_box(position), p.domain()).grown(halo())
+                             : samples_to_encode(p, position);
       SliceRange slices;
       {
         const std::lock_guard lock(reading);
@@ -179,7 +190,7 @@ class Estimator {
       begin = end;
     }
     const double whole = static_cast<double>(bricks_.count()) / static_cast<double>(sample_.bricks.size()),
-                 threads = std::max(run_.resources.threads, 1);
+                 threads = threads_;
     Estimate e;
     e.max_error = of_bounds_[bound].max_error;
     e.file_bytes = whole * bytes + bytes_around_bricks(bound);
@@ -193,35 +204,41 @@ class Estimator {
   VolumeSource& source_;
   std::vector<CodingParameters> of_bounds_;
   const EstimateRun& run_;
+  int threads_;
   BrickGrid bricks_;
   std::vector<double> steps_;
   BrickSample sample_;
   std::vector<std::vector<Encoded>> encoded_;  // by bound, and as the chosen bricks
 };
 
-// Lossless, and bounds around the noise, where most of the choice is.
-std::vector<double> usual_errors(double noise, const CodingParameters& p) {
+// Lossless, and bounds around the noise, where most of the choice is. Of a grid alone also no bound.
+std::vector<std::optional<double>> usual_errors(double noise, const EncodeOptions& options,
+                                                const CodingParameters& p) {
   const bool whole = !is_float_type(p.type);
   const double unit = noise > 0 ? noise : whole ? 4 : std::max((p.range_high - p.range_low) / 1000, 1e-30);
-  std::vector<double> errors = {0};
-  for (const double part : {0.125, 0.25, 0.5, 1.0, 2.0, 4.0}) {
-    double error = part * unit;
-    if (whole) {
-      error = std::round(error);
-    } else {
-      error = std::stod(fmt::format("{:.1e}", error));
-    }
-    if (error > errors.back()) errors.push_back(error);
+  // Bounds that the other options do not allow are left out.
+  const double above = options.surface_error.value_or(-1);
+  const bool of_mesh = options.mesh_error && !options.surface_error && !options.grid_only;
+  const double most = of_mesh ? *options.mesh_error : HUGE_VAL;
+  std::vector<std::optional<double>> errors;
+  if (options.grid_only) errors.push_back(std::nullopt);
+  if (options.grid_only && p.max_level < max_level(p.cube_size)) return errors;
+  double last = -1;
+  for (const double part : {0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0}) {
+    const double error = whole ? std::round(part * unit) : std::stod(fmt::format("{:.1e}", part * unit));
+    if (error <= last || error <= above || error > most) continue;
+    errors.push_back(last = error);
   }
+  if (errors.empty()) errors.push_back(above < 0 ? 0 : 2 * above + 1);
   return errors;
 }
 
 // The most threads that fit into the limit.
-int threads_for(const std::vector<CodingParameters>& of_bounds, const Resources& resources) {
+int threads_for(const CodingParameters& p, const VolumeSource& source, std::size_t bounds,
+                const Resources& resources) {
   const auto memory = [&](int threads) {
-    std::uint64_t most = 0;
-    for (const CodingParameters& p : of_bounds) most = std::max(most, memory_of_estimating(p, threads));
-    return most;
+    return memory_of_estimating(p, threads, static_cast<std::int64_t>(bounds), most_chosen(p.bricks())) +
+           source.traits().memory;
   };
   int threads = std::max(resources.threads, 1);
   if (!resources.memory) return threads;
@@ -234,7 +251,18 @@ int threads_for(const std::vector<CodingParameters>& of_bounds, const Resources&
 }  // namespace
 
 EstimateResult estimate_encoding(const EstimateRun& run) {
+  constexpr std::size_t most_bounds = 64, usual_bounds = 8;
+  if (run.max_errors.size() > most_bounds)
+    throw UsageError(fmt::format("{} bounds are too many to try at once; give at most {}",
+                                 run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
+  EncodeOptions options = run.options;
+  // Any that the other options allow.
+  if (!options.grid_only) options.max_error = options.surface_error ? 2 * *options.surface_error + 1 : 0;
+  // Checked before anything is read.
+  const int threads =
+      threads_for(parameters_but_scale(options, source->info()), *source,
+                  run.max_errors.empty() ? usual_bounds : run.max_errors.size(), run.resources);
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
       throw UsageError(
@@ -242,14 +270,12 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
                    {source->name(), Setting{"spool", "a spool"}}});
     source = spooled(std::move(source), run.resources.spool);
   }
-  EncodeOptions options = run.options;
-  // Above the bound of the active points, whatever the others are.
-  options.max_error = run.options.surface_error.value_or(-1) + 1;
   const CodingParameters first = resolve(options, *source);
   const double noise = noise_of(*source);
-  const std::vector<double> errors = run.max_errors.empty() ? usual_errors(noise, first) : run.max_errors;
+  std::vector<std::optional<double>> errors(run.max_errors.begin(), run.max_errors.end());
+  if (errors.empty()) errors = usual_errors(noise, run.options, first);
   std::vector<CodingParameters> parameters;
-  for (const double error : errors) {
+  for (const std::optional<double>& error : errors) {
     options.max_error = error;
     CodingParameters p = parameters_but_scale(options, source->info());
     p.range_low = first.range_low;
@@ -258,9 +284,10 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     parameters.push_back(p);
   }
   EstimateResult result;
-  oneapi::tbb::task_arena arena(threads_for(parameters, run.resources));
-  arena.execute([&] { result = Estimator(*source, std::move(parameters), run).estimate(); });
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
   result.noise = noise;
+  result.threads = threads;
   return result;
 }
 

@@ -22,7 +22,7 @@ struct EstimateRun {
 };
 
 struct Estimate {
-  double max_error = 0;
+  double max_error = 0;  ///< negative: none
   double file_bytes = 0;
   double rmse = 0;
   double psnr = 0;  ///< in dB, with max - min of the samples as peak; NaN if nothing is lost
@@ -34,6 +34,7 @@ struct EstimateResult {
   CodingParameters parameters;  ///< of all the encodings, except for bounds
   double noise = 0;             ///< see noise_of()
   double low = 0, high = 0;     ///< of the samples that were looked at
+  int threads = 1;              ///< that fit into the limit on memory
   std::int64_t bricks = 0, surveyed = 0, encoded = 0;
   std::vector<Estimate> estimates;  ///< in the order of max_errors
 };

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <functional>
+#include <limits>
 #include <vector>
 
 #include "io/files/errors.h"
@@ -15,12 +16,14 @@
 namespace tagrid {
 namespace {
 
+double width(const std::optional<std::pair<double, double>>& range) {
+  return range ? range->second - range->first : 0;
+}
+
 // The PSNR of encodings of a volume.
 class Psnr {
  public:
-  Psnr(const EncodeOptions& options, VolumeSource& source) : source_(source) {
-    const auto [low, high] = range_of_data(source);
-    peak_ = high - low;
+  Psnr(const EncodeOptions& options, VolumeSource& source, double peak) : source_(source), peak_(peak) {
     EncodeOptions voxels = options;
     voxels.error_rule.reset();
     voxels.mesh_error.reset();
@@ -28,8 +31,7 @@ class Psnr {
     parameters_ = parameters_but_scale(voxels, source.info());
   }
 
-  double peak() const { return peak_; }
-  /// In dB; infinite if nothing is lost. `sampled`: of a part of the rows of bricks, evenly over the volume.
+  /// In dB; infinite if nothing is lost. `sampled`: of a part of the rows of bricks, spread over the volume.
   double of(double max_error, bool sampled) {
     constexpr std::int64_t most_sampled = std::int64_t{1} << 24;
     parameters_.max_error = max_error;
@@ -37,10 +39,10 @@ class Psnr {
     const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
                        per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
                        wanted = sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, rows) : rows;
-    double squares = 0, finite = 0;
+    Statistics all;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
-      for_each_brick_of_row(source_, bricks, (2 * i + 1) * rows / (2 * wanted),
+      for_each_brick_of_row(source_, bricks, spread_row(i, wanted, rows),
                             [&](std::int64_t id, const BrickSamples& samples) {
                               const Index3 position = bricks.position(id);
                               BrickCode code;
@@ -48,96 +50,126 @@ class Psnr {
                               of_brick[static_cast<std::size_t>(position.x)] = code.statistics;
                             });
       // In the order of bricks: sums of floats depend on it.
-      for (const Statistics& s : of_brick) {
-        squares +=
-            is_float_type(parameters_.type) ? s.sum_squared_real : static_cast<double>(s.sum_squared_error);
-        finite += static_cast<double>(s.finite);
-      }
+      for (const Statistics& s : of_brick) all.add(s);
     }
-    return squares > 0 ? 10 * std::log10(peak_ * peak_ * finite / squares) : INFINITY;
+    if (all.finite == 0 || all.max_error == 0) return INFINITY;
+    const double squares =
+        is_float_type(parameters_.type) ? all.sum_squared_real : static_cast<double>(all.sum_squared_error);
+    const double rmse = std::sqrt(squares / static_cast<double>(all.finite));
+    // Squares of very small errors are 0.
+    return 20 * std::log10(peak_ / (rmse > 0 ? rmse : all.max_error));
   }
 
  private:
   VolumeSource& source_;
   CodingParameters parameters_;
-  double peak_ = 0;
+  double peak_;
 };
 
-// The largest whole bound that reaches the PSNR.
-double loosest_whole(Psnr& psnr, double wanted) {
-  const auto reaches = [&](double bound, bool sampled) { return psnr.of(bound, sampled) >= wanted; };
-  double low = 0, high = 1;
-  while (high < psnr.peak() && reaches(high, true)) low = high, high *= 2;
-  while (high - low > 1) {
-    const double middle = std::floor((low + high) / 2);
-    (reaches(middle, true) ? low : high) = middle;
+// The number up to which `reaches` holds, but for the next one it does not; searched from `start` on in steps that grow,
+// and then between the last two. `least` needs no test, and `most` is the largest there is.
+std::int64_t last_that_reaches(std::int64_t start, std::int64_t step, std::int64_t least, std::int64_t most,
+                               const std::function<bool(std::int64_t)>& reaches) {
+  std::int64_t low = std::clamp(start, least, most), high = low;
+  if (low == least || reaches(low)) {
+    for (;; step *= 2) {
+      if (low == most) return most;
+      high = step < most - low ? low + step : most;
+      if (!reaches(high)) break;
+      low = high;
+    }
+  } else {
+    for (;; step *= 2) {
+      low = step < high - least ? high - step : least;
+      if (low == least || reaches(low)) break;
+      high = low;
+    }
   }
-  // The sample may be off by a little.
-  while (low > 0 && !reaches(low, false)) --low;
-  while (low < psnr.peak() && reaches(low + 1, false)) ++low;
+  while (high - low > 1) {
+    const std::int64_t middle = low + (high - low) / 2;
+    (reaches(middle) ? low : high) = middle;
+  }
   return low;
 }
 
-// The largest bound that reaches the PSNR, or a little less.
-double loosest_real(Psnr& psnr, double wanted) {
-  constexpr double precision = 1.005;
-  // Errors are spread evenly at most, so that the bound is sqrt(3) times their root mean square.
-  double low = std::sqrt(3.0) * psnr.peak() * std::pow(10, -wanted / 20) / 1.01;
-  double high = low;
-  while (high < psnr.peak() && psnr.of(high, true) >= wanted) low = high, high *= 2;
-  while (high > precision * low) {
-    const double middle = std::sqrt(low * high);
-    (psnr.of(middle, true) >= wanted ? low : high) = middle;
-  }
-  while (low > 0 && psnr.of(low, false) < wanted) low /= precision;
-  return low;
+double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
+  // Errors that are spread evenly within a bound have a root mean square of its part 1 / sqrt(3).
+  const double guess = std::sqrt(3.0) * peak * std::pow(10, -wanted / 20);
+  if (!(guess > 0)) return 0;
+  // Bounds of floats are tried in steps of half a per cent, from 1e-8 of the guess on.
+  constexpr double step = 1.005;
+  const std::int64_t tiny = -3700;
+  const auto bound = [&](std::int64_t n) {
+    return whole ? static_cast<double>(n) : n == tiny ? 0 : guess * std::pow(step, static_cast<double>(n));
+  };
+  const std::int64_t least = whole ? 0 : tiny, start = whole ? static_cast<std::int64_t>(guess) : 0,
+                     most = whole
+                                ? static_cast<std::int64_t>(std::max(peak, 1.0))
+                                : std::max<std::int64_t>(
+                                      static_cast<std::int64_t>(std::log(peak / guess) / std::log(step)), 0);
+  const auto search = [&](std::int64_t from, std::int64_t first_step, bool sampled) {
+    return last_that_reaches(from, first_step, least, most,
+                             [&](std::int64_t n) { return psnr.of(bound(n), sampled) >= wanted; });
+  };
+  // A sample tells nearly where it is; all of the volume, where exactly.
+  const std::int64_t nearly = search(start, whole ? std::max<std::int64_t>(start / 2, 1) : 64, true);
+  return bound(search(nearly, 1, false));
 }
 
 [[noreturn]] void refuse(const VolumeSource& source, const Setting& setting, const char* reads) {
-  throw UsageError(Sentence{"{}: {} {}, which is not possible here; give {} a number",
-                            {source.name(), setting, std::string(reads), setting::max_error}});
+  throw UsageError(Sentence{
+      "{}: {} {}, which is not possible here; give {} a number, or {} for a copy",
+      {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a folder"}}});
+}
+
+PlainBound by_noise(const EncodeOptions& options, VolumeSource& source, double times) {
+  if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
+  const double noise = noise_of(source);
+  PlainBound plain = {options, fmt::format("the noise is {:.4g} (standard deviation)", noise)};
+  plain.options.max_error = times * noise;
+  return plain;
+}
+
+PlainBound by_range(const EncodeOptions& options, VolumeSource& source, double part) {
+  if (!source.traits().again) refuse(source, setting::relative_error, "reads the volume twice");
+  const auto range = range_of_data(source);
+  PlainBound plain = {options, "no sample is finite"};
+  if (range) plain.reason = fmt::format("the samples lie between {} and {}", range->first, range->second);
+  plain.options.max_error = part * width(range);
+  return plain;
+}
+
+PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wanted) {
+  if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
+  const double peak = width(range_of_data(source));
+  if (!std::isfinite(peak))
+    throw UsageError(Sentence{"{}: {} has no meaning for samples whose range is not finite",
+                              {source.name(), setting::psnr}});
+  PlainBound plain = {options, fmt::format("{} dB are reached", wanted)};
+  Psnr psnr(options, source, peak);
+  plain.options.max_error = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
+  source.rewind();
+  return plain;
 }
 
 }  // namespace
 
 PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads) {
-  PlainBound plain = {options, ""};
-  if (!options.error_rule) return plain;
+  if (!options.error_rule) return {options, ""};
   const auto [kind, value] = *options.error_rule;
-  const bool whole = !is_float_type(source.info().type);
-  double bound = 0;
+  PlainBound plain;
   oneapi::tbb::task_arena arena(std::max(threads, 1));
   arena.execute([&] {
-    switch (kind) {
-      case ErrorRule::Kind::noise: {
-        if (!source.traits().any_rows)
-          refuse(source, setting::max_error, "noise: reads parts of the volume first");
-        const double noise = noise_of(source);
-        bound = whole ? std::floor(value * noise) : value * noise;
-        plain.reason =
-            fmt::format("the noise is {:.4g} (standard deviation), so the largest error is {}", noise, bound);
-        break;
-      }
-      case ErrorRule::Kind::relative: {
-        if (!source.traits().again) refuse(source, setting::relative_error, "reads the volume twice");
-        const auto [low, high] = range_of_data(source);
-        bound = whole ? std::floor(value * (high - low)) : value * (high - low);
-        plain.reason =
-            fmt::format("the samples lie between {} and {}, so the largest error is {}", low, high, bound);
-        break;
-      }
-      case ErrorRule::Kind::psnr: {
-        if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
-        Psnr psnr(options, source);
-        bound = whole ? loosest_whole(psnr, value) : loosest_real(psnr, value);
-        source.rewind();
-        plain.reason = fmt::format("{} dB are reached with a largest error of {}", value, bound);
-        break;
-      }
-    }
+    plain = kind == ErrorRule::Kind::noise      ? by_noise(options, source, value)
+            : kind == ErrorRule::Kind::relative ? by_range(options, source, value)
+                                                : by_psnr(options, source, value);
   });
+  double& bound = *plain.options.max_error;
+  bound = std::min(bound, std::numeric_limits<double>::max());
+  if (!is_float_type(source.info().type)) bound = std::floor(bound);
   plain.options.error_rule.reset();
-  plain.options.max_error = bound;
+  plain.reason +=
+      fmt::format("{} the largest error is {}", kind == ErrorRule::Kind::psnr ? " if" : ", so", bound);
   return plain;
 }
 

@@ -14,8 +14,9 @@ struct PlainBound {
 };
 
 /// Replaces the rule of the options, if there is one, by the largest error that it gives for this volume, whole for
-/// integers. Reads the volume and rewinds it: a sample of it for the noise, all of it for its range, and for a PSNR all
-/// of it two or three times, which are coded on `threads` threads. Throws UsageError if the volume cannot be read like
+/// integers. Reads the volume and rewinds it: a sample of it for the noise, all of it for its range. For a PSNR
+/// a sample is coded some ten times, and all of it three times or a few more, on `threads` threads: the next larger bound,
+/// by one or by half a per cent, does not reach it. Throws UsageError if the volume cannot be read like
 /// that, or if the bound cannot be combined with the other options.
 PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads);
 

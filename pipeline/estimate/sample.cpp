@@ -34,7 +34,7 @@ void look_at_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const
   std::mutex mutex;
   for (std::int64_t i = 0; i < wanted; ++i)
     for_each_brick_of_row(
-        source, grid, (2 * i + 1) * rows / (2 * wanted), [&](std::int64_t id, const BrickSamples& brick) {
+        source, grid, spread_row(i, wanted, rows), [&](std::int64_t id, const BrickSamples& brick) {
           with_sample_type(source.info().type, [&](auto type) {
             using T = decltype(type);
             const Samples<T> samples{brick.box, reinterpret_cast<const T*>(brick.bytes.data())};
@@ -77,12 +77,20 @@ void choose(std::size_t wanted, BrickSample& sample) {
 
 }  // namespace
 
+std::int64_t most_chosen(const BrickGrid& grid) {
+  constexpr std::int64_t most_bricks = 4096;
+  const std::int64_t samples = grid.domain.volume().count(), bricks = grid.count();
+  const std::int64_t enough = samples <= most_samples_chosen
+                                  ? bricks
+                                  : std::max<std::int64_t>(most_samples_chosen / (samples / bricks), 1);
+  return std::min({enough, bricks, most_bricks});
+}
+
 BrickSample sample_bricks(VolumeSource& source, const BrickGrid& grid, std::span<const double> steps) {
   BrickSample sample;
   look_at_bricks(source, grid, steps, sample);
   sort_by_share(steps.size(), sample.bricks);
-  const std::int64_t of_brick = grid.owned_box({0, 0, 0}).count();
-  choose(static_cast<std::size_t>(std::max<std::int64_t>(most_samples_chosen / of_brick, 1)), sample);
+  choose(static_cast<std::size_t>(most_chosen(grid)), sample);
   return sample;
 }
 

@@ -19,14 +19,16 @@ namespace {
 using ByteCount = double;
 
 // What is allocated besides the data themselves: the object, what shares it, and the blocks of the heap.
-constexpr ByteCount bytes_of_array = 64;    // a vector in a list, and its block
-constexpr ByteCount bytes_of_object = 128;  // a shared slice, or the bits of a box
-constexpr ByteCount bytes_of_tile = 250;    // the marks of a tile, in the map of the schedule
-constexpr ByteCount bytes_of_face = 250;    // a face with its bits and values, in the map of shared faces
-constexpr ByteCount bytes_of_job = 700;     // a tile or a brick that waits for a thread, and its message
-constexpr ByteCount bytes_of_pointer = 16;  // a shared pointer
-constexpr ByteCount bytes_of_range = 16;    // the lowest and the highest sample of a brick
-constexpr ByteCount bytes_of_entry = 32;    // an entry of the index, in memory and as bytes
+constexpr ByteCount bytes_of_array = 64;      // a vector in a list, and its block
+constexpr ByteCount bytes_of_object = 128;    // a shared slice, or the bits of a box
+constexpr ByteCount bytes_of_tile = 250;      // the marks of a tile, in the map of the schedule
+constexpr ByteCount bytes_of_face = 250;      // a face with its bits and values, in the map of shared faces
+constexpr ByteCount bytes_of_job = 700;       // a tile or a brick that waits for a thread, and its message
+constexpr ByteCount bytes_of_pointer = 16;    // a shared pointer
+constexpr ByteCount bytes_of_survey = 64;     // how rough a brick is, without a number for each bound
+constexpr ByteCount bytes_of_estimate = 400;  // what the encoding of a brick with one bound gave
+constexpr ByteCount bytes_of_range = 16;      // the lowest and the highest sample of a brick
+constexpr ByteCount bytes_of_entry = 32;      // an entry of the index, in memory and as bytes
 // An entry of the index while it is read: packed, unpacked and in memory, and the position of its brick.
 constexpr ByteCount bytes_of_read_entry = 130;
 
@@ -232,7 +234,8 @@ std::uint64_t memory_of_reading(const CodingParameters& p, std::int64_t threads,
   return whole(ByteCount(threads) * brick);
 }
 
-std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threads) {
+std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threads, std::int64_t bounds,
+                                   std::int64_t chosen) {
   const Sizes z(p);
   const ByteCount edge = z.edge + 2 * z.cube + 1, halo = mark_halo(p), rows = edge + 2 * halo;
   const ByteCount slices =
@@ -243,7 +246,9 @@ std::uint64_t memory_of_estimating(const CodingParameters& p, std::int64_t threa
   const ByteCount coding =
       2 * z.owned * z.s + z.code() + std::max(work_of_encoding(z), work_of_decoding(z, Wanted::samples));
   const ByteCount work = std::max({marking, work_of_subdividing(z), coding}) + z.bits();
-  return whole(slices + ByteCount(threads) * (slices + work) + z.brick_count * 400);
+  const ByteCount looked_at = z.brick_count * growing * (bytes_of_survey + 8 * ByteCount(bounds)),
+                  encoded = ByteCount(chosen) * ByteCount(bounds) * bytes_of_estimate;
+  return whole(slices + ByteCount(threads) * (slices + work) + looked_at + encoded);
 }
 
 }  // namespace tagrid

@@ -34,7 +34,9 @@ std::uint64_t memory_of_deriving(const CodingParameters& parameters, std::int64_
 std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads,
                                 bool with_grid = false);
 
-/// The same for estimating, in which each thread encodes and decodes bricks by themselves, with all that is around them.
-std::uint64_t memory_of_estimating(const CodingParameters& parameters, std::int64_t threads);
+/// The same for estimating: each thread encodes and decodes bricks by themselves, with all that is around them. `bounds`
+/// are tried on `chosen` bricks; all bricks are looked at.
+std::uint64_t memory_of_estimating(const CodingParameters& parameters, std::int64_t threads,
+                                   std::int64_t bounds, std::int64_t chosen);
 
 }  // namespace tagrid

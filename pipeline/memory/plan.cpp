@@ -140,6 +140,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
     std::optional<std::uint64_t> with_spool;
     if (can_spool && resources.spool.empty() && all > 1)
       with_spool = with_verifying(smallest_memory_of_encoding(p, true, besides), true);
+    if (with_spool && *with_spool >= needed) with_spool.reset();
     refuse(p,
            then_verified ? "encoding and verifying"
            : strips      ? "encoding"

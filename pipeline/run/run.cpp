@@ -40,6 +40,8 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
                                         traits.any_rows, traits.memory, original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
+  const bool copied = run.options.error_rule && !traits.any_rows && !resources.spool.empty();
+  if (copied) volume = spooled(std::move(volume), resources.spool);
   const PlainBound plain = with_plain_bound(run.options, *volume, plan.budget.threads);
   result.reason_of_bound = plain.reason;
   const bool reads_range = takes_range_from_data(plain.options, *volume);
@@ -49,7 +51,8 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const auto file = std::make_shared<OutputFile>(run.output, run.overwrite, like);
   TagWriter writer(*file, result.header);
 
-  if (plan.spooled) volume = spooled(std::move(volume), resources.spool);
+  const bool spools = plan.spooled && !copied;
+  if (spools) volume = spooled(std::move(volume), resources.spool);
   RowEncoder encoder(parameters, plan, slices_of(*volume));
   volume->stop_when(encoder.failed());
   const BrickRows all = BrickRows::all(parameters.bricks());
@@ -58,7 +61,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();
-  result.times_read = times_read(parameters, plan, {all}) + plan.spooled + reads_range;
+  result.times_read = times_read(parameters, plan, {all}) + (spools || copied) + reads_range;
   result.file_bytes = file->position();
   result.temporary = file->temporary();
   return {std::move(result), file};

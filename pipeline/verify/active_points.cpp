@@ -32,7 +32,7 @@ Statistics count_active_points(TagReader& reader, const Resources& resources, co
 TagSummary summary_with_levels(const std::string& path, const Resources& resources,
                                const Progress& progress) {
   // A pipe can be read only once.
-  if (attributes_of(path)) {
+  if (is_regular_input(path)) {
     TagSummary summary = summary_of(path);
     if (summary.header.parameters.stores_grid()) return summary;
   }

@@ -8,9 +8,7 @@
 #include "stages/volume/vector_code.h"
 
 namespace tagrid {
-namespace {
-
-constexpr Index3 block_size = {8, 8, 1};
+namespace survey {
 
 // Adds log2(1 + magnitude / step), in units of 2^-23, for a row. A float's bits are that logarithm if its mantissa is
 // taken for the part behind the point.
@@ -43,6 +41,12 @@ TAGRID_VECTOR_CODE void differences_of_row(const Samples<T>& samples, std::int64
   for (std::size_t x = 1; x < out.size(); ++x)
     out[x] = difference(row[x], row[x - 1], before_y[x], before_z[x]);
 }
+
+}  // namespace survey
+
+namespace {
+
+constexpr Index3 block_size = {8, 8, 1};
 
 // Sum of (i - (n - 1) / 2)^2 for i = 0 .. n-1.
 double spread_of(std::int64_t n) {
@@ -96,15 +100,16 @@ std::vector<double> roughness(const Samples<T>& samples, std::span<const double>
   std::vector<float> row(static_cast<std::size_t>(box.size().x));
   for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
     for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      differences_of_row(samples, y, z, row);
+      survey::differences_of_row(samples, y, z, row);
       for (std::size_t i = 0; i < steps.size(); ++i)
-        bits[i] += bits_of_row(row, static_cast<float>(1 / steps[i])) * 0x1p-23;
+        bits[i] +=
+            survey::bits_of_row(row, static_cast<float>(std::clamp(1 / steps[i], 1e-30, 1e30))) * 0x1p-23;
     }
   return bits;
 }
 
 template <class T>
-void append_deviations(const Samples<T>& samples, std::vector<float>& deviations) {
+void append_deviations(const Samples<T>& samples, std::vector<double>& deviations) {
   const Box& box = samples.box;
   Index3 edge;
   for (int axis = 0; axis < 3; ++axis) edge[axis] = std::min(box.size()[axis], block_size[axis]);
@@ -114,18 +119,18 @@ void append_deviations(const Samples<T>& samples, std::vector<float>& deviations
       for (std::int64_t x = box.low.x; x + step.x <= box.high.x; x += edge.x) {
         const Index3 low{x, y, z};
         const double deviation = deviation_of(samples, {low, low + step});
-        if (deviation > 0) deviations.push_back(static_cast<float>(deviation));
+        if (deviation > 0) deviations.push_back(deviation);
       }
 }
 
-double usual_deviation(std::span<float> deviations) {
+double usual_deviation(std::span<double> deviations) {
   if (deviations.empty()) return 0;
   std::ranges::sort(deviations);
   // How many lie between a deviation and 1.5 times it.
   std::vector<std::uint32_t> within(deviations.size());
   std::uint32_t most = 0;
   for (std::size_t first = 0, end = 0; first < deviations.size(); ++first) {
-    while (end < deviations.size() && deviations[end] <= 1.5F * deviations[first]) ++end;
+    while (end < deviations.size() && deviations[end] <= 1.5 * deviations[first]) ++end;
     within[first] = static_cast<std::uint32_t>(end - first);
     most = std::max(most, within[first]);
   }
@@ -136,12 +141,12 @@ double usual_deviation(std::span<float> deviations) {
   for (std::size_t first = low; first < deviations.size() && deviations[first] <= 2 * deviations[low];
        ++first)
     if (within[first] > within[best]) best = first;
-  return static_cast<double>(deviations[best + within[best] / 2]);
+  return deviations[best + within[best] / 2];
 }
 
 #define TAGRID_INSTANTIATE(T)                                                               \
   template std::vector<double> roughness(const Samples<T>&, std::span<const double> steps); \
-  template void append_deviations(const Samples<T>&, std::vector<float>&);
+  template void append_deviations(const Samples<T>&, std::vector<double>&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -22,10 +22,10 @@ std::vector<double> roughness(const Samples<T>& samples, std::span<const double>
 /// nothing is smooth across them. Blocks with a sample that is not finite are left out, and so are those without any
 /// deviation, such as air that was cut off.
 template <class T>
-void append_deviations(const Samples<T>& samples, std::vector<float>& deviations);
+void append_deviations(const Samples<T>& samples, std::vector<double>& deviations);
 
 /// The noise of a volume from the deviations of its blocks: the lowest one around which many of them lie, since blocks
 /// with structure have larger ones of all sizes. 0 if there is none. The deviations are reordered.
-double usual_deviation(std::span<float> deviations);
+double usual_deviation(std::span<double> deviations);
 
 }  // namespace tagrid

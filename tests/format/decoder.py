@@ -204,23 +204,23 @@ def decode(data, with_grid=True):
     volume = {}
     at, last, sizes = header.size, header.checksum, []
     for number in range(math.prod(header.bricks)):
-        require(len(data) >= at + 24, "the file is truncated")
-        length, stored_number, activity_size = struct.unpack_from("<IQI", data, at)
+        require(len(data) >= at + 16, "the file is truncated")
+        length, activity_size = struct.unpack_from("<II", data, at)
         closed, _ = header.boxes(number)
         points = math.prod(closed.high[a] - closed.low[a] + 1 for a in range(3))
-        require(12 <= length <= min((1 << 32) - 1, 65536 + points * (1 + 2 * header.type.size)), "impossible length")
+        require(4 <= length <= min((1 << 32) - 1, 65536 + points * (1 + 2 * header.type.size)), "impossible length")
         end = at + 4 + length
         require(len(data) >= end + 8, "the file is truncated")
         checksum = struct.unpack_from("<Q", data, end)[0]
-        require(checksum == chained(data[at:end], last), f"brick {number} is damaged")
-        require(stored_number == number and activity_size <= length - 12, f"brick {number} is not in its place")
-        middle = at + 16 + activity_size
-        samples, active = decode_brick(header, number, data[at + 16:middle], data[middle:end], with_grid)
+        require(checksum == chained(struct.pack("<Q", number) + data[at:end], last), f"brick {number} is damaged")
+        require(activity_size <= length - 4, f"brick {number} has an impossible activity")
+        middle = at + 8 + activity_size
+        samples, active = decode_brick(header, number, data[at + 8:middle], data[middle:end], with_grid)
         volume.update(samples)
         if with_grid:
             counts = [a + b for a, b in zip(counts, level_counts(header, number, active))]
         last = checksum
-        sizes.append((activity_size, length - 12 - activity_size))
+        sizes.append((activity_size, length - 4 - activity_size))
         at = end + 8
     check_index(data, at, header, last, sizes, counts if with_grid else None)
     whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))

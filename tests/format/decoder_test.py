@@ -200,10 +200,10 @@ def with_right_checksums(data):
     """A file with changed bricks and right checksums."""
     header = decoder.Header(data)
     out, at, last = bytearray(data[:header.size]), header.size, header.checksum
-    for _ in range(math.prod(header.bricks)):
+    for number in range(math.prod(header.bricks)):
         length = struct.unpack_from("<I", data, at)[0]
         brick = data[at:at + 4 + length]
-        last = decoder.chained(brick, last)
+        last = decoder.chained(struct.pack("<Q", number) + brick, last)
         out += brick + struct.pack("<Q", last)
         at += 12 + length
     index = data[at:-32]
@@ -274,9 +274,9 @@ def test_broken(comparison):
                  ("float64", "odd", (6, 9, 5), ["--cube=4", "--grid-only", "--max-error=1"])):
         whole = comparison.encode(*case)
         first = decoder.Header(whole).size
-        length, _, activity_size = struct.unpack_from("<IQI", whole, first)
+        length, activity_size = struct.unpack_from("<II", whole, first)
         # The program ignores the activity if samples do not depend on it.
-        start = first + 16 + (activity_size if len(case[3]) == 1 else 0)
+        start = first + 8 + (activity_size if len(case[3]) == 1 else 0)
         for i in range(10):
             data = bytearray(whole)
             # Damage late in a stream is found late.
@@ -286,7 +286,7 @@ def test_broken(comparison):
         if activity_size > 8:
             # Of activity, too, and whatever it is coded with: `verify` looks at it.
             data = bytearray(whole)
-            data[first + 16 + chance.randrange(activity_size)] ^= 1 << chance.randrange(8)
+            data[first + 8 + chance.randrange(activity_size)] ^= 1 << chance.randrange(8)
             comparison.compare_activity(with_right_checksums(bytes(data)), case)
         for _ in range(4):
             data = bytearray(whole)
@@ -301,8 +301,8 @@ def integers_that_escape(comparison):
     depends on it."""
     data = bytearray(comparison.encode("int32", "phantom", (6, 9, 5), ["--cube=4", "--grid-only"]))
     first = decoder.Header(data).size
-    _, _, activity_size = struct.unpack_from("<IQI", data, first)
-    data[first + 16 + activity_size + 1] ^= 0x80
+    _, activity_size = struct.unpack_from("<II", data, first)
+    data[first + 8 + activity_size + 1] ^= 0x80
     return with_right_checksums(bytes(data))
 
 

@@ -114,7 +114,7 @@ void add_bricks(std::map<std::string, Seeds>& seeds) {
     if (is_wide_type(type)) options.range = {-1024, 3072};
     if (two_bounds) options.surface_error = 1;
     const Input file = small_file({12, 11, 10}, type, options);
-    const std::size_t at = u32(file, 12), activity = u32(file, at + 12), all = u32(file, at) - 12;
+    const std::size_t at = u32(file, 12), activity = u32(file, at + 4), all = u32(file, at) - 4;
     const auto error_of_points = load_little_endian<double>(reinterpret_cast<const std::byte*>(&file[104]));
     Input input = {
         static_cast<std::uint8_t>((number & 3) | (number & 4) << 5 | (grid ? 4 : 0) | (large ? 8 : 16)),
@@ -127,7 +127,7 @@ void add_bricks(std::map<std::string, Seeds>& seeds) {
         0,
         static_cast<std::uint8_t>(activity),
         static_cast<std::uint8_t>(activity >> 8)};
-    const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 16);
+    const auto first = file.begin() + static_cast<std::ptrdiff_t>(at + 8);
     input.insert(input.end(), first, first + static_cast<std::ptrdiff_t>(all));
     seeds["brick"].push_back(input);
   }

@@ -68,12 +68,14 @@ struct EstimateCommand {
     for (const char* name : {"max_error"}) json.erase(name);
     json["noise"] = result.noise;
     json["range_of_samples"] = {result.low, result.high};
+    json["threads_used"] = result.threads;
     json["bricks"] = result.bricks;
     json["bricks_encoded"] = result.encoded;
     json["estimates"] = nlohmann::ordered_json::array();
     for (const Estimate& e : result.estimates)
       json["estimates"].push_back(
-          {{"max_error", e.max_error},
+          {{"max_error",
+            e.max_error < 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(e.max_error)},
            {"bytes", std::llround(e.file_bytes)},
            {"ratio", bytes_of(result) / e.file_bytes},
            {"bits_per_voxel", bits_per_voxel(result, e)},

@@ -10,6 +10,7 @@
 #include "io/formats/open_volume.h"
 #include "io/tag/file.h"
 #include "pipeline/estimate/plain_bound.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/run/run.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/advice.h"
@@ -135,7 +136,9 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const PlainBound plain = with_plain_bound(volume.asked.options, *original, resources_.threads);
+    const EncodePlan plan = plan_encoding(parameters_but_scale(volume.asked.options, original->info()),
+                                          resources_, original->traits().any_rows, original->traits().memory);
+    const PlainBound plain = with_plain_bound(volume.asked.options, *original, plan.budget.threads);
     const TagHeader header{resolve(plain.options, *original), original->info().nrrd_fields};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");

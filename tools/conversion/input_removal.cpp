@@ -64,7 +64,9 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
         fmt::format("or {}", advice).c_str());
 }
 
-bool has_bound(const EncodeOptions& options) { return !options.grid_only || options.max_error.has_value(); }
+bool has_bound(const EncodeOptions& options) {
+  return !options.grid_only || options.max_error || options.error_rule;
+}
 
 void refuse_without_bound(const EncodeOptions& options, const std::string& option) {
   if (has_bound(options)) return;

@@ -32,7 +32,7 @@ std::vector<T> noisy(const Box& box, double deviation, unsigned seed) {
 template <class T>
 struct Survey : testing::Test {
   static double noise_of(const Box& box, const std::vector<T>& samples) {
-    std::vector<float> deviations;
+    std::vector<double> deviations;
     append_deviations(Samples<T>{box, samples.data()}, deviations);
     return usual_deviation(deviations);
   }

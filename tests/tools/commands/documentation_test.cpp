@@ -133,7 +133,7 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
   for (const std::string& command : commands()) {
     std::string body = part("_tagrid_" + command + "() {", "}");
     for (const char* array :
-         {"run", "memory", "spool", "report", "output", "removal", "encoding", "headerless"})
+         {"run", "memory", "spool", "report", "output", "removal", "error", "encoding", "headerless"})
       if (body.find("$_tagrid_" + std::string(array)) != body.npos)
         body += array == std::string("report") ? part("_tagrid_report=(", "_tagrid_removal")
                                                : part("_tagrid_" + std::string(array) + "=(", ")");

@@ -109,7 +109,7 @@ TEST_F(EstimateCommand, BoundsThatFollowFromSamplesAreSaidAndPlainInTheFile) {
   for (const Arguments& rule :
        {Arguments{"--max-error", "noise:2"}, {"--psnr", "50"}, {"--relative-error", "0.1"}})
     expect_error(tagrid(with({"encode", "-", "-o", "c.tag"}, rule), content("volume.nrrd")), usage,
-                 "give --max-error a number");
+                 "give --max-error a number, or --spool");
 }
 
 TEST_F(EstimateCommand, RulesWorkInListsAndInRunsThatGoOn) {
