@@ -156,7 +156,8 @@ PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wa
 
 PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads) {
   if (!options.error_rule) return {options, ""};
-  const auto [kind, value] = *options.error_rule;
+  const ErrorRule::Kind kind = options.error_rule->kind;
+  const double value = options.error_rule->value;
   PlainBound plain;
   oneapi::tbb::task_arena arena(std::max(threads, 1));
   arena.execute([&] {
