@@ -216,7 +216,6 @@ class Reader {
     });
   }
 
-  /// Throws Error with TAGRID_BROKEN_INPUT for the first thing that is wrong.
   /// The number of active points of each level of the grid: see tagrid_reader_levels().
   std::vector<std::uint64_t> levels(const Call& call = {}) const {
     std::vector<std::uint64_t> active(static_cast<std::size_t>(info().levels) + 1);
@@ -225,6 +224,7 @@ class Reader {
     return active;
   }
 
+  /// Throws Error with TAGRID_BROKEN_INPUT for the first thing that is wrong.
   void verify(const Call& call = {}) const {
     run(call, [&](const tagrid_call* settings) { return tagrid_reader_verify(reader_, settings); });
   }
