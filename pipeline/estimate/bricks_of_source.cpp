@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/encode/input_slices.h"
+
 namespace tagrid {
 
 SliceRange slices_of_box(VolumeSource& source, const Box& box) {
@@ -19,10 +21,7 @@ SliceRange slices_of_box(VolumeSource& source, const Box& box) {
   const std::int64_t last = rows.high.z;
   for (std::int64_t z = rows.low.z; z <= last; ++z) {
     rows.low.z = rows.high.z = z;
-    auto samples = std::make_shared_for_overwrite<std::byte[]>(static_cast<std::size_t>(rows.count()) *
-                                                               size_of(source.info().type));
-    source.read_rows(samples.get(), rows);
-    slices.push_back(std::move(samples));
+    slices.push_back(read_input_slice(source, rows));
   }
   range.slices = std::make_shared<const std::vector<SliceSamples>>(std::move(slices));
   return range;

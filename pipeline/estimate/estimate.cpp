@@ -64,7 +64,6 @@ class Estimator {
     result.low = sample_.low;
     result.high = sample_.high;
     result.bricks = bricks_.count();
-    result.surveyed = static_cast<std::int64_t>(sample_.bricks.size());
     result.encoded = static_cast<std::int64_t>(sample_.chosen.size());
     for (std::size_t bound = 0; bound < of_bounds_.size(); ++bound)
       result.estimates.push_back(estimate_of(bound));
@@ -74,8 +73,7 @@ class Estimator {
  private:
   // A sample of floats that is kept exactly has no step; this one is as small as its mantissa allows.
   static double step_of(const CodingParameters& p) {
-    const double step =
-        is_float_type(p.type) ? 2 * std::max(p.max_error, 0.0) : 2 * std::max(p.max_error, 0.0) + 1;
+    const double step = 2 * std::max(p.max_error, 0.0) + (is_float_type(p.type) ? 0 : 1);
     return step > 0 ? step : std::max((p.range_high - p.range_low) * 0x1p-24, 1e-30);
   }
 

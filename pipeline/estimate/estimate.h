@@ -35,7 +35,7 @@ struct EstimateResult {
   double noise = 0;             ///< see noise_of()
   double low = 0, high = 0;     ///< of the samples that were looked at
   int threads = 1;              ///< that fit into the limit on memory
-  std::int64_t bricks = 0, surveyed = 0, encoded = 0;
+  std::int64_t bricks = 0, encoded = 0;
   std::vector<Estimate> estimates;  ///< in the order of max_errors
 };
 

@@ -1,7 +1,6 @@
 // What the samples of a brick are like, found much faster than by encoding it: how rough they are, and how noisy.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>

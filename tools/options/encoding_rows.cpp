@@ -35,14 +35,18 @@ void set_grid_only(EncodingOptions& o, const std::string& text) {
   o.options.grid_only = text == "true";
 }
 
+// The value whose name is `word`. REQUIRES: there is one.
+template <class Value, std::size_t count>
+void set_by_name(Value& value, const std::array<std::string_view, count>& names, const std::string& word) {
+  value = static_cast<Value>(std::ranges::find(names, word) - names.begin());
+}
+
 void set_effort(EncodingOptions& o, const std::string& word) {
-  const auto found = std::find(effort_names.begin(), effort_names.end(), word);
-  o.options.effort = static_cast<Effort>(found - effort_names.begin());
+  set_by_name(o.options.effort, effort_names, word);
 }
 
 void set_grid(EncodingOptions& o, const std::string& word) {
-  const auto found = std::find(grid_origin_names.begin(), grid_origin_names.end(), word);
-  o.options.grid = static_cast<GridOrigin>(found - grid_origin_names.begin());
+  set_by_name(o.options.grid, grid_origin_names, word);
 }
 
 // A number, or noise:K. Of several the last counts.

@@ -194,9 +194,12 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   json["type"] = name_of(header.parameters.type);
   json["geometry"] = geometry_json(header);
   json.update(settings_json(header.parameters));
-  json["levels"] = with_levels ? nlohmann::ordered_json::array() : nlohmann::ordered_json(nullptr);
-  for (const LevelRow& row : with_levels ? level_rows(header, index) : std::vector<LevelRow>())
-    json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
+  json["levels"] = nullptr;
+  if (with_levels) {
+    json["levels"] = nlohmann::ordered_json::array();
+    for (const LevelRow& row : level_rows(header, index))
+      json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
+  }
   json["bytes"] = {{"file", sizes.file},
                    {"header", sizes.header},
                    {"activity", sizes.activity},
