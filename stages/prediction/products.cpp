@@ -10,7 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "stages/prediction/instruction_sets.h"
+#include "stages/volume/instruction_sets.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {

@@ -7,7 +7,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "stages/prediction/instruction_sets.h"
+#include "stages/volume/instruction_sets.h"
 #include "stages/wavefront/decoder.h"
 #include "stages/wavefront/encoder.h"
 

@@ -1,4 +1,4 @@
-#include "stages/prediction/instruction_sets.h"
+#include "stages/volume/instruction_sets.h"
 
 #include <atomic>
 
