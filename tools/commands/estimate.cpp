@@ -65,7 +65,7 @@ struct EstimateCommand {
 
   static nlohmann::ordered_json figures_of(const EstimateResult& result) {
     nlohmann::ordered_json json = settings_json(result.parameters);
-    for (const char* name : {"max_error"}) json.erase(name);
+    json.erase("max_error");
     json["noise"] = result.noise;
     json["range_of_samples"] = {result.low, result.high};
     json["threads_used"] = result.threads;
@@ -126,11 +126,7 @@ Action add_estimate_command(CLI::App& app) {
                    "Largest errors to try, such as 0,2,5; default: a list that fits the noise")
       ->option_text("E,E,...");
   add_encoding_options(*command, state->encoding, {"max-error", "relative-error", "psnr"});
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
-  add_spool_option(*command, state->run);
-  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
+  add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

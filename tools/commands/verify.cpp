@@ -70,11 +70,7 @@ Action add_verify_command(CLI::App& app) {
       ->option_text("ORIGINAL");
   add_raw_options(*command, state->raw);
   add_vdb_grid_option(*command, state->vdb_grid);
-  add_run_options(*command, state->run);
-  add_json_option(*command, state->run);
-  add_memory_option(*command, state->run);
-  add_spool_option(*command, state->run);
-  command->add_flag("-f,--force", state->overwrite, "Overwrite the file of --json if it exists");
+  add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }
 

@@ -105,6 +105,14 @@ void add_json_option(CLI::App& command, RunOptions& options) {
   command.add_option("--json", options.json, "Write statistics of the run to FILE")->option_text("FILE");
 }
 
+void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite) {
+  add_run_options(command, options);
+  add_json_option(command, options);
+  add_memory_option(command, options);
+  add_spool_option(command, options);
+  command.add_flag("-f,--force", overwrite, "Overwrite the file of --json if it exists");
+}
+
 void add_removal_options(CLI::App& command, bool& remove) {
   CLI::Option* keep = command.add_flag("-k,--keep")->description("Keep the input (default)");
   command.add_flag("--rm", remove, "Remove the input once its output is complete and verified")

@@ -88,6 +88,9 @@ void add_spool_option(CLI::App& command, RunOptions& options);
 /// --json FILE
 void add_json_option(CLI::App& command, RunOptions& options);
 
+/// All of these, and -f for the report, for a command that writes nothing else.
+void add_report_options(CLI::App& command, RunOptions& options, bool& overwrite);
+
 /// -k, --rm
 void add_removal_options(CLI::App& command, bool& remove);
 
