@@ -109,16 +109,6 @@ class Decoder:
         self.advance(value << (16 - n), 1 << (16 - n))
         return value
 
-    def symbol(self, a, b=None, c=None):
-        """Decodes a symbol by the mean of three models, or by one."""
-        b, c = b or a, c or a
-        m = [0] + [((a.below[i] + b.below[i]) >> 1) + c.below[i] for i in range(1, 16)] + [65536]
-        s = max(i for i in range(16) if m[i] <= self.slot())
-        self.advance(m[s], m[s + 1] - m[s])
-        for model in (a, b, c) if b is not a else (a,):
-            model.learn(s)
-        return s
-
     def adaptive(self, b, limit):
         bit = self.decode(b.probability())
         b.learn(bit, limit)
