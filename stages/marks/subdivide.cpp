@@ -1,6 +1,7 @@
 #include "stages/marks/subdivide.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <utility>
 #include <vector>
@@ -10,8 +11,22 @@ namespace {
 
 using Word = std::uint64_t;
 
-// One bit for each x of a row: the points that a pass reads or sets.
+// One bit for each x of a row of `words` words, or of any number of words if `words` is 0: the points that a pass reads or
+// sets. Rows are short, so loops whose length the compiler knows take half the time.
+template <std::size_t words>
 class RowBits {
+ public:
+  explicit RowBits(std::size_t) {}
+  Word& operator[](std::size_t i) { return words_[i]; }
+  const Word& operator[](std::size_t i) const { return words_[i]; }
+  static constexpr std::size_t size() { return words; }
+
+ private:
+  std::array<Word, words> words_{};
+};
+
+template <>
+class RowBits<0> {
  public:
   explicit RowBits(std::size_t words) : words_(words) {}
   Word& operator[](std::size_t i) { return words_[i]; }
@@ -22,12 +37,14 @@ class RowBits {
   std::vector<Word> words_;
 };
 
-void or_into(Word* row, const RowBits& bits) {
+template <class Row>
+void or_into(Word* row, const Row& bits) {
   for (std::size_t i = 0; i < bits.size(); ++i) row[i] |= bits[i];
 }
 
 // row |= bits moved by `distance` towards higher x; `valid` masks bits that would leave the row.
-void or_moved_up(Word* row, const RowBits& bits, std::size_t distance, const RowBits& valid) {
+template <class Row>
+void or_moved_up(Word* row, const Row& bits, std::size_t distance, const Row& valid) {
   const std::size_t whole = distance / 64, part = distance % 64;
   for (std::size_t i = bits.size(); i-- > whole;) {
     Word moved = bits[i - whole] << part;
@@ -36,7 +53,8 @@ void or_moved_up(Word* row, const RowBits& bits, std::size_t distance, const Row
   }
 }
 
-void or_moved_down(Word* row, const RowBits& bits, std::size_t distance) {
+template <class Row>
+void or_moved_down(Word* row, const Row& bits, std::size_t distance) {
   const std::size_t whole = distance / 64, part = distance % 64;
   for (std::size_t i = 0; i + whole < bits.size(); ++i) {
     Word moved = bits[i + whole] >> part;
@@ -45,6 +63,7 @@ void or_moved_down(Word* row, const RowBits& bits, std::size_t distance) {
   }
 }
 
+template <std::size_t words>
 class Closure {
  public:
   Closure(std::span<LatticeBits> nested, int cube_size)
@@ -58,7 +77,8 @@ class Closure {
         three_(odd_),
         valid_(odd_),
         found_(odd_),
-        moved_(odd_) {
+        moved_(odd_),
+        part_(odd_) {
     for (std::int64_t x = 0; x <= high_.x - low_.x; ++x) set(valid_, x);
   }
 
@@ -72,8 +92,8 @@ class Closure {
 
  private:
   bool any() const {
-    const auto words = std::as_const(nested_[0]).words();
-    return std::any_of(words.begin(), words.end(), [](Word word) { return word != 0; });
+    const auto all = std::as_const(nested_[0]).words();
+    return std::any_of(all.begin(), all.end(), [](Word word) { return word != 0; });
   }
 
   void add_parents() {
@@ -86,7 +106,9 @@ class Closure {
     }
   }
 
-  static void set(RowBits& bits, std::int64_t x) {
+  using Row = RowBits<words>;
+
+  static void set(Row& bits, std::int64_t x) {
     bits[static_cast<std::size_t>(x / 64)] |= Word{1} << (x % 64);
   }
 
@@ -114,7 +136,7 @@ class Closure {
         }
   }
 
-  bool find(std::int64_t y, std::int64_t z, const RowBits& mask) {
+  bool find(std::int64_t y, std::int64_t z, const Row& mask) {
     const Word* row = bits_->row(y, z);
     Word any = 0;
     for (std::size_t i = 0; i < found_.size(); ++i) any |= found_[i] = row[i] & mask[i];
@@ -171,9 +193,9 @@ class Closure {
     return true;
   }
 
-  void move_apart(const RowBits& down, const RowBits& up, std::size_t distance) {
+  void move_apart(const Row& down, const Row& up, std::size_t distance) {
     for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = 0;
-    RowBits& part = part_;
+    Row& part = part_;
     for (std::size_t i = 0; i < part.size(); ++i) part[i] = found_[i] & up[i];
     or_moved_up(&moved_[0], part, distance, valid_);
     for (std::size_t i = 0; i < part.size(); ++i) part[i] = found_[i] & down[i];
@@ -185,14 +207,23 @@ class Closure {
   int cube_size_;
   Index3 low_, high_;
   std::int64_t unit_ = 1;
-  RowBits odd_, even_, one_, three_, valid_, found_, moved_;
-  RowBits part_{odd_};
+  Row odd_, even_, one_, three_, valid_, found_, moved_, part_;
 };
 
 }  // namespace
 
 void close_under_parents(std::span<LatticeBits> nested, int cube_size) {
-  if (!nested.empty() && !nested[0].box().empty()) Closure(nested, cube_size).run();
+  if (nested.empty() || nested[0].box().empty()) return;
+  switch (nested[0].words_per_row()) {
+    case 1:
+      return Closure<1>(nested, cube_size).run();
+    case 2:
+      return Closure<2>(nested, cube_size).run();
+    case 3:
+      return Closure<3>(nested, cube_size).run();
+    default:
+      return Closure<0>(nested, cube_size).run();
+  }
 }
 
 void close_under_parents(LatticeBits& bits, int cube_size) {
