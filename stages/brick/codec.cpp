@@ -187,28 +187,37 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
   for (int axis = 0; axis < 3; ++axis)
     if (brick[axis] > 0) ++owned.low[axis];
   const std::int64_t s = parameters.cube_size;
-  // In a row, only the odd multiples of a unit in x affect the levels of points, so there is one mask for
-  // each unit.
+  // The x coordinates with exactly 2^i as their unit, and those with 2^i or more; the multiples of S are at the end.
   const std::size_t words = active.words_per_row();
-  std::vector<std::vector<std::uint64_t>> masks;  // x with exactly 2^i as their unit; last: multiples of S
+  struct Masks {
+    std::vector<std::uint64_t> exactly, at_least;
+  };
+  std::vector<Masks> masks;
   for (std::int64_t unit = 1; unit <= s; unit *= 2) {
-    masks.emplace_back(words);
-    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x)
-      if (x % unit == 0 && (unit == s || x % (2 * unit) != 0))
-        masks.back()[static_cast<std::size_t>((x - active.box().low.x) / 64)] |=
-            std::uint64_t{1} << ((x - active.box().low.x) % 64);
+    Masks& m =
+        masks.emplace_back(Masks{std::vector<std::uint64_t>(words), std::vector<std::uint64_t>(words)});
+    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x) {
+      const auto at = static_cast<std::size_t>(x - active.box().low.x);
+      const std::uint64_t bit = std::uint64_t{x % unit == 0} << (at % 64);
+      m.at_least[at / 64] |= bit;
+      if (unit == s || x % (2 * unit) != 0) m.exactly[at / 64] |= bit;
+    }
   }
   for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
-    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y)
-      for (std::size_t i = 0; i < masks.size(); ++i) {
-        const std::uint64_t* row = active.row(y, z);
-        std::uint64_t count = 0;
+    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y) {
+      const std::uint64_t* row = active.row(y, z);
+      const auto count = [&](const std::vector<std::uint64_t>& mask, std::int64_t x) {
+        std::uint64_t n = 0;
         for (std::size_t w = 0; w < words; ++w)
-          count += static_cast<std::uint64_t>(std::popcount(row[w] & masks[i][w]));
-        if (count == 0) continue;
-        const std::int64_t x = std::int64_t{1} << i;
-        statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += count;
-      }
+          n += static_cast<std::uint64_t>(std::popcount(row[w] & mask[w]));
+        if (n > 0)
+          statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += n;
+      };
+      // Points whose x has a larger unit than y or z have all the same level.
+      const auto last = static_cast<std::size_t>(std::countr_zero(static_cast<std::uint64_t>(y | z | s)));
+      for (std::size_t i = 0; i <= last; ++i) count(masks[i].exactly, std::int64_t{1} << i);
+      if (last + 1 < masks.size()) count(masks[last + 1].at_least, s);
+    }
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                        \
