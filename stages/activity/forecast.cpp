@@ -50,8 +50,8 @@ Forecast forecast_activity(std::span<const T> samples, const CodingParameters& p
     CurvatureField field;
     evaluate_curvature(values, closed, field_scale, field);
     for (LatticeBits& set : sets) set = LatticeBits(closed);
-    grade_curvature(field, parameters.domain(), {parameters.accuracy, field_scale, parameters.max_level},
-                    sets);
+    grade_curvature(std::move(field), parameters.domain(),
+                    {parameters.accuracy, field_scale, parameters.max_level}, sets);
   };
   if constexpr (is_wide<T>) {
     const std::vector<double> heights =

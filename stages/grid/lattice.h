@@ -32,6 +32,11 @@ constexpr int max_level(int cube_size) {
   return levels;
 }
 
+/// The level of the points with `odd` odd coordinates in units of `unit`.
+constexpr int level_of(int cube_size, std::int64_t unit, int odd) {
+  return max_level(static_cast<int>(cube_size / (2 * unit))) + 4 - odd;
+}
+
 /// A list of at most 8 points that needs no allocation.
 struct PointList {
   std::array<Index3, 8> points{};

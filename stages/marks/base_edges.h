@@ -1,65 +1,72 @@
-// Base edges, one row at a time, in the form that the criterion needs. The slopes and second derivatives are part
-// of the format (section 6.6 of docs/format.md).
+// Base edges, by the points in their middles.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 
 #include "stages/grid/box.h"
-#include "stages/marks/criterion.h"
-#include "stages/marks/curvature.h"
+#include "stages/grid/lattice.h"
 
 namespace tagrid {
 
-/// The points of one row that have the same class: x = x0 + 2 unit i. Their base edges end at corners of
+/// The points of one class in one slice: x = x0 + 2 unit i, y = y0 + 2 unit j. Their base edges end at corners of
 /// their cells in the lattice of 2 unit.
-struct RowOfEdges {
+struct PointsOfSlice {
   std::int64_t unit;
-  std::int64_t x0, y, z;  ///< first point of the row
-  std::int64_t count;
-  int odd;  ///< number of coordinates that are odd multiples of the unit: 1, 2, 3
+  std::int64_t x0, y0, z;      ///< the first point
+  std::int64_t columns, rows;  ///< number of i, and of j
+  int odd;                     ///< number of coordinates that are odd multiples of the unit: 1, 2, 3
   bool odd_x, odd_y, odd_z;
   bool alternate;  ///< diagonals alternate with the parity of the cell; not at the root
 
-  /// Diagonals that alternate along the row are loaded in two runs: first the cells 0, 2, .., then 1, 3, ..
-  int runs() const { return odd_x && odd > 1 ? 2 : 1; }
-  Index3 point(std::int64_t cell) const { return {x0 + 2 * unit * cell, y, z}; }
+  /// Of each edge.
+  float length() const {
+    constexpr float sqrt_of[4] = {0, 1, 1.41421356F, 1.73205081F};
+    return static_cast<float>(2 * unit) * sqrt_of[odd];
+  }
 };
 
-/// Loads the edges of the cells [from, from + count) of a row; lanes `first` and after get the cells in the order
-/// of the runs. rise_scale: voxels per unit of the field's value component. REQUIRES: first + count
-/// <= EdgeBatch::capacity.
-void load_edges(const CurvatureField& field, const RowOfEdges& row, std::int64_t from, std::int64_t count,
-                float rise_scale, EdgeBatch& edges, std::size_t first = 0);
-
-/// Upper bounds for all edges of a row, in voxels, rounding included: of absolute slopes, of the curve at
-/// both ends and of the chord, and of absolute second derivatives. NaN or infinite if an entry of the field
-/// is.
-struct EdgeBounds {
-  float slope, chord, bend;
+/// The direction of an edge: the distance in units along each axis from its middle to its right end. An edge rises
+/// along its first odd axis.
+struct Way {
+  std::int64_t x, y, z;
 };
-EdgeBounds bounds_of(const CurvatureField& field, const RowOfEdges& row, float rise_scale);
 
-/// Calls f(row) for all rows of points of `box` up to a level: by unit from coarse to fine, then by class.
+/// The direction of the edge of point (i, j); it depends only on whether these are even.
+inline Way way_of(const PointsOfSlice& points, std::int64_t i, std::int64_t j) {
+  // Along the other axes an edge rises if its cell has the same parity there as along the first. The low corner of a
+  // cell is a unit below its middle.
+  const std::int64_t u = points.unit;
+  const auto parity = [&](bool odd, std::int64_t middle) {
+    return odd && points.alternate && ((middle - u) & (2 * u)) != 0;
+  };
+  const bool px = parity(points.odd_x, points.x0 + 2 * u * i),
+             py = parity(points.odd_y, points.y0 + 2 * u * j), pz = parity(points.odd_z, points.z);
+  const bool first = points.odd_x ? px : points.odd_y ? py : pz;
+  const auto along = [first](bool odd, bool p) { return !odd ? 0 : p == first ? 1 : -1; };
+  return {along(points.odd_x, px), along(points.odd_y, py), along(points.odd_z, pz)};
+}
+
+/// Calls f(points) for all points of `box` with this unit, up to a level: slice by slice, and class by class.
 template <class F>
-void for_each_row_of_edges(const Box& box, int cube_size, int max_level, F f) {
+void for_each_slice_of_points(const Box& box, int cube_size, int max_level, std::int64_t unit, F f) {
+  const std::int64_t period = 2 * unit;
   // The first coordinate >= low of the form unit * odd number, or unit * even number.
-  const auto first_of = [](std::int64_t low, std::int64_t unit, bool odd) {
-    const std::int64_t offset = odd ? unit : 0, period = 2 * unit;
+  const auto first_of = [&](std::int64_t low, bool odd) {
+    const std::int64_t offset = odd ? unit : 0;
     return offset + (low - offset + period - 1) / period * period;
   };
-  int cycle = 0;
-  for (std::int64_t unit = cube_size / 2; unit >= 1; unit /= 2, ++cycle)
-    for (int bits = 1; bits < 8; ++bits) {
-      const bool ox = bits & 1, oy = bits & 2, oz = bits & 4;
+  const auto count = [&](std::int64_t first, std::int64_t high) {
+    return first > high ? 0 : (high - first) / period + 1;
+  };
+  for (std::int64_t z = (box.low.z + unit - 1) / unit * unit; z <= box.high.z; z += unit)
+    for (int bits = 0; bits < 4; ++bits) {
+      const bool ox = bits & 1, oy = bits & 2, oz = (z & unit) != 0;
       const int odd = int{ox} + int{oy} + int{oz};
-      if (3 * cycle + 4 - odd > max_level) continue;
-      const std::int64_t x0 = first_of(box.low.x, unit, ox), period = 2 * unit;
-      if (x0 > box.high.x) continue;
-      const std::int64_t count = (box.high.x - x0) / period + 1;
-      for (std::int64_t z = first_of(box.low.z, unit, oz); z <= box.high.z; z += period)
-        for (std::int64_t y = first_of(box.low.y, unit, oy); y <= box.high.y; y += period)
-          f(RowOfEdges{unit, x0, y, z, count, odd, ox, oy, oz, period != cube_size});
+      if (odd == 0 || level_of(cube_size, unit, odd) > max_level) continue;
+      const std::int64_t x0 = first_of(box.low.x, ox), y0 = first_of(box.low.y, oy);
+      const PointsOfSlice points{unit, x0, y0, z,  count(x0, box.high.x), count(y0, box.high.y),
+                                 odd,  ox, oy, oz, period != cube_size};
+      if (points.columns > 0 && points.rows > 0) f(points);
     }
 }
 

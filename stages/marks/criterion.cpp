@@ -143,44 +143,17 @@ CriterionParameters::CriterionParameters(int m, const Multiples& multiples) {
   const double over = multiples[0] * of_m;
   step_angle = static_cast<float>(2 * half_turn);
   threshold = static_cast<float>(1 + over);
-  const double slope = std::sqrt(over * (2 + over));                    // tangent of acos(1 / (1 + over))
-  angle = static_cast<float>(0.999 * slope * (1 - slope * slope / 3));  // below the arc tangent
 }
 
 TAGRID_VECTOR_CODE
-bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
-               EdgeBatch::Flags& bent) {
-  // The two legs of an end lie on its osculating circle: their directions differ from its tangent by half the
-  // angle of a step. Let w be the distance between the ends. A step is at most a third of w, so the angle is
-  // at most w/3 |bend| / sqrt(1 + slope^2)^3, and w / sqrt(1 + slope^2) is at most length (1 + |slope - rise
-  // / length|). This bounds the angles, as differences of slopes, from above. The middle leg is the rest of
-  // the way from end to end: a third of it or more, so its direction differs from that of the way by at most
-  // the sum of the angles of both ends.
-  const float most = parameters.angle, inverse = 1.0F / length;
-  const float half_step = length * (1.0F + 0.5F * most) * (1.0F / 6);
-  const std::size_t lanes = (count + 15) / 16 * 16;  // whole vectors
-  std::uint32_t any = 0;
-  for (std::size_t i = 0; i < lanes; ++i) {
-    const float slope = edges.rise[i] * inverse;
-    const float left = std::fabs(edges.slope_left[i] - slope) + half_step * std::fabs(edges.bend_left[i]);
-    const float right = std::fabs(edges.slope_right[i] - slope) + half_step * std::fabs(edges.bend_right[i]);
-    const float larger = left < right ? right : left;
-    const std::uint32_t is_bent = left + right + larger <= most ? 0 : 1;
-    bent[i] = static_cast<std::uint8_t>(is_bent);
-    any |= is_bent;
-  }
-  return any != 0;
-}
-
-TAGRID_VECTOR_CODE
-void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, EdgeBatch::Flags& exceeded) {
+void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameters& parameters,
+             EdgeBatch::Flags& exceeded) {
   const float low = parameters.excess[0], middle = parameters.excess[1], high = parameters.excess[2];
   const float step_angle = parameters.step_angle;
   for (std::size_t i = 0; i < count; ++i) {
     const ControlPolygon polygon =
         control_polygon(edges.rise[i], edges.slope_left[i], edges.bend_left[i], edges.slope_right[i],
-                        edges.bend_right[i], lengths[i], step_angle);
+                        edges.bend_right[i], edges.length[i], step_angle);
     const float chord = std::sqrt(dot(polygon.chord, polygon.chord));
     const float over = spline_excess(polygon, (1.0F / chord) * polygon.chord);
     const int number = (over > low * chord) + (over > middle * chord) + (over > high * chord);

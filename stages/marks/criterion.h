@@ -33,9 +33,8 @@ struct CriterionParameters {
   float threshold;   ///< (pi/m) / sin(pi/m)
   /// Multiples of threshold - 1, to float precision for every m: what the criterion compares.
   std::array<float, excesses> excess;
-  float angle;  ///< a little less than acos(1 / threshold), radians
 
-  /// `multiples` of the criterion's own excess, ascending. `threshold` and `angle` are those of the first one.
+  /// `multiples` of the criterion's own excess, ascending. `threshold` is that of the first one.
   /// REQUIRES: m >= 3.
   explicit CriterionParameters(int m, const Multiples& multiples = just_one);
 
@@ -44,30 +43,23 @@ struct CriterionParameters {
                                          std::numeric_limits<double>::infinity()};
 };
 
-/// Up to `capacity` base edges of one class, as input of the kernels. All lengths are in voxels.
+/// Up to `capacity` base edges, as input of the kernel. All lengths are in voxels.
 struct EdgeBatch {
-  static constexpr std::size_t capacity = 128;
+  static constexpr std::size_t capacity = 256;
+  static constexpr std::size_t padding =
+      16;  ///< entries that may be written beyond, as a vector is written whole
 
-  using Lane = std::array<float, capacity>;
+  using Lane = std::array<float, capacity + padding>;
   using Flags = std::array<std::uint8_t, capacity>;  ///< a small number for each edge
   alignas(64) Lane rise;                             ///< height at the right end minus height at the left end
   alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
   alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
+  alignas(64) Lane length;                           ///< distance of the ends in space
 };
 
-// Two tests, the first one faster: only edges that are bent can violate the criterion. All edges of a batch
-// beyond `count` must be initialized.
-
-/// True if any of `count` edges of length `length` is bent. bent[i] is 0 if slopes and bends are so close to
-/// those of a straight line that no two legs of the control polygon can differ in direction by
-/// acos(1/threshold). The chord of the spline is a sum of its legs, so such an edge cannot violate the
-/// criterion.
-bool find_bent(const EdgeBatch& edges, std::size_t count, float length, const CriterionParameters& parameters,
-               EdgeBatch::Flags& bent);
-
-/// The criterion itself: exceeded[i] is the number of excesses that edge i, of length lengths[i], exceeds. Edges
-/// with values that are not finite exceed none.
-void measure(const EdgeBatch& edges, const EdgeBatch::Lane& lengths, std::size_t count,
-             const CriterionParameters& parameters, EdgeBatch::Flags& exceeded);
+/// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds. Edges with values that are not
+/// finite exceed none.
+void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameters& parameters,
+             EdgeBatch::Flags& exceeded);
 
 }  // namespace tagrid

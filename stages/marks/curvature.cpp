@@ -1,11 +1,8 @@
 #include "stages/marks/curvature.h"
 
-#include <bit>
+#include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <span>
 #include <type_traits>
 
 #include "stages/volume/sample_type.h"
@@ -86,40 +83,6 @@ inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, 
   }
 }
 
-// Floats as integers in the same order. Vector code finds the largest and smallest of integers, but not of
-// floats. NaNs lie beyond infinity.
-TAGRID_INLINE std::int32_t ordered(float v) {
-  const auto bits = std::bit_cast<std::int32_t>(v);
-  return bits ^ ((bits >> 31) & 0x7fffffff);
-}
-TAGRID_INLINE float from_ordered(std::int32_t order) {
-  return std::bit_cast<float>(order ^ ((order >> 31) & 0x7fffffff));
-}
-
-inline __attribute__((always_inline)) CurvatureField::RowBounds bounds_of_row(
-    const std::array<float*, 10>& row, std::int64_t n) {
-  using Field = CurvatureField;
-  constexpr std::int32_t least = std::numeric_limits<std::int32_t>::min(),
-                         most = std::numeric_limits<std::int32_t>::max();
-  std::int32_t lowest = most, highest = least;
-  std::uint32_t slope = 0, bend = 0;  // a NaN counts as the largest, whatever its sign
-  for (std::int64_t i = 0; i < n; ++i) {
-    const std::int32_t value = ordered(row[Field::value][i]);
-    lowest = value < lowest ? value : lowest;
-    highest = value > highest ? value : highest;
-    const float gx = row[Field::gx][i], gy = row[Field::gy][i], gz = row[Field::gz][i];
-    const float hxx = row[Field::hxx][i], hyy = row[Field::hyy][i], hzz = row[Field::hzz][i];
-    const float hxy = row[Field::hxy][i], hxz = row[Field::hxz][i], hyz = row[Field::hyz][i];
-    const auto g = std::bit_cast<std::uint32_t>(gx * gx + gy * gy + gz * gz);
-    const auto h = std::bit_cast<std::uint32_t>((hxx * hxx + hyy * hyy + hzz * hzz) +
-                                                2.0F * (hxy * hxy + hxz * hxz + hyz * hyz));
-    slope = g > slope ? g : slope;
-    bend = h > bend ? h : bend;
-  }
-  return {from_ordered(lowest), from_ordered(highest), std::sqrt(std::bit_cast<float>(slope)),
-          std::sqrt(std::bit_cast<float>(bend))};
-}
-
 }  // namespace
 
 template <class T>
@@ -127,18 +90,19 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
                                            CurvatureField& out) {
   assert(samples.box.contains(box.grown(CurvatureField::halo)));
   out.box = box;
+  out.distance = 2;
   out.size = {(box.size().x + 1) / 2, (box.size().y + 1) / 2, (box.size().z + 1) / 2};
-  for (auto& component : out.components)
-    component = std::make_unique_for_overwrite<float[]>(
-        static_cast<std::size_t>(out.size.x * out.size.y * out.size.z));
+  const auto count = static_cast<std::size_t>(out.size.x * out.size.y * out.size.z);
+  for (auto& component : out.components) {
+    component = std::make_unique_for_overwrite<float[]>(count + CurvatureField::padding);
+    std::fill_n(component.get() + count, CurvatureField::padding, 0.0F);
+  }
 
   const std::int64_t width = box.size().x + 2;
   const auto scale = static_cast<float>(field_scale);
   RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums;
   sums.resize(static_cast<std::size_t>(width));
   std::array<float*, 10> target;
-  out.rows.clear();
-  out.rows.reserve(static_cast<std::size_t>(out.size.y * out.size.z));
   std::size_t position = 0;
   for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
     for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
@@ -150,9 +114,23 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box&
       sum_rows(rows, width, sums);
       for (std::size_t c = 0; c < 10; ++c) target[c] = out.components[c].get() + position;
       finish_row(sums, out.size.x, scale, target);
-      out.rows.push_back(bounds_of_row(target, out.size.x));
       position += static_cast<std::size_t>(out.size.x);
     }
+}
+
+void keep_every_second_point(CurvatureField& field) {
+  const Index3 old = field.size;
+  field.distance *= 2;
+  field.size = {(old.x + 1) / 2, (old.y + 1) / 2, (old.z + 1) / 2};
+  // What is kept moves towards the beginning.
+  for (auto& component : field.components) {
+    float* to = component.get();
+    for (std::int64_t z = 0; z < old.z; z += 2)
+      for (std::int64_t y = 0; y < old.y; y += 2) {
+        const float* row = component.get() + (z * old.y + y) * old.x;
+        for (std::int64_t x = 0; x < old.x; x += 2) *to++ = row[x];
+      }
+  }
 }
 
 #define TAGRID_INSTANTIATE(T) \

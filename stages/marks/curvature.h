@@ -12,7 +12,7 @@
 namespace tagrid {
 
 /// Value, gradient and Hessian of the field at every second point of a box; base edges end at no other
-/// points.
+/// points. Those with a larger unit end at points that are further apart: see keep_every_second_point().
 ///
 /// The forecast of the activity is computed from it, so it is part of the format (section 6.6 of docs/format.md).
 ///
@@ -27,33 +27,25 @@ struct CurvatureField {
 
   enum Component { value, gx, gy, gz, hxx, hyy, hzz, hxy, hxz, hyz, component_count };
 
+  /// Entries of a component that may be read beyond its last one, as vectors are read whole.
+  static constexpr std::size_t padding = 16;
+
   Box box;                                                           ///< even corners
-  Index3 size;                                                       ///< points per axis, at distance 2
+  std::int64_t distance = 2;                                         ///< between points
+  Index3 size;                                                       ///< points per axis
   std::array<std::unique_ptr<float[]>, component_count> components;  ///< size.x * size.y * size.z each
 
-  /// Bounds of the entries of one row: if they are small, the entries need not be read.
-  struct RowBounds {
-    float lowest, highest;  ///< values
-    float slope;            ///< largest length of the gradient: no slope along an edge is larger
-    float bend;             ///< largest Frobenius norm of the Hessian: no second derivative is larger
-  };
-  std::vector<RowBounds> rows;  ///< y fastest; NaN or infinite if an entry is
-
-  /// The peak of the heap that evaluate_curvature() takes for a box of `size` points: the field and the
-  /// bounds of its rows, which remain, and six rows of sums.
+  /// The peak of the heap that evaluate_curvature() takes for a box of `size` points: the field, which remains, and six
+  /// rows of sums.
   static constexpr std::uint64_t working_bytes(Index3 size) {
     const auto half = [](std::int64_t n) { return static_cast<std::uint64_t>(n + 1) / 2; };
-    return half(size.y) * half(size.z) *
-               (half(size.x) * component_count * sizeof(float) + sizeof(RowBounds)) +
+    return (half(size.x) * half(size.y) * half(size.z) + padding) * component_count * sizeof(float) +
            static_cast<std::uint64_t>(size.x + 2) * 6 * sizeof(double);
   }
 
-  /// Where in a component the row begins whose points have the (even) coordinates y and z; one entry for each
-  /// even x.
-  std::int64_t row_offset(std::int64_t y, std::int64_t z) const { return row_number(y, z) * size.x; }
-  /// Index of that row in `rows`.
-  std::int64_t row_number(std::int64_t y, std::int64_t z) const {
-    return (z - box.low.z) / 2 * size.y + (y - box.low.y) / 2;
+  /// Where in a component the row begins whose points have the coordinates y and z.
+  std::int64_t row_offset(std::int64_t y, std::int64_t z) const {
+    return ((z - box.low.z) / distance * size.y + (y - box.low.y) / distance) * size.x;
   }
 };
 
@@ -62,5 +54,9 @@ struct CurvatureField {
 /// T: the narrow sample types; or double, for the heights of wide samples (heights.h), with a scale of 1.
 template <class T>
 void evaluate_curvature(const Samples<T>& samples, const Box& box, double field_scale, CurvatureField& out);
+
+/// Doubles the distance between points.
+/// REQUIRES: the corners of field.box are multiples of the new distance.
+void keep_every_second_point(CurvatureField& field);
 
 }  // namespace tagrid

@@ -21,13 +21,13 @@ struct MarkingParameters {
 };
 
 /// Marks the points of `marks.box()` that lie in the volume; other bits stay as they are.
-/// `field` is the curvature of `cubes`, a box of whole root cubes that contains marks.box().
-void mark_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
+/// `field` is the curvature of `cubes`, a box of whole root cubes that contains marks.box(), and is used up.
+void mark_curvature(CurvatureField field, const Domain& domain, const MarkingParameters& parameters,
                     LatticeBits& marks);
 
 /// The same for three thresholds: the points whose excess is more than 0.6, 1, and 1.6 times what the criterion
 /// allows. Only edges that VarianceTest finds are measured. REQUIRES: the sets have the same box.
-void grade_curvature(const CurvatureField& field, const Domain& domain, const MarkingParameters& parameters,
+void grade_curvature(CurvatureField field, const Domain& domain, const MarkingParameters& parameters,
                      std::array<LatticeBits, CriterionParameters::excesses>& sets);
 
 }  // namespace tagrid

@@ -17,7 +17,7 @@ LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& ma
                       const CodingParameters& parameters);
 
 /// The peak of the heap that mark_tile() takes for root cubes of `cubes` points, not including the halo: the
-/// marks and the curvature, with the heights of wide samples first, and then with the mesh criterion.
+/// marks, with the curvature and the heights of wide samples first, and then with the mesh criterion.
 std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes);
 
 }  // namespace tagrid

@@ -123,9 +123,10 @@ void check(const Status& status) {
 
 void grid_stages(const std::string& of, Piece& piece) {
   measure(of + "/Curvature", piece, Piece::curvature);
-  measure(of + "/Marking", piece, [&piece](Brick& brick) {
+  measure(of + "/CurvatureAndMarking", piece, [&piece](Brick& brick) {
+    Piece::curvature(brick);
     LatticeBits marks(brick.closed);
-    mark_curvature(brick.field, piece.domain, criterion, marks);
+    mark_curvature(std::move(brick.field), piece.domain, criterion, marks);
     benchmark::DoNotOptimize(marks.words().data());
   });
   measure(of + "/Subdivide", piece, [&piece](Brick& brick) {

@@ -24,7 +24,7 @@ LatticeBits marks_of(const oracle::Volume<T>& volume, int cube_size, const Marki
   CurvatureField field;
   evaluate_curvature(Samples<T>{read, samples.data()}, cubes, parameters.field_scale, field);
   LatticeBits marks(box);
-  mark_curvature(field, {volume.dims, cube_size}, parameters, marks);
+  mark_curvature(std::move(field), {volume.dims, cube_size}, parameters, marks);
   return marks;
 }
 

@@ -3,10 +3,13 @@
 
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <random>
 
-#include "stages/prediction/instruction_sets.h"
+#include "stages/activity/forecast.h"
+#include "stages/volume/instruction_sets.h"
 #include "stages/voxels/codec.h"
+#include "tests/support/encode_volume.h"
 #include "tests/support/sanitized.h"
 
 namespace tagrid {
@@ -86,6 +89,28 @@ TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
             ASSERT_TRUE(back == first.decoded) << name_of_set(set);
           }
         }
+}
+
+TEST_F(InstructionSets, MarkAndForecastTheSamePoints) {
+  const Index3 size = {50, 43, sanitized ? 12 : 37};
+  std::mt19937 random(6);
+  for (const int amplitude : {0, 2, 300}) {
+    const auto samples = samples_of(size, amplitude, random);
+    CodingParameters parameters;
+    parameters.dims = size;
+    parameters.cube_size = 16;
+    parameters.brick_edge = 4;
+    parameters.field_scale = 16.0 / 65536;
+    std::optional<Forecast> first;
+    for (const std::int64_t set : all()) {
+      limit_instruction_sets(set);
+      const Forecast forecast = forecast_activity<std::int16_t>(samples, parameters, {});
+      if (!first) first = forecast;
+      EXPECT_GT(count_of(forecast.at_least(1)), count_of(forecast.at_least(3)));
+      for (const int level : {1, 2, 3})
+        EXPECT_TRUE(forecast.at_least(level) == first->at_least(level)) << name_of_set(set);
+    }
+  }
 }
 
 }  // namespace
