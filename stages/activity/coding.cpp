@@ -33,6 +33,7 @@ class ActivityModel {
       for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u)
         // Broken bytes can end long before the last point.
         if (!coder_.exhausted()) code_row(y, z, known);
+    contexts_.end_pass(candidates_.mask());
     return found_;
   }
 
@@ -71,11 +72,11 @@ class ActivityModel {
   std::array<Mixer, Contexts::mixers> mixers_;
 };
 
-// Heap bytes of the models, of one bit for every point, and of three rows of bits.
+// Heap bytes of the models, of one bit for every point, of three rows of bits, and of what was not forecast.
 std::uint64_t model_bytes(Index3 size, bool forecast) {
   const auto& sizes = forecast ? ForecastContexts::sizes : PlainContexts::sizes;
   return (sizes[0] + sizes[1]) * sizeof(AdaptiveBit) + LatticeBits::working_bytes(size) +
-         3 * LatticeBits::working_bytes({size.x, 1, 1});
+         3 * LatticeBits::working_bytes({size.x, 1, 1}) + (forecast ? Surprises::working_bytes(size) : 0);
 }
 
 void set_root_corners(LatticeBits& active, int cube_size) {

@@ -1,5 +1,8 @@
 #include "stages/activity/contexts.h"
 
+#include <algorithm>
+#include <cstdlib>
+
 namespace tagrid {
 namespace {
 
@@ -140,6 +143,23 @@ Word ForecastContexts::at_border(std::int64_t y, std::int64_t z, std::size_t i) 
   return (i == 0 ? Word{1} : 0) | (i == last / 64 ? Word{1} << (last % 64) : 0);
 }
 
+void ForecastContexts::begin_pass(const Pass& pass) {
+  pass_ = pass;
+  slices_.clear();
+  const auto slice_of = [this](Index3 step) -> Slice& {
+    auto slice = std::find_if(slices_.begin(), slices_.end(), [&](const Slice& s) { return s.dz == step.z; });
+    if (slice == slices_.end()) slice = slices_.insert(slice, {step.z, 0, false, {}, {}});
+    if (std::abs(step.y) < 32)
+      slice->rows |= Word{1} << (32 + step.y);
+    else
+      slice->far_away = true;
+    return *slice;
+  };
+  const Surroundings surroundings(pass);
+  for (const Index3 step : surroundings.beside()) slice_of(step).beside.push_back(step);
+  for (const Index3 step : surroundings.around()) slice_of(step).around.push_back(step);
+}
+
 void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
   const auto neighbour = [&](Index3 step) { return NeighbourWord(active_, y, z, i, step); };
   const std::int64_t d = 2 * pass_.unit;
@@ -164,28 +184,37 @@ void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word 
                   forecasts.bits[2], forecasts.bits[3], forecasts.bits[4], 0},
                  wanted);
 
+  look_near(y, z, i, wanted);
+}
+
+void ForecastContexts::look_near(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+  any_near_ = false;
   UpToTwo more_beside, less_beside, more_around, less_around;
-  for (const Index3 step : surroundings_.beside()) {
-    const NeighbourWord word = neighbour(step);
-    const Word active = word.of(active_), forecast = word.of(expected);
-    more_beside.add(active & ~forecast);
-    less_beside.add(word.of(candidates_) & ~active & forecast);
+  for (const Slice& slice : slices_) {
+    if (!slice.far_away && (surprises_.rows_around(y, z + slice.dz) & slice.rows) == 0) continue;
+    any_near_ = true;
+    for (const Index3 step : slice.beside) {
+      const NeighbourWord word(active_, y, z, i, step);
+      more_beside.add(word.of(surprises_.more()));
+      less_beside.add(word.of(surprises_.less()) & word.of(candidates_));
+    }
+    for (const Index3 step : slice.around) {
+      const NeighbourWord word(active_, y, z, i, step);
+      more_around.add(word.of(surprises_.more()));
+      less_around.add(word.of(surprises_.less()));
+    }
   }
-  for (const Index3 step : surroundings_.around()) {
-    const NeighbourWord word = neighbour(step);
-    const Word active = word.of(active_), forecast = word.of(expected);
-    more_around.add(active & ~forecast);
-    less_around.add(forecast & ~active);
-  }
-  near_.transpose({more_beside.any, more_beside.two, less_beside.any, less_beside.two, more_around.any,
-                   more_around.two, less_around.any, less_around.two},
-                  wanted);
+  if (any_near_)
+    near_.transpose({more_beside.any, more_beside.two, less_beside.any, less_beside.two, more_around.any,
+                     more_around.two, less_around.any, less_around.two},
+                    wanted);
 }
 
 PointContext ForecastContexts::at(int x, bool before) const {
   const std::size_t past = past_[x] | std::size_t{before} << 8, own = own_[x];
   const std::size_t of_point = static_cast<std::size_t>(pass_.odd_count - 1) * 8 + (own & 7);
-  return {{(of_point * 7 + forecast_tables.surprise[past]) * 25 + forecast_tables.near[near_[x]],
+  const std::size_t near = any_near_ ? near_[x] : 0;
+  return {{(of_point * 7 + forecast_tables.surprise[past]) * 25 + forecast_tables.near[near],
            sizes[0] + (of_point * 16 + forecast_tables.past[past]) * 10 + (own >> 3)},
           own & 3};
 }

@@ -11,6 +11,7 @@
 #include "stages/activity/candidates.h"
 #include "stages/activity/forecast.h"
 #include "stages/activity/neighbour_words.h"
+#include "stages/activity/surprises.h"
 #include "stages/activity/surroundings.h"
 #include "stages/entropy/adaptive_bit.h"
 #include "stages/entropy/mixer.h"
@@ -49,23 +50,38 @@ class ForecastContexts {
 
   /// REQUIRES: all arguments outlive this. `active` and `candidates` may change between calls.
   ForecastContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast& forecast)
-      : active_(active), candidates_(candidates), forecast_(forecast) {}
+      : active_(active), candidates_(candidates), forecast_(forecast), surprises_(active.box()) {}
 
-  void begin_pass(const Pass& pass) { pass_ = pass, surroundings_ = Surroundings(pass); }
+  void begin_pass(const Pass& pass);
+  /// `mask`: the x coordinates of the pass.
+  void end_pass(const std::vector<Word>& mask) {
+    surprises_.add(pass_, mask, active_, forecast_.at_least(2));
+  }
   /// Finds what is known around the points of word `i` in the row at y, z; `wanted`: the points to code.
   void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
   /// The contexts of point `x` of that word. `before`: whether the candidate before it in the row is active.
   PointContext at(int x, bool before) const;
 
  private:
+  // The surroundings in the slice z + dz.
+  struct Slice {
+    std::int64_t dz;
+    Word rows;      ///< bit 32 + dy for the rows of these steps
+    bool far_away;  ///< some row has no bit
+    std::vector<Index3> beside, around;
+  };
+
   Word at_border(std::int64_t y, std::int64_t z, std::size_t i) const;
+  void look_near(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
 
   const LatticeBits& active_;
   const LatticeBits& candidates_;
   const Forecast& forecast_;
   Pass pass_{};
-  Surroundings surroundings_;
+  std::vector<Slice> slices_;
+  Surprises surprises_;
   BytesOfPoints past_, own_, near_;
+  bool any_near_ = false;
 };
 
 /// The contexts of the points of a box whose activity has no forecast.
@@ -79,6 +95,7 @@ class PlainContexts {
       : active_(active), candidates_(candidates) {}
 
   void begin_pass(const Pass& pass) { pass_ = pass, surroundings_ = Surroundings(pass); }
+  void end_pass(const std::vector<Word>&) {}
   void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
   PointContext at(int x, bool before) const;
 

@@ -24,7 +24,8 @@ namespace tagrid {
 /// than it is said to be. Finally C >= w (1 - S/9). So there is no violation if S <= `limit`.
 ///
 /// Let c be the slope of the chord, s that of the tangent, and e = |s - c| <= 1/2. Then the angle a is at most
-/// e (1 + 3/4 e) / (1 + c^2), and b at most length / 6 |bend| (1 + e)^3 / (1 + c^2), since the step is at most w/3.
+/// e (1 + 3/4 e) / (1 + c^2), and b at most length / 6 |bend| (1 + e)^3 / (1 + c^2), since the step is at most w/3;
+/// (1 + e)^3 <= 1 + 4.75 e.
 struct BentTest {
   float limit;
 

@@ -92,6 +92,8 @@ HWY_INLINE Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::int6
   return {hn::Mul(hn::Sub(right(0), left(0)), set(slice.rise_scale)), l.slope, r.slope, l.bend, r.bend};
 }
 
+// What is no number may be found or not, as it violates nothing. Products may be fused with sums, for the same reason: what
+// is measured decides.
 class Bent {
  public:
   Bent(const BentTest& test, const PointsOfSlice& points)
@@ -100,19 +102,17 @@ class Bent {
         sixth_(set(BentTest::sixth(points))) {}
 
   HWY_INLINE Which operator()(const Edges& e) const {
-    const Float one = set(1.0F), zero = hn::Zero(Floats());
-    const Float chord = hn::Mul(e.rise, inverse_), stretch = hn::Add(one, hn::Mul(chord, chord));
+    const Float chord = hn::Mul(e.rise, inverse_), stretch = hn::MulAdd(chord, chord, set(1.0F));
     const Angles l = angles(e.slope_left, e.bend_left, chord),
                  r = angles(e.slope_right, hn::Neg(e.bend_right), chord);
-    const Float ahead = hn::Add(hn::Add(hn::Max(l.tangent, zero), hn::Max(l.half_step, zero)),
-                                hn::Add(hn::Max(r.tangent, zero), hn::Max(r.half_step, zero)));
-    const Float behind = hn::Sub(hn::Sub(zero, hn::Add(hn::Min(l.tangent, zero), hn::Min(l.half_step, zero))),
-                                 hn::Add(hn::Min(r.tangent, zero), hn::Min(r.half_step, zero)));
-    const Float beside = hn::Max(ahead, behind);
-    const Float sum = hn::Add(hn::Add(of_end(l), of_end(r)), hn::Mul(beside, beside));
-    // What is no number counts as bent.
-    return hn::Not(hn::And(hn::Le(sum, hn::Mul(limit_, hn::Mul(stretch, stretch))),
-                           hn::Le(hn::Max(l.difference, r.difference), set(0.5F))));
+    // Twice the larger one of the sums of those that are positive and of those that are negative.
+    const Float sum = hn::Add(hn::Add(l.tangent, l.half_step), hn::Add(r.tangent, r.half_step)),
+                sizes = hn::Add(hn::Add(hn::Abs(l.tangent), hn::Abs(l.half_step)),
+                                hn::Add(hn::Abs(r.tangent), hn::Abs(r.half_step))),
+                beside = hn::Add(hn::Abs(sum), sizes);
+    const Float squares = hn::MulAdd(hn::Mul(beside, beside), set(0.25F), hn::Add(of_end(l), of_end(r)));
+    return hn::Or(hn::Gt(squares, hn::Mul(limit_, hn::Mul(stretch, stretch))),
+                  hn::Gt(hn::Max(l.difference, r.difference), set(0.5F)));
   }
 
  private:
@@ -121,17 +121,15 @@ class Bent {
     Float difference, tangent, half_step;
   };
   HWY_INLINE Angles angles(Float slope, Float bend, Float chord) const {
-    const Float signed_difference = hn::Sub(slope, chord), e = hn::Abs(signed_difference),
-                more = hn::Add(set(1.0F), e);
-    return {e, hn::Mul(signed_difference, hn::Add(set(1.0F), hn::Mul(set(0.75F), e))),
-            hn::Mul(hn::Mul(sixth_, bend), hn::Mul(more, hn::Mul(more, more)))};
+    const Float difference = hn::Sub(slope, chord), e = hn::Abs(difference), one = set(1.0F);
+    return {e, hn::Mul(difference, hn::MulAdd(set(0.75F), e, one)),
+            hn::Mul(hn::Mul(sixth_, bend), hn::MulAdd(set(4.75F), e, one))};
   }
-  // a^2 + b^2 + 4/3 ab; if a and b have different signs, the larger one of the squares, as the other may be zero.
+  // a^2 + b^2 + 4/3 ab, or without the product if that is negative.
   HWY_INLINE Float of_end(const Angles& of) const {
-    const Float a = hn::Mul(of.tangent, of.tangent), b = hn::Mul(of.half_step, of.half_step),
-                product = hn::Mul(of.tangent, of.half_step);
-    const Float same = hn::Add(hn::Add(a, b), hn::Mul(set(4.0F / 3), product));
-    return hn::Max(hn::Max(a, b), hn::IfThenElseZero(hn::Gt(product, hn::Zero(Floats())), same));
+    const Float product = hn::Max(hn::Mul(of.tangent, of.half_step), hn::Zero(Floats()));
+    return hn::MulAdd(of.tangent, of.tangent,
+                      hn::MulAdd(of.half_step, of.half_step, hn::Mul(product, set(4.0F / 3))));
   }
   Float limit_, inverse_, sixth_;
 };

@@ -113,7 +113,9 @@ std::size_t compare(const LatticeBits& all, const Known& start, int cube_size, D
   Known known = start;
   const Box& box = all.box();
   for_each_point(box, [&](Index3 p) {
-    if (classify(p, cube_size).odd == 0) known.active.set(p);
+    if (classify(p, cube_size).odd > 0) return;
+    known.active.set(p);
+    for (LatticeBits& forecast : known.forecast) forecast.set(p);
   });
   const Forecast forecast(known.forecast);
   Candidates candidates(known.active, cube_size);
@@ -152,6 +154,7 @@ std::size_t compare(const LatticeBits& all, const Known& start, int cube_size, D
           }
         }
       }
+    contexts.end_pass(candidates.mask());
     if (testing::Test::HasFailure()) break;
   }
   return count;
