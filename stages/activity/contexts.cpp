@@ -240,7 +240,7 @@ void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wan
 PointContext PlainContexts::at(int x, bool before) const {
   const std::size_t past = past_[x] | std::size_t{before} << 8, around = (around_[x] + 1) / 2;
   const auto odd = static_cast<std::size_t>(pass_.odd_count - 1);
-  return {{((odd * 13 + around) * 4 + plain_tables.active[past]) * 13 + beside_[x],
+  return {{((odd * 13 + around) * 4 + plain_tables.active[past]) * 9 + beside_[x],
            sizes[0] + (odd * 216 + plain_tables.directed[past]) * 13 + around},
           odd};
 }

@@ -88,7 +88,7 @@ class ForecastContexts {
 class PlainContexts {
  public:
   static constexpr std::size_t mixers = 3;
-  static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 13 * 4 * 13, 3 * 216 * 13};
+  static constexpr std::array<std::size_t, contexts_mixed> sizes = {3 * 13 * 4 * 9, 3 * 216 * 13};
   static std::vector<AdaptiveBit> models() { return std::vector<AdaptiveBit>(sizes[0] + sizes[1]); }
 
   PlainContexts(const LatticeBits& active, const LatticeBits& candidates, const Forecast&)

@@ -13,7 +13,7 @@ namespace tagrid {
 /// Two kinds of neighbours of the points of a pass, as steps to them. Around: points of earlier passes that
 /// are not parents. A cube centre looks at the points of the coarser lattice next to its cell, a face centre
 /// at the cube centres beside its two parents, an edge midpoint at the face centres of the four cells around
-/// it. Beside: points of the same class but another orientation that share a parent.
+/// it. Beside: points of the same class but another orientation that share a parent; cube centres have none.
 class Surroundings {
  public:
   Surroundings() = default;
@@ -40,10 +40,6 @@ class Surroundings {
           for (const std::int64_t db : {-u, u})
             around_.add(far * unit_vector(axis) + da * unit_vector((axis + 1) % 3) +
                         db * unit_vector((axis + 2) % 3));
-    for (int axis = 0; axis < 3; ++axis)  // across an edge
-      for (const std::int64_t da : {-2 * u, 2 * u})
-        for (const std::int64_t db : {-2 * u, 2 * u})
-          beside_.add(da * unit_vector((axis + 1) % 3) + db * unit_vector((axis + 2) % 3));
   }
 
   void of_face_centre(const Pass& pass) {

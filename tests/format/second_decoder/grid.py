@@ -64,7 +64,6 @@ def offsets(u, odd):
         for a in range(3):
             b, c = (a + 1) % 3, (a + 2) % 3
             around += vectors((a, 3 * u), (b, u), (c, u))
-            beside += vectors((b, 2 * u), (c, 2 * u))
     elif len(odd) == 2:
         a = 3 - sum(odd)
         for f in odd:

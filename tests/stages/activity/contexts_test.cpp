@@ -103,7 +103,7 @@ std::array<std::size_t, 3> without_forecast(const Known& known, const Pass& pass
   }
   const Sums sums = sums_at(known, pass, p);
   const int odd = pass.odd_count - 1, around = (sums.around + 1) / 2;
-  return {static_cast<std::size_t>(13 * (4 * (13 * odd + around) + on) + sums.beside),
+  return {static_cast<std::size_t>(9 * (4 * (13 * odd + around) + on) + sums.beside),
           static_cast<std::size_t>(13 * (216 * odd + directed) + around), static_cast<std::size_t>(odd)};
 }
 
