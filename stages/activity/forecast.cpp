@@ -31,12 +31,12 @@ std::vector<T> extended(std::span<const T> samples, const Box& owned, const Box&
 
 }  // namespace
 
-std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size) {
+std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size, int cube_size) {
   const Index3 read = Box::of_size(size).grown(CurvatureField::halo).size();
   const auto count = [](const Index3& n) { return static_cast<std::uint64_t>(n.x * n.y * n.z); };
   const std::uint64_t heights = is_wide_type(type) ? count(size) * sizeof(double) : 0,
                       values = count(read) * (is_wide_type(type) ? sizeof(double) : size_of(type)),
-                      forecast = CurvatureField::working_bytes(size) + Forecast::working_bytes(size);
+                      forecast = working_bytes_of_curvature(size, cube_size) + Forecast::working_bytes(size);
   return std::max(values + std::max(heights, forecast),
                   Forecast::working_bytes(size) + working_bytes_of_closure(size));
 }
@@ -47,10 +47,8 @@ Forecast forecast_activity(std::span<const T> samples, const CodingParameters& p
             read = closed.grown(CurvatureField::halo);
   std::array<LatticeBits, Forecast::levels> sets;
   const auto grade = [&](const auto& values, double field_scale) {
-    CurvatureField field;
-    evaluate_curvature(values, closed, field_scale, field);
     for (LatticeBits& set : sets) set = LatticeBits(closed);
-    grade_curvature(std::move(field), parameters.domain(),
+    grade_curvature(values, closed, parameters.domain(),
                     {parameters.accuracy, field_scale, parameters.max_level}, sets);
   };
   if constexpr (is_wide<T>) {

@@ -51,6 +51,6 @@ Forecast forecast_activity(std::span<const T> samples, const CodingParameters& p
 /// The peak of the heap that forecast_activity() takes for a closed box of `size` points, including the
 /// forecast: the samples of the box and around it, with the heights of wide samples first, and then with the
 /// curvature, three sets of bits and what closing them takes.
-std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size);
+std::uint64_t working_bytes_of_forecast(SampleType type, Index3 size, int cube_size);
 
 }  // namespace tagrid

@@ -40,7 +40,8 @@ std::uint64_t interpolation(const Sizes& z) { return z.points * field_number_byt
 // The forecast is finished before the activity is coded.
 std::uint64_t with_forecast(const Sizes& z, const CodingParameters& parameters, std::uint64_t activity) {
   if (!activity_follows_values(parameters)) return activity;
-  return std::max(working_bytes_of_forecast(z.type, z.closed), Forecast::working_bytes(z.closed) + activity);
+  return std::max(working_bytes_of_forecast(z.type, z.closed, parameters.cube_size),
+                  Forecast::working_bytes(z.closed) + activity);
 }
 
 // The rows of bits that count_active() makes.

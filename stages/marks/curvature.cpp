@@ -85,56 +85,50 @@ inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, 
 
 }  // namespace
 
-template <class T>
-TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, const Box& box, double field_scale,
-                                           CurvatureField& out) {
-  assert(samples.box.contains(box.grown(CurvatureField::halo)));
-  out.box = box;
-  out.distance = 2;
-  out.size = {(box.size().x + 1) / 2, (box.size().y + 1) / 2, (box.size().z + 1) / 2};
-  const auto count = static_cast<std::size_t>(out.size.x * out.size.y * out.size.z);
-  for (auto& component : out.components) {
-    component = std::make_unique_for_overwrite<float[]>(count + CurvatureField::padding);
-    std::fill_n(component.get() + count, CurvatureField::padding, 0.0F);
+CurvatureField::CurvatureField(const Box& points, std::int64_t distance_of_points, std::int64_t kept_slices)
+    : box(points), distance(distance_of_points), slices(kept_slices) {
+  for (int axis = 0; axis < 3; ++axis) size[axis] = (box.size()[axis] - 1) / distance + 1;
+  const auto count = static_cast<std::size_t>(slices * size.y * size.x);
+  for (auto& component : components) {
+    component = std::make_unique_for_overwrite<float[]>(count + padding);
+    std::fill_n(component.get() + count, padding, 0.0F);
   }
+}
 
+template <class T>
+TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, std::int64_t z, double field_scale,
+                                           CurvatureField& field) {
+  const Box& box = field.box;
+  assert(field.distance == 2 && samples.box.contains(box.grown(CurvatureField::halo)));
   const std::int64_t width = box.size().x + 2;
   const auto scale = static_cast<float>(field_scale);
   RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums;
   sums.resize(static_cast<std::size_t>(width));
-  std::array<float*, 10> target;
-  std::size_t position = 0;
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
-    for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
-      NineRows<T> rows;
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          rows.at[static_cast<std::size_t>(3 * (dz + 1) + dy + 1)] =
-              samples.row(y + dy, z + dz) + (box.low.x - 1 - samples.box.low.x);
-      sum_rows(rows, width, sums);
-      for (std::size_t c = 0; c < 10; ++c) target[c] = out.components[c].get() + position;
-      finish_row(sums, out.size.x, scale, target);
-      position += static_cast<std::size_t>(out.size.x);
-    }
-}
-
-void keep_every_second_point(CurvatureField& field) {
-  const Index3 old = field.size;
-  field.distance *= 2;
-  field.size = {(old.x + 1) / 2, (old.y + 1) / 2, (old.z + 1) / 2};
-  // What is kept moves towards the beginning.
-  for (auto& component : field.components) {
-    float* to = component.get();
-    for (std::int64_t z = 0; z < old.z; z += 2)
-      for (std::int64_t y = 0; y < old.y; y += 2) {
-        const float* row = component.get() + (z * old.y + y) * old.x;
-        for (std::int64_t x = 0; x < old.x; x += 2) *to++ = row[x];
-      }
+  for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
+    NineRows<T> rows;
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        rows.at[static_cast<std::size_t>(3 * (dz + 1) + dy + 1)] =
+            samples.row(y + dy, z + dz) + (box.low.x - 1 - samples.box.low.x);
+    sum_rows(rows, width, sums);
+    std::array<float*, 10> target;
+    for (std::size_t c = 0; c < 10; ++c) target[c] = field.components[c].get() + field.row_offset(y, z);
+    finish_row(sums, field.size.x, scale, target);
   }
 }
 
+void thin_out(const CurvatureField& from, std::int64_t z, CurvatureField& to) {
+  assert(to.distance == 2 * from.distance && to.box == from.box);
+  for (std::size_t c = 0; c < from.components.size(); ++c)
+    for (std::int64_t y = to.box.low.y; y <= to.box.high.y; y += to.distance) {
+      const float* source = from.components[c].get() + from.row_offset(y, z);
+      float* target = to.components[c].get() + to.row_offset(y, z);
+      for (std::int64_t x = 0; x < to.size.x; ++x) target[x] = source[2 * x];
+    }
+}
+
 #define TAGRID_INSTANTIATE(T) \
-  template void evaluate_curvature(const Samples<T>&, const Box&, double, CurvatureField&);
+  template void evaluate_curvature(const Samples<T>&, std::int64_t, double, CurvatureField&);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 TAGRID_INSTANTIATE(double)
 #undef TAGRID_INSTANTIATE

@@ -21,13 +21,20 @@ struct MarkingParameters {
 };
 
 /// Marks the points of `marks.box()` that lie in the volume; other bits stay as they are.
-/// `field` is the curvature of `cubes`, a box of whole root cubes that contains marks.box(), and is used up.
-void mark_curvature(CurvatureField field, const Domain& domain, const MarkingParameters& parameters,
-                    LatticeBits& marks);
+/// `cubes`: a box of whole root cubes that contains marks.box(). REQUIRES: samples.box contains
+/// cubes.grown(CurvatureField::halo). T: see evaluate_curvature().
+template <class T>
+void mark_curvature(const Samples<T>& samples, const Box& cubes, const Domain& domain,
+                    const MarkingParameters& parameters, LatticeBits& marks);
 
 /// The same for three thresholds: the points whose excess is more than 0.6, 1, and 1.6 times what the criterion
 /// allows. Only edges that VarianceTest finds are measured. REQUIRES: the sets have the same box.
-void grade_curvature(CurvatureField field, const Domain& domain, const MarkingParameters& parameters,
+template <class T>
+void grade_curvature(const Samples<T>& samples, const Box& cubes, const Domain& domain,
+                     const MarkingParameters& parameters,
                      std::array<LatticeBits, CriterionParameters::excesses>& sets);
+
+/// The peak of the heap that both take for root cubes of `cubes` points.
+std::uint64_t working_bytes_of_curvature(Index3 cubes, int cube_size);
 
 }  // namespace tagrid

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "stages/marks/curvature.h"
@@ -30,18 +29,15 @@ LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& ma
                       const CodingParameters& parameters) {
   if (nothing_to_mark(samples, parameters)) return {};
   LatticeBits marks(marked);
-  CurvatureField field;
   // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
   if constexpr (is_wide<T>) {
     const auto count = static_cast<std::size_t>(samples.box.count());
     const std::vector<double> heights =
         heights_of<T>(std::span(samples.data, count), parameters.range_low, parameters.field_scale);
-    evaluate_curvature(Samples<double>{samples.box, heights.data()}, cubes, 1, field);
-    mark_curvature(std::move(field), parameters.domain(), {parameters.accuracy, 1, parameters.max_level},
-                   marks);
+    mark_curvature(Samples<double>{samples.box, heights.data()}, cubes, parameters.domain(),
+                   {parameters.accuracy, 1, parameters.max_level}, marks);
   } else {
-    evaluate_curvature(samples, cubes, parameters.field_scale, field);
-    mark_curvature(std::move(field), parameters.domain(),
+    mark_curvature(samples, cubes, parameters.domain(),
                    {parameters.accuracy, parameters.field_scale, parameters.max_level}, marks);
   }
   if (parameters.bounds_interpolation())
@@ -55,7 +51,8 @@ std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index
                                     ? static_cast<std::uint64_t>(read.x * read.y * read.z) * sizeof(double)
                                     : 0;
   const std::uint64_t mesh = parameters.bounds_interpolation() ? working_bytes_of_mesh_criterion(cubes) : 0;
-  return LatticeBits::working_bytes(cubes) + std::max(CurvatureField::working_bytes(cubes) + heights, mesh);
+  return LatticeBits::working_bytes(cubes) +
+         std::max(working_bytes_of_curvature(cubes, parameters.cube_size) + heights, mesh);
 }
 
 #define TAGRID_INSTANTIATE(T) \

@@ -37,8 +37,7 @@ struct Brick {
   std::vector<Sample> around;    ///< samples of the closed box and of the halo of the curvature
   std::vector<Sample> samples;   ///< of the owned box
   std::vector<Sample> vertices;  ///< of the closed box
-  CurvatureField field;
-  LatticeBits region;  ///< marks that affect the activity
+  LatticeBits region;            ///< marks that affect the activity
   LatticeBits active;
   Forecast forecast;
 };
@@ -59,7 +58,6 @@ struct Piece {
       brick.around = volume.cut(brick.closed.grown(CurvatureField::halo));
       brick.samples = volume.cut(brick.owned);
       brick.vertices = volume.cut(brick.closed);
-      curvature(brick);
       brick.region = LatticeBits(region_of_marks(brick.closed, domain));
       copy_bits(marks, brick.region);
       brick.active = subdivide(brick.region, brick.closed, domain);
@@ -75,9 +73,9 @@ struct Piece {
     brick.forecast = forecast_activity<Sample>(brick.samples, parameters, brick.position);
   }
 
-  static void curvature(Brick& brick) {
+  void mark(Brick& brick, LatticeBits& marks) const {
     const Samples<Sample> samples{brick.closed.grown(CurvatureField::halo), brick.around.data()};
-    evaluate_curvature(samples, brick.closed, criterion.field_scale, brick.field);
+    mark_curvature(samples, brick.closed, domain, criterion, marks);
   }
 };
 
@@ -122,11 +120,9 @@ void check(const Status& status) {
 }
 
 void grid_stages(const std::string& of, Piece& piece) {
-  measure(of + "/Curvature", piece, Piece::curvature);
-  measure(of + "/CurvatureAndMarking", piece, [&piece](Brick& brick) {
-    Piece::curvature(brick);
+  measure(of + "/Marking", piece, [&piece](Brick& brick) {
     LatticeBits marks(brick.closed);
-    mark_curvature(std::move(brick.field), piece.domain, criterion, marks);
+    piece.mark(brick, marks);
     benchmark::DoNotOptimize(marks.words().data());
   });
   measure(of + "/Subdivide", piece, [&piece](Brick& brick) {

@@ -21,10 +21,8 @@ LatticeBits marks_of(const oracle::Volume<T>& volume, int cube_size, const Marki
                      const Box& cubes, const Box& box) {
   const Box read = cubes.grown(CurvatureField::halo);
   const std::vector<T> samples = volume.cut(read);
-  CurvatureField field;
-  evaluate_curvature(Samples<T>{read, samples.data()}, cubes, parameters.field_scale, field);
   LatticeBits marks(box);
-  mark_curvature(std::move(field), {volume.dims, cube_size}, parameters, marks);
+  mark_curvature(Samples<T>{read, samples.data()}, cubes, {volume.dims, cube_size}, parameters, marks);
   return marks;
 }
 

@@ -34,11 +34,8 @@ void put(const oracle::Edge& e, std::size_t lane, EdgeBatch& batch) {
 // Whether the fast test finds each of some edges: it gets them, scaled to a length of 2, as the edges of a row along y.
 std::vector<bool> find_bent(std::span<const oracle::Edge> edges, const CriterionParameters& parameters) {
   const auto n = static_cast<std::int64_t>(edges.size());
-  CurvatureField field;
-  field.box = {{0, 0, 0}, {2 * (n - 1), 2, 0}};
-  field.size = {n, 2, 1};
-  for (auto& component : field.components)
-    component = std::make_unique<float[]>(2 * edges.size() + CurvatureField::padding);
+  CurvatureField field({{0, 0, 0}, {2 * (n - 1), 2, 0}}, 2, 1);
+  for (auto& component : field.components) std::fill_n(component.get(), 2 * edges.size(), 0.0F);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const oracle::Edge& e = edges[i];
     const std::size_t left = i, right = edges.size() + i;

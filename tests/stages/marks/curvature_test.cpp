@@ -19,8 +19,9 @@ template <class T>
 CurvatureField field_of(const oracle::Volume<T>& volume, const Box& box, double scale) {
   const Box read = box.grown(F::halo);
   const std::vector<T> samples = volume.cut(read);
-  CurvatureField field;
-  evaluate_curvature(Samples<T>{read, samples.data()}, box, scale, field);
+  CurvatureField field(box, 2, (box.size().z + 1) / 2);
+  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
+    evaluate_curvature(Samples<T>{read, samples.data()}, z, scale, field);
   return field;
 }
 

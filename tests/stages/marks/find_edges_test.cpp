@@ -20,8 +20,9 @@ constexpr float scale = 0.37F, rise_scale = scale / CurvatureField::value_diviso
 CurvatureField field_of(const oracle::Volume<double>& volume, const Box& box) {
   const Box read = box.grown(CurvatureField::halo);
   const std::vector<double> samples = volume.cut(read);
-  CurvatureField field;
-  evaluate_curvature(Samples<double>{read, samples.data()}, box, scale, field);
+  CurvatureField field(box, 2, (box.size().z + 1) / 2);
+  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
+    evaluate_curvature(Samples<double>{read, samples.data()}, z, scale, field);
   return field;
 }
 
@@ -37,19 +38,25 @@ template <class Test, class F>
 void for_each_found(CurvatureField field, const Box& box, int cube_size, const Test& test, F f) {
   const LatticeBits bits(box);
   for (std::int64_t unit = 1; unit < cube_size; unit *= 2) {
-    if (unit > 1) keep_every_second_point(field);
-    for_each_slice_of_points(
-        box, cube_size, std::numeric_limits<int>::max(), unit, [&](const PointsOfSlice& points) {
-          const PointNumbers numbers{
-              static_cast<std::uint32_t>(bits.bit_of({points.x0, points.y0, points.z})),
-              static_cast<std::uint32_t>(2 * unit) * static_cast<std::uint32_t>(64 * bits.words_per_row())};
-          EdgePlace place;
-          for (bool all = false; !all;) {
-            FoundEdges found;  // several are needed for most slices
-            all = find_edges(field, points, rise_scale, test, numbers, place, found);
-            for (std::size_t i = 0; i < found.count; ++i) f(found.points[i], found.edges, i);
-          }
-        });
+    if (unit > 1) {
+      CurvatureField thinned(field.box, 2 * unit, (field.size.z + 1) / 2);
+      for (std::int64_t z = field.box.low.z; z <= field.box.high.z; z += 2 * unit)
+        thin_out(field, z, thinned);
+      field = std::move(thinned);
+    }
+    const auto find = [&](const PointsOfSlice& points) {
+      const PointNumbers numbers{
+          static_cast<std::uint32_t>(bits.bit_of({points.x0, points.y0, points.z})),
+          static_cast<std::uint32_t>(2 * unit) * static_cast<std::uint32_t>(64 * bits.words_per_row())};
+      EdgePlace place;
+      for (bool all = false; !all;) {
+        FoundEdges found;  // several are needed for most slices
+        all = find_edges(field, points, rise_scale, test, numbers, place, found);
+        for (std::size_t i = 0; i < found.count; ++i) f(found.points[i], found.edges, i);
+      }
+    };
+    for (std::int64_t z = field.box.low.z; z <= field.box.high.z; z += unit)
+      for_each_class_of_points(box, cube_size, std::numeric_limits<int>::max(), unit, z, find);
   }
 }
 

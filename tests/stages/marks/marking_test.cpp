@@ -94,9 +94,7 @@ TEST(MarkCurvature, LeavesOtherBitsAsTheyAre) {
   const Box box = domain.padded(), read = box.grown(CurvatureField::halo);
   const auto samples = volume.cut(read);
   const auto mark = [&](LatticeBits& marks) {
-    CurvatureField field;
-    evaluate_curvature(Samples<std::uint8_t>{read, samples.data()}, box, 8.0 / 256, field);
-    mark_curvature(std::move(field), domain, {20, 8.0 / 256, 24}, marks);
+    mark_curvature(Samples<std::uint8_t>{read, samples.data()}, box, domain, {20, 8.0 / 256, 24}, marks);
   };
   LatticeBits marks(box), expected(box), before(box);
   for_each_point(box, [&](Index3 p) {
