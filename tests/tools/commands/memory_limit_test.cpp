@@ -141,10 +141,10 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
 // What is found before the encoding must fit, too.
 TEST_F(MemoryLimit, IsKeptByEstimatesAndBoundsThatFollowFromSamples) {
   std::mt19937 random(1);
-  std::string noise(std::size_t{600} * 200 * 90 * 2, '\0');
+  std::string noise(std::size_t{400} * 200 * 70 * 2, '\0');
   for (char& c : noise) c = static_cast<char>(random());
   write(noise, "a.raw");
-  const Arguments volume = {"--dims", "600,200,90", "--type", "int16", "-f", "--field-scale", usual_scale};
+  const Arguments volume = {"--dims", "400,200,70", "--type", "int16", "-f", "--field-scale", usual_scale};
   run_with_smallest(with({"estimate", "a.raw", "-q", "--errors", "0,100"}, volume));
   for (const Arguments& rule : {Arguments{"--max-error", "noise:0.1"},
                                 {"--max-error", "noise:0.1", "--cube", "16", "--brick", "1"},
@@ -202,7 +202,7 @@ TEST_F(MemoryLimit, ThatEncodingAcceptsIsEnoughToVerifyBeforeTheInputIsRemoved) 
                                   {"--grid-only", "--max-error", "5"},
                                   {"--grid-only", "--max-error", "9", "--mesh-error", "6"}}) {
     SCOPED_TRACE(testing::PrintToString(bounds));
-    phantom("a.nrrd", {"--dims", "250,150,9"});
+    phantom("a.nrrd", {"--dims", "170,120,9"});
     const Arguments encode =
         with({"encode", "a.nrrd", "-f", "-o", "a.tag", "--cube", "4", "--brick", "1"}, bounds);
     std::filesystem::remove(path("a.tag"));
@@ -212,7 +212,7 @@ TEST_F(MemoryLimit, ThatEncodingAcceptsIsEnoughToVerifyBeforeTheInputIsRemoved) 
     EXPECT_FALSE(std::filesystem::exists(path("a.nrrd")));
     expect_ok(tagrid({"verify", "a.tag", "-q", "-M", std::to_string(limit) + "M"}));
 
-    phantom("a.nrrd", {"--dims", "250,150,9"});
+    phantom("a.nrrd", {"--dims", "170,120,9"});
     std::filesystem::remove(path("a.tag"));
     expect_error(tagrid(with(encode, {"--rm", "-M", std::to_string(limit - 1) + "M"})), usage,
                  "encoding and verifying");
@@ -220,7 +220,7 @@ TEST_F(MemoryLimit, ThatEncodingAcceptsIsEnoughToVerifyBeforeTheInputIsRemoved) 
     const std::size_t resumed = smallest(with(encode, {"--rm", "--resume"}));
     expect_ok(tagrid(with(encode, {"--rm", "--resume", "-M", std::to_string(resumed) + "M"})));
 
-    phantom("a.nrrd", {"--dims", "250,150,9"});
+    phantom("a.nrrd", {"--dims", "170,120,9"});
     std::string line = "a.nrrd\tcube=4\tbrick=1";
     for (std::size_t i = 0; i < bounds.size(); i += bounds[i] == "--grid-only" ? 1 : 2)
       line += "\t" + bounds[i].substr(2) + "=" + (bounds[i] == "--grid-only" ? "true" : bounds[i + 1]);
