@@ -57,8 +57,8 @@ struct EdgeBatch {
   alignas(64) Lane length;                           ///< distance of the ends in space
 };
 
-/// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds. Edges with values that are not
-/// finite exceed none.
+/// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds; numbers after them mean nothing.
+/// Edges with values that are not finite exceed none. REQUIRES: all edges are initialized.
 void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameters& parameters,
              EdgeBatch::Flags& exceeded);
 

@@ -14,8 +14,8 @@ namespace tagrid {
 
 /// Edges that were found, each with the number of its point.
 struct FoundEdges {
-  EdgeBatch edges;
-  std::array<std::uint32_t, EdgeBatch::capacity + EdgeBatch::padding> points;
+  EdgeBatch edges{};
+  std::array<std::uint32_t, EdgeBatch::capacity + EdgeBatch::padding> points{};
   std::size_t count = 0;
 
   bool has_room() const { return count + EdgeBatch::padding <= EdgeBatch::capacity; }
