@@ -45,7 +45,7 @@ class ActivityModel {
     for (std::size_t i = 0; i < active_.words_per_row(); ++i) {
       const Word candidates = row[i] & candidates_.mask()[i];
       if (candidates == 0) continue;
-      contexts_.look(y, z, i, candidates);
+      contexts_.look(y, z, i);
       const Word wanted = known != nullptr ? known->row(y, z)[i] : 0;
       Word found = 0;
       for (Word rest = candidates; rest != 0; rest &= rest - 1) {

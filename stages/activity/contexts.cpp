@@ -116,21 +116,6 @@ ForecastModels forecast_models() {
 
 }  // namespace
 
-void BytesOfPoints::transpose(const Words& words, Word wanted) {
-  for (std::size_t byte = 0; byte < 8; ++byte) {
-    if ((wanted >> (8 * byte) & 255) == 0) continue;
-    std::uint64_t m = 0;
-    for (std::size_t k = 0; k < 8; ++k) m |= (words[k] >> (8 * byte) & 255) << (8 * k);
-    // Swaps the halves of ever larger squares of bits.
-    std::uint64_t swapped = (m ^ (m >> 7)) & 0x00aa00aa00aa00aaU;
-    m ^= swapped ^ (swapped << 7);
-    swapped = (m ^ (m >> 14)) & 0x0000cccc0000ccccU;
-    m ^= swapped ^ (swapped << 14);
-    swapped = (m ^ (m >> 28)) & 0x00000000f0f0f0f0U;
-    eight_[byte] = m ^ swapped ^ (swapped << 28);
-  }
-}
-
 std::vector<AdaptiveBit> ForecastContexts::models() {
   static const ForecastModels models = forecast_models();
   return {models.begin(), models.end()};
@@ -160,7 +145,7 @@ void ForecastContexts::begin_pass(const Pass& pass) {
   for (const Index3 step : surroundings.around()) slice_of(step).around.push_back(step);
 }
 
-void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i) {
   const auto neighbour = [&](Index3 step) { return NeighbourWord(active_, y, z, i, step); };
   const std::int64_t d = 2 * pass_.unit;
   const LatticeBits &likely = forecast_.at_least(1), &expected = forecast_.at_least(2),
@@ -168,10 +153,9 @@ void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word 
 
   const NeighbourWord x_before = neighbour({-d, 0, 0}), y_before = neighbour({0, -d, 0}),
                       z_before = neighbour({0, 0, -d}), self = neighbour({});
-  past_.transpose(
-      {x_before.of(candidates_), x_before.of(expected), y_before.of(candidates_), y_before.of(active_),
-       y_before.of(expected), z_before.of(candidates_), z_before.of(active_), z_before.of(expected)},
-      wanted);
+  past_.transpose({x_before.of(candidates_), x_before.of(expected), y_before.of(candidates_),
+                   y_before.of(active_), y_before.of(expected), z_before.of(candidates_),
+                   z_before.of(active_), z_before.of(expected)});
 
   Counters forecasts;
   for (const NeighbourWord& word :
@@ -181,13 +165,12 @@ void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word 
   }
   const Word two = self.of(expected);
   own_.transpose({(self.of(likely) & ~two) | self.of(certain), two, at_border(y, z, i), forecasts.bits[1],
-                  forecasts.bits[2], forecasts.bits[3], forecasts.bits[4], 0},
-                 wanted);
+                  forecasts.bits[2], forecasts.bits[3], forecasts.bits[4], 0});
 
-  look_near(y, z, i, wanted);
+  look_near(y, z, i);
 }
 
-void ForecastContexts::look_near(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+void ForecastContexts::look_near(std::int64_t y, std::int64_t z, std::size_t i) {
   any_near_ = false;
   UpToTwo more_beside, less_beside, more_around, less_around;
   for (const Slice& slice : slices_) {
@@ -206,8 +189,7 @@ void ForecastContexts::look_near(std::int64_t y, std::int64_t z, std::size_t i, 
   }
   if (any_near_)
     near_.transpose({more_beside.any, more_beside.two, less_beside.any, less_beside.two, more_around.any,
-                     more_around.two, less_around.any, less_around.two},
-                    wanted);
+                     more_around.two, less_around.any, less_around.two});
 }
 
 PointContext ForecastContexts::at(int x, bool before) const {
@@ -219,22 +201,21 @@ PointContext ForecastContexts::at(int x, bool before) const {
           own & 3};
 }
 
-void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted) {
+void PlainContexts::look(std::int64_t y, std::int64_t z, std::size_t i) {
   const auto neighbour = [&](Index3 step) { return NeighbourWord(active_, y, z, i, step); };
   const std::int64_t d = 2 * pass_.unit;
   const NeighbourWord y_before = neighbour({0, -d, 0}), z_before = neighbour({0, 0, -d});
   past_.transpose({neighbour({-d, 0, 0}).of(candidates_), neighbour({d, 0, 0}).of(candidates_),
                    y_before.of(candidates_), y_before.of(active_), neighbour({0, d, 0}).of(candidates_),
-                   z_before.of(candidates_), z_before.of(active_), neighbour({0, 0, d}).of(candidates_)},
-                  wanted);
+                   z_before.of(candidates_), z_before.of(active_), neighbour({0, 0, d}).of(candidates_)});
   Counters around, beside;
   for (const Index3 step : surroundings_.around()) around.add(neighbour(step).of(active_));
   for (const Index3 step : surroundings_.beside()) beside.add(neighbour(step).of(active_));
   const auto counts = [](const Counters& c) {
     return BytesOfPoints::Words{c.bits[0], c.bits[1], c.bits[2], c.bits[3], c.bits[4]};
   };
-  around_.transpose(counts(around), wanted);
-  beside_.transpose(counts(beside), wanted);
+  around_.transpose(counts(around));
+  beside_.transpose(counts(beside));
 }
 
 PointContext PlainContexts::at(int x, bool before) const {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "stages/activity/bytes_of_points.h"
 #include "stages/activity/candidates.h"
 #include "stages/activity/forecast.h"
 #include "stages/activity/neighbour_words.h"
@@ -18,21 +19,6 @@
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {
-
-/// One byte for each of 64 points, made from eight words: bit k of byte i is bit i of word k.
-class BytesOfPoints {
- public:
-  using Words = std::array<Word, 8>;
-
-  /// Only bytes of points in `wanted`, and of some of their neighbours, are made.
-  void transpose(const Words& words, Word wanted);
-  std::size_t operator[](int i) const {
-    return eight_[static_cast<std::size_t>(i / 8)] >> (8 * (i % 8)) & 255;
-  }
-
- private:
-  std::array<std::uint64_t, 8> eight_;
-};
 
 /// The contexts of a point in each of the two models, and which weights mix them.
 struct PointContext {
@@ -57,8 +43,8 @@ class ForecastContexts {
   void end_pass(const std::vector<Word>& mask) {
     surprises_.add(pass_, mask, active_, forecast_.at_least(2));
   }
-  /// Finds what is known around the points of word `i` in the row at y, z; `wanted`: the points to code.
-  void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
+  /// Finds what is known around the points of word `i` in the row at y, z.
+  void look(std::int64_t y, std::int64_t z, std::size_t i);
   /// The contexts of point `x` of that word. `before`: whether the candidate before it in the row is active.
   PointContext at(int x, bool before) const;
 
@@ -72,7 +58,7 @@ class ForecastContexts {
   };
 
   Word at_border(std::int64_t y, std::int64_t z, std::size_t i) const;
-  void look_near(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
+  void look_near(std::int64_t y, std::int64_t z, std::size_t i);
 
   const LatticeBits& active_;
   const LatticeBits& candidates_;
@@ -96,7 +82,7 @@ class PlainContexts {
 
   void begin_pass(const Pass& pass) { pass_ = pass, surroundings_ = Surroundings(pass); }
   void end_pass(const std::vector<Word>&) {}
-  void look(std::int64_t y, std::int64_t z, std::size_t i, Word wanted);
+  void look(std::int64_t y, std::int64_t z, std::size_t i);
   PointContext at(int x, bool before) const;
 
  private:

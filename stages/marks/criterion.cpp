@@ -150,8 +150,8 @@ void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameter
              EdgeBatch::Flags& exceeded) {
   const float low = parameters.excess[0], middle = parameters.excess[1], high = parameters.excess[2];
   const float step_angle = parameters.step_angle;
-  // The compiler makes vectors of 64 edges, for the bytes of `exceeded`, and would measure a rest edge by edge.
-  constexpr std::size_t together = 64;
+  // Whole vectors: the compiler would measure a rest edge by edge.
+  constexpr std::size_t together = 16;
   static_assert(EdgeBatch::capacity % together == 0);
   const std::size_t lanes = (count + together - 1) / together * together;
   for (std::size_t i = 0; i < lanes; ++i) {
@@ -161,7 +161,7 @@ void measure(const EdgeBatch& edges, std::size_t count, const CriterionParameter
     const float chord = std::sqrt(dot(polygon.chord, polygon.chord));
     const float over = spline_excess(polygon, (1.0F / chord) * polygon.chord);
     const int number = (over > low * chord) + (over > middle * chord) + (over > high * chord);
-    exceeded[i] = static_cast<std::uint8_t>(over <= std::numeric_limits<float>::max() ? number : 0);
+    exceeded[i] = static_cast<std::uint32_t>(over <= std::numeric_limits<float>::max() ? number : 0);
   }
 }
 

@@ -50,11 +50,11 @@ struct EdgeBatch {
       16;  ///< entries that may be written beyond, as a vector is written whole
 
   using Lane = std::array<float, capacity + padding>;
-  using Flags = std::array<std::uint8_t, capacity>;  ///< a small number for each edge
-  alignas(64) Lane rise;                             ///< height at the right end minus height at the left end
-  alignas(64) Lane slope_left, slope_right;          ///< first derivative along the edge
-  alignas(64) Lane bend_left, bend_right;            ///< second derivative along the edge
-  alignas(64) Lane length;                           ///< distance of the ends in space
+  using Flags = std::array<std::uint32_t, capacity>;  ///< a small number for each edge
+  alignas(64) Lane rise;                     ///< height at the right end minus height at the left end
+  alignas(64) Lane slope_left, slope_right;  ///< first derivative along the edge
+  alignas(64) Lane bend_left, bend_right;    ///< second derivative along the edge
+  alignas(64) Lane length;                   ///< distance of the ends in space
 };
 
 /// exceeded[i] is the number of excesses that edge i of the first `count` edges exceeds; numbers after them mean nothing.

@@ -69,7 +69,7 @@ class Marker {
     EdgeBatch::Flags exceeded;
     measure(found_.edges, found_.count, constants_, exceeded);
     for (std::size_t i = 0; i < found_.count; ++i)
-      for (std::uint8_t level = 0; level < exceeded[i]; ++level) sets_[level].set(found_.points[i]);
+      for (std::size_t level = 0; level < exceeded[i]; ++level) sets_[level].set(found_.points[i]);
     found_.count = 0;
   }
 

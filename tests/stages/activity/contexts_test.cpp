@@ -9,6 +9,7 @@
 #include <random>
 
 #include "stages/grid/lattice.h"
+#include "stages/volume/instruction_sets.h"
 #include "tests/support/conforming_activity.h"
 
 namespace tagrid {
@@ -138,7 +139,7 @@ std::size_t compare(const LatticeBits& all, const Known& start, int cube_size, D
           Word wanted = candidates.bits().row(y, z)[i] & candidates.mask()[i];
           const std::int64_t first = box.low.x + static_cast<std::int64_t>(64 * i);
           if (wanted == 0 || !belongs({first + std::countr_zero(wanted), y, z}, pass, cube_size)) continue;
-          contexts.look(y, z, i, wanted);
+          contexts.look(y, z, i);
           for (; wanted != 0; wanted &= wanted - 1, ++count) {
             const int x = std::countr_zero(wanted);
             const Index3 p{first + x, y, z};
@@ -218,10 +219,14 @@ TEST(ActivityContexts, BytesOfPointsAreTheBitsOfWords) {
   std::mt19937_64 random(2);
   BytesOfPoints::Words words;
   for (Word& word : words) word = random();
-  BytesOfPoints bytes;
-  bytes.transpose(words, ~Word{0});
-  for (int i = 0; i < 64; ++i)
-    for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(bytes[i] >> k & 1, words[k] >> i & 1);
+  for (const std::int64_t sets : std::vector<std::int64_t>{HWY_AVX3, HWY_AVX2, HWY_SSE4, 0}) {
+    limit_instruction_sets(sets | HWY_STATIC_TARGET);
+    BytesOfPoints bytes;
+    bytes.transpose(words);
+    for (int i = 0; i < 64; ++i)
+      for (std::size_t k = 0; k < 8; ++k) EXPECT_EQ(bytes[i] >> k & 1, words[k] >> i & 1);
+  }
+  limit_instruction_sets(0);
 }
 
 }  // namespace
