@@ -68,8 +68,12 @@ class Marker {
   void settle() {
     EdgeBatch::Flags exceeded;
     measure(found_.edges, found_.count, constants_, exceeded);
-    for (std::size_t i = 0; i < found_.count; ++i)
-      for (std::size_t level = 0; level < exceeded[i]; ++level) sets_[level].set(found_.points[i]);
+    // Without a branch for each edge: it could not be predicted.
+    for (std::size_t level = 0; level < sets_.size(); ++level) {
+      const std::span<std::uint64_t> words = sets_[level].words();
+      for (std::size_t i = 0; i < found_.count; ++i)
+        words[found_.points[i] / 64] |= std::uint64_t{exceeded[i] > level} << found_.points[i] % 64;
+    }
     found_.count = 0;
   }
 
