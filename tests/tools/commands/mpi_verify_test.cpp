@@ -199,14 +199,17 @@ TEST_F(MpiVerify, DamagedBytesAreFound) {
   encode("volume.nhdr", "new.tag", {"--max-error=2"});
   const std::string good = content("new.tag");
   const Contents contents = contents_of("new.tag");
-  // The last brick of a part, the first one of the next, and any other.
-  const std::size_t cut = static_cast<std::size_t>(cuts(contents)[7]);
-  std::uint64_t start = 0;
-  for (std::size_t i = 0; i < cut; ++i)
-    start +=
-        block_frame_size + contents.index.bricks[i].activity_bytes + contents.index.bricks[i].value_bytes;
-  start += serialize_header(contents.header).size();
-  for (const std::uint64_t at : {start - 9, start + 20, good.size() / 3, good.size() / 2}) {
+  const auto start_of = [&](std::size_t brick) {
+    std::uint64_t at = serialize_header(contents.header).size();
+    for (std::size_t i = 0; i < brick; ++i)
+      at += block_frame_size + contents.index.bricks[i].activity_bytes + contents.index.bricks[i].value_bytes;
+    return at;
+  };
+  // The last brick of a part, the first one of the next, and any other. Not their sizes: a rank compares these with the
+  // index, and one process finds that a checksum is not where it should be.
+  const std::size_t count = contents.index.bricks.size(), cut = static_cast<std::size_t>(cuts(contents)[7]);
+  const std::uint64_t start = start_of(cut);
+  for (const std::uint64_t at : {start - 9, start + 20, start_of(count / 3) + 20, start_of(count / 2) + 20}) {
     std::string damaged = good;
     damaged[at] = static_cast<char>(damaged[at] ^ 8);
     file("new.tag", damaged);
