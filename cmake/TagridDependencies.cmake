@@ -60,6 +60,8 @@ if(TAGRID_SANITIZE)
   string(APPEND left_out |HWY_AVX3|HWY_SSE4)
 endif()
 target_compile_definitions(tagrid_hwy INTERFACE HWY_DISABLED_TARGETS=\(${left_out}\))
+# Its assertions need its library, of which only the headers are used.
+target_compile_definitions(tagrid_hwy INTERFACE HWY_IS_DEBUG_BUILD=0)
 if(TAGRID_SANITIZE)
   target_compile_definitions(tagrid_hwy INTERFACE TAGRID_SMALL_CODE)
 endif()
