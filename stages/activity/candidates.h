@@ -17,6 +17,14 @@ struct Pass {
   int odd_count;
 };
 
+/// Calls f(y, z) for every row of a box that has points of a pass.
+template <class F>
+void for_each_row(const Pass& pass, const Box& box, F f) {
+  const std::int64_t u = pass.unit;
+  for (std::int64_t z = box.low.z + (pass.odd[2] ? u : 0); z <= box.high.z; z += 2 * u)
+    for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u) f(y, z);
+}
+
 /// The points of a pass that can be active.
 class Candidates {
  public:
@@ -30,21 +38,20 @@ class Candidates {
 
   void find(const Pass& pass) {
     pass_ = pass;
-    const Box& box = active_.box();
     const std::int64_t u = pass.unit;
     set_every(2 * u, pass.odd[0] ? u : 0, mask_);
     if (pass.odd_count == 3) {
       set_every(4 * u, u, first_);
       set_every(4 * u, 3 * u, third_);
     }
-    for (std::int64_t z = box.low.z + (pass.odd[2] ? u : 0); z <= box.high.z; z += 2 * u)
-      for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u)
-        if (pass.odd_count < 3)
-          find_between(y, z);
-        else if (2 * u < cube_size_)
-          find_below_edge_midpoints(y, z);
-        else
-          add(y, z, [&](std::size_t i) { return mask_[i]; });
+    for_each_row(pass, active_.box(), [&](std::int64_t y, std::int64_t z) {
+      if (pass.odd_count < 3)
+        find_between(y, z);
+      else if (2 * u < cube_size_)
+        find_below_edge_midpoints(y, z);
+      else
+        add(y, z, [&](std::size_t i) { return mask_[i]; });
+    });
   }
 
  private:

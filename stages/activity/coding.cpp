@@ -27,12 +27,10 @@ class ActivityModel {
     found_ = 0;
     candidates_.find(pass);
     contexts_.begin_pass(pass);
-    const std::int64_t u = pass.unit;
-    const Box& box = active_.box();
-    for (std::int64_t z = box.low.z + (pass.odd[2] ? u : 0); z <= box.high.z; z += 2 * u)
-      for (std::int64_t y = box.low.y + (pass.odd[1] ? u : 0); y <= box.high.y; y += 2 * u)
-        // Broken bytes can end long before the last point.
-        if (!coder_.exhausted()) code_row(y, z, known);
+    for_each_row(pass, active_.box(), [&](std::int64_t y, std::int64_t z) {
+      // Broken bytes can end long before the last point.
+      if (!coder_.exhausted()) code_row(y, z, known);
+    });
     contexts_.end_pass(candidates_.mask());
     return found_;
   }

@@ -4,20 +4,18 @@ namespace tagrid {
 
 void Surprises::add(const Pass& pass, const std::vector<Word>& mask, const LatticeBits& active,
                     const LatticeBits& expected) {
-  const std::int64_t u = pass.unit;
-  for (std::int64_t z = box_.low.z + (pass.odd[2] ? u : 0); z <= box_.high.z; z += 2 * u)
-    for (std::int64_t y = box_.low.y + (pass.odd[1] ? u : 0); y <= box_.high.y; y += 2 * u) {
-      const Word *is_active = active.row(y, z), *is_expected = expected.row(y, z);
-      Word *more = more_.row(y, z), *less = less_.row(y, z), any = 0;
-      for (std::size_t i = 0; i < mask.size(); ++i) {
-        const Word different = (is_active[i] ^ is_expected[i]) & mask[i];
-        more[i] |= different & is_active[i];
-        less[i] |= different & is_expected[i];
-        any |= different;
-      }
-      const auto row = static_cast<std::size_t>(y - box_.low.y + 64);
-      rows_[static_cast<std::size_t>(z - box_.low.z) * words_ + row / 64] |= Word{any != 0} << row % 64;
+  for_each_row(pass, box_, [&](std::int64_t y, std::int64_t z) {
+    const Word *is_active = active.row(y, z), *is_expected = expected.row(y, z);
+    Word *more = more_.row(y, z), *less = less_.row(y, z), any = 0;
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      const Word different = (is_active[i] ^ is_expected[i]) & mask[i];
+      more[i] |= different & is_active[i];
+      less[i] |= different & is_expected[i];
+      any |= different;
     }
+    const auto row = static_cast<std::size_t>(y - box_.low.y + 64);
+    rows_[static_cast<std::size_t>(z - box_.low.z) * words_ + row / 64] |= Word{any != 0} << row % 64;
+  });
 }
 
 }  // namespace tagrid

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "stages/grid/lattice_bits.h"
 #include "stages/marks/base_edges.h"
 #include "stages/marks/criterion.h"
 #include "stages/marks/curvature.h"
@@ -17,14 +18,18 @@ struct FoundEdges {
   EdgeBatch edges{};
   std::array<std::uint32_t, EdgeBatch::capacity + EdgeBatch::padding> points{};
   std::size_t count = 0;
-
-  bool has_room() const { return count + EdgeBatch::padding <= EdgeBatch::capacity; }
 };
 
 /// The numbers of points: point (i, j) has the number `first` + 2 unit i + `row` j.
 struct PointNumbers {
   std::uint32_t first, row;
 };
+/// The numbers of bits, counted from the first bit of bits.words(). REQUIRES: there are fewer than 2^32.
+inline PointNumbers numbers_of(const PointsOfSlice& points, const LatticeBits& bits) {
+  const std::size_t row = 2 * static_cast<std::size_t>(points.unit) * 64 * bits.words_per_row();
+  return {static_cast<std::uint32_t>(bits.bit_of({points.x0, points.y0, points.z})),
+          static_cast<std::uint32_t>(row)};
+}
 
 /// Where a search is, or has ended.
 struct EdgePlace {

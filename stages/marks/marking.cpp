@@ -58,9 +58,7 @@ class Marker {
   }
 
   void mark_points(const CurvatureField& field, const PointsOfSlice& points) {
-    const auto words = static_cast<std::uint32_t>(64 * sets_[0].words_per_row());
-    const PointNumbers numbers{static_cast<std::uint32_t>(sets_[0].bit_of({points.x0, points.y0, points.z})),
-                               static_cast<std::uint32_t>(2 * points.unit) * words};
+    const PointNumbers numbers = numbers_of(points, sets_[0]);
     for (EdgePlace place; !find_edges(field, points, rise_scale_, test_, numbers, place, found_);) settle();
   }
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/curvature_of.h"
 #include "tests/support/oracle.h"
 #include "tests/support/sample_types.h"
 
@@ -14,16 +15,6 @@ namespace tagrid {
 namespace {
 
 using F = CurvatureField;
-
-template <class T>
-CurvatureField field_of(const oracle::Volume<T>& volume, const Box& box, double scale) {
-  const Box read = box.grown(F::halo);
-  const std::vector<T> samples = volume.cut(read);
-  CurvatureField field(box, 2, (box.size().z + 1) / 2);
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
-    evaluate_curvature(Samples<T>{read, samples.data()}, z, scale, field);
-  return field;
-}
 
 float component(const CurvatureField& f, int c, Index3 p) {
   return f.components[static_cast<std::size_t>(c)]
@@ -53,7 +44,7 @@ TYPED_TEST(Curvature, IsExactOnLinearFields) {
   const auto volume = oracle::volume_of<TypeParam>(
       {17, 17, 17}, [](double x, double y, double z) { return 40 + 3 * x - 2 * y + z; });
   const Box box{{2, 4, 2}, {14, 12, 14}};
-  const CurvatureField f = field_of(volume, box, 0.5);
+  const CurvatureField f = curvature_of(volume, box, 0.5);
   for_each_even_point(box, [&](Index3 p) {
     EXPECT_EQ(component(f, F::value, p), 216.0F * static_cast<float>(volume.at(p)));
     EXPECT_FLOAT_EQ(component(f, F::gx, p), 1.5F);
@@ -70,7 +61,7 @@ TYPED_TEST(Curvature, HasTheDerivativesOfQuadrics) {
     return shift + x * x + 2 * y * y - z * z + x * y - 2 * x * z + y * z;  // read where it fits every type
   });
   const Box box{{2, 2, 2}, {4, 4, 4}};
-  const CurvatureField f = field_of(volume, box, 1);
+  const CurvatureField f = curvature_of(volume, box, 1);
   for_each_even_point(box, [&](Index3 p) {
     const auto x = static_cast<float>(p.x), y = static_cast<float>(p.y), z = static_cast<float>(p.z);
     EXPECT_FLOAT_EQ(component(f, F::value, p), 216 * static_cast<float>(volume.at(p)) + 216 * 2.0F / 3);
@@ -93,7 +84,7 @@ TYPED_TEST(Curvature, EqualsTheLiteralStencilOnRandomSamples) {
   const double scale = 8.0 / 3;
   for (const Box& box :
        {Box{{0, 0, 0}, {8, 12, 68}}, Box{{4, 2, 6}, {4, 2, 6}}, Box{{-2, -4, -2}, {12, 14, 4}}}) {
-    const CurvatureField f = field_of(volume, box, scale);
+    const CurvatureField f = curvature_of(volume, box, scale);
     ASSERT_EQ(f.box, box);
     for_each_even_point(box, [&](Index3 p) {
       const auto want = expected(oracle::jet(volume, p), scale);
@@ -119,7 +110,7 @@ RC_GTEST_PROP(CurvatureField, AxesAreTreatedAlike, ()) {
       for (std::int64_t x = 0; x < 9; ++x)
         turned.samples[static_cast<std::size_t>(all.offset({z, x, y}))] = v.at({x, y, z});
   const Box box{{0, 0, 0}, {8, 8, 8}};
-  const CurvatureField a = field_of(v, box, 0.7), b = field_of(turned, box, 0.7);
+  const CurvatureField a = curvature_of(v, box, 0.7), b = curvature_of(turned, box, 0.7);
   constexpr int image[10] = {F::value, F::gy, F::gz, F::gx, F::hyy, F::hzz, F::hxx, F::hyz, F::hxy, F::hxz};
   for_each_even_point(box, [&](Index3 p) {
     for (int c = 0; c < 10; ++c) RC_ASSERT(component(a, c, p) == component(b, image[c], {p.z, p.x, p.y}));

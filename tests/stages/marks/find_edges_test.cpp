@@ -10,21 +10,13 @@
 #include <set>
 
 #include "stages/grid/lattice_bits.h"
+#include "tests/support/curvature_of.h"
 #include "tests/support/oracle.h"
 
 namespace tagrid {
 namespace {
 
 constexpr float scale = 0.37F, rise_scale = scale / CurvatureField::value_divisor;
-
-CurvatureField field_of(const oracle::Volume<double>& volume, const Box& box) {
-  const Box read = box.grown(CurvatureField::halo);
-  const std::vector<double> samples = volume.cut(read);
-  CurvatureField field(box, 2, (box.size().z + 1) / 2);
-  for (std::int64_t z = box.low.z; z <= box.high.z; z += 2)
-    evaluate_curvature(Samples<double>{read, samples.data()}, z, scale, field);
-  return field;
-}
 
 /// Finds every edge, unless its values are no numbers.
 VarianceTest every_edge() {
@@ -45,13 +37,10 @@ void for_each_found(CurvatureField field, const Box& box, int cube_size, const T
       field = std::move(thinned);
     }
     const auto find = [&](const PointsOfSlice& points) {
-      const PointNumbers numbers{
-          static_cast<std::uint32_t>(bits.bit_of({points.x0, points.y0, points.z})),
-          static_cast<std::uint32_t>(2 * unit) * static_cast<std::uint32_t>(64 * bits.words_per_row())};
       EdgePlace place;
       for (bool all = false; !all;) {
         FoundEdges found;  // several are needed for most slices
-        all = find_edges(field, points, rise_scale, test, numbers, place, found);
+        all = find_edges(field, points, rise_scale, test, numbers_of(points, bits), place, found);
         for (std::size_t i = 0; i < found.count; ++i) f(found.points[i], found.edges, i);
       }
     };
@@ -76,7 +65,7 @@ TEST(FindEdges, FindsEveryEdgeOnceWithTheValuesOfTheField) {
           for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
             if (classify({x, y, z}, cube_size).odd > 0)
               point_of[static_cast<std::uint32_t>(bits.bit_of({x, y, z}))] = {x, y, z};
-      for_each_found(field_of(volume, cubes), box, cube_size, every_edge(),
+      for_each_found(curvature_of(volume, cubes, scale), box, cube_size, every_edge(),
                      [&](std::uint32_t number, const EdgeBatch& edges, std::size_t i) {
                        ASSERT_TRUE(point_of.contains(number));
                        EXPECT_TRUE(seen.insert(number).second);
@@ -106,8 +95,9 @@ TEST(FindEdges, InAConstantFieldFindsAtMostWhatIsNotFinite) {
       EXPECT_FALSE(std::isfinite(edges.rise[i] + edges.slope_left[i] + edges.slope_right[i] +
                                  edges.bend_left[i] + edges.bend_right[i]));
     };
-    for_each_found(field_of(volume, box), box, 8, BentTest(CriterionParameters(20)), expect_not_finite);
-    for_each_found(field_of(volume, box), box, 8, VarianceTest(20), expect_not_finite);
+    for_each_found(curvature_of(volume, box, scale), box, 8, BentTest(CriterionParameters(20)),
+                   expect_not_finite);
+    for_each_found(curvature_of(volume, box, scale), box, 8, VarianceTest(20), expect_not_finite);
   }
 }
 
