@@ -45,6 +45,15 @@ using Float = hn::Vec<Floats>;
 using Number = hn::Vec<Numbers>;
 using Which = hn::Mask<Floats>;
 
+// What is done with every batch of edges is inlined into the loop over a row. Under sanitizers that would only make much
+// code.
+#undef TAGRID_EDGES
+#ifdef TAGRID_SMALL_CODE
+#define TAGRID_EDGES HWY_NOINLINE
+#else
+#define TAGRID_EDGES HWY_INLINE
+#endif
+
 HWY_INLINE Float set(float value) { return hn::Set(Floats(), value); }
 
 // The values of edges, as in EdgeBatch.
@@ -78,8 +87,8 @@ HWY_INLINE End end_of(const Entry& entry, Float s, Float t) {
 
 // The edges from entry `i` on.
 template <int odd, bool alternate>
-HWY_INLINE Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::int64_t i, Which every_second,
-                      Float s, Float t) {
+TAGRID_EDGES Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::int64_t i, Which every_second,
+                        Float s, Float t) {
   const auto entry = [&](std::size_t component, const std::array<std::int64_t, 2>& at) HWY_ATTR {
     const float* from = slice.components[component] + i;
     const Float value = hn::LoadU(Floats(), from + at[0]);
@@ -101,7 +110,7 @@ class Bent {
         inverse_(set(1.0F / points.length())),
         sixth_(set(BentTest::sixth(points))) {}
 
-  HWY_INLINE Which operator()(const Edges& e) const {
+  TAGRID_EDGES Which operator()(const Edges& e) const {
     const Float chord = hn::Mul(e.rise, inverse_), stretch = hn::MulAdd(chord, chord, set(1.0F));
     const Angles l = angles(e.slope_left, e.bend_left, chord),
                  r = angles(e.slope_right, hn::Neg(e.bend_right), chord);
@@ -144,7 +153,7 @@ class Varied {
     inverse_length_ = set(inverse_sqrt[points.odd] * (0.5F / static_cast<float>(points.unit)));
   }
 
-  HWY_INLINE Which operator()(const Edges& e) const {
+  TAGRID_EDGES Which operator()(const Edges& e) const {
     const Float chord = hn::Mul(e.rise, inverse_length_);
     const Float stretch = hn::Add(set(1.0F), hn::Mul(chord, chord));
     const Float left = hn::Sub(e.slope_left, chord), right = hn::Sub(e.slope_right, chord);
