@@ -21,10 +21,10 @@ void numbers(Bytes bytes) {
   }
   if (const auto n = byte_count(text)) {
     claim(byte_count(std::to_string(*n)) == n, "a number of bytes comes back");
-    const auto unit = text.find_first_not_of("+0123456789");
+    const auto unit = text.find_first_not_of("+.0123456789");
     const auto name = unit == text.npos ? "" : text.substr(unit);
-    claim(name.empty() || (std::string_view("KMGT").find(name[0]) != std::string_view::npos &&
-                           (name.size() == 1 || name.substr(1) == "iB")),
+    claim(name.empty() || (std::string_view("KMGTkmgt").find(name[0]) != std::string_view::npos &&
+                           (name.size() == 1 || name.substr(1) == "B" || name.substr(1) == "iB")),
           "a number of bytes has no other units");
   }
   if (const auto n = three_sizes(text)) {

@@ -42,6 +42,18 @@ int fail(const Failure& failure) {
   return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
 }
 
+/// The arguments from last to first, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git and others.
+std::vector<std::string> reversed_arguments(int argc, char** argv, const CLI::App& app) {
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    const auto is_asked_for = [&](const CLI::App* command) { return command->check_name(arguments.front()); };
+    // A command that does not exist is left to be an error.
+    if (arguments.empty() || !app.get_subcommands(is_asked_for).empty()) arguments.push_back("--help");
+  }
+  return {arguments.rbegin(), arguments.rend()};
+}
+
 int run(Ranks& ranks, int argc, char** argv) {
   CLI::App app{
       "Store a CT volume in one file: a conforming tetrahedral adaptive grid, and every voxel within a bound",
@@ -62,7 +74,7 @@ int run(Ranks& ranks, int argc, char** argv) {
       throw UsageError("an argument is empty; is a variable in your script not set?");
   }
   try {
-    app.parse(argc, argv);
+    app.parse(reversed_arguments(argc, argv, app));
   } catch (const CLI::Success& success) {
     app.exit(success);
     std::cout.flush();

@@ -1,5 +1,6 @@
 #include "tools/options/numbers.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tagrid {
@@ -28,17 +29,25 @@ std::optional<double> finite_number(std::string_view text) {
 }
 
 std::optional<std::uint64_t> byte_count(std::string_view text) {
-  int shift = 0;
-  if (text.ends_with("KiB") || text.ends_with("MiB") || text.ends_with("GiB") || text.ends_with("TiB"))
-    text.remove_suffix(2);
-  if (text.ends_with('K')) shift = 10;
-  if (text.ends_with('M')) shift = 20;
-  if (text.ends_with('G')) shift = 30;
-  if (text.ends_with('T')) shift = 40;
-  if (shift > 0) text.remove_suffix(1);
-  const auto number = whole_number<std::uint64_t>(text);
-  if (!number || *number << shift >> shift != *number) return std::nullopt;
-  return *number << shift;
+  constexpr std::string_view units = "KMGT", small_units = "kmgt";
+  const auto unit = text.find_last_not_of("+.0123456789iB");
+  if (unit == text.npos) return whole_number<std::uint64_t>(text);
+  const std::string_view rest = text.substr(unit + 1);
+  const auto power = std::min(units.find(text[unit]), small_units.find(text[unit]));
+  if (power == units.npos || (!rest.empty() && rest != "B" && rest != "iB")) return std::nullopt;
+  const int shift = 10 * (static_cast<int>(power) + 1);
+  const std::string_view digits = text.substr(0, unit);
+  if (const auto number = whole_number<std::uint64_t>(digits)) {
+    if (*number << shift >> shift != *number) return std::nullopt;
+    return *number << shift;
+  }
+  // With a point: what is left below a byte is cut off.
+  const bool plain = digits.find_first_not_of("+.0123456789") == digits.npos;
+  const auto number = plain ? finite_number(digits) : std::nullopt;
+  if (!number || *number < 0) return std::nullopt;
+  const double bytes = std::ldexp(*number, shift);
+  if (bytes >= 0x1p64) return std::nullopt;
+  return static_cast<std::uint64_t>(bytes);
 }
 
 std::optional<Index3> three_sizes(std::string_view text) {

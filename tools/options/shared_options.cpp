@@ -86,8 +86,8 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
           [&options](const std::string& text) {
             options.memory = byte_count(text);
             if (!options.memory || *options.memory == 0)
-              throw UsageError(fmt::format(
-                  "-M: {}: must be a number of bytes above 0, optionally with K, M, G or T", text));
+              throw UsageError(
+                  fmt::format("-M: {}: must be a number of bytes above 0, such as 800M or 1.5G", text));
           },
           "Never use more memory than SIZE bytes; K, M, G, T mean times 1024, 1024^2 and so on")
       ->option_text("SIZE");
@@ -200,7 +200,7 @@ std::optional<RawDescription> RawOptions::description() const {
   if (!endian.empty()) raw.big_endian = endian == "big";
   if (!offset.empty()) {
     const auto bytes = byte_count(offset);
-    if (!bytes)
+    if (!bytes || offset.find('.') != offset.npos)
       throw UsageError(
           fmt::format("--offset: {}: must be a whole number of bytes, optionally with K, M, G or T", offset));
     raw.offset = *bytes;

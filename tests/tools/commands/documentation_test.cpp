@@ -51,6 +51,14 @@ class Documentation : public CommandLine {
   }
 };
 
+TEST_F(Documentation, HelpIsGivenForACommandOfThatName) {
+  EXPECT_EQ(tagrid({"help"}).out, tagrid({"--help"}).out);
+  EXPECT_EQ(tagrid({"help"}).code, 0);
+  for (const std::string& command : commands())
+    EXPECT_EQ(tagrid({"help", command}).out, tagrid({command, "--help"}).out) << command;
+  EXPECT_EQ(tagrid({"help", "nonsense"}).code, 64);
+}
+
 TEST_F(Documentation, TheManualNamesEveryOptionAndNoOther) {
   const std::string manual = text_of("docs/tagrid.1");
   Words listed, mentioned;

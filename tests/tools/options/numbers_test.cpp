@@ -35,8 +35,13 @@ TEST(Numbers, BytesAreCountedInPowersOf1024) {
   EXPECT_EQ(byte_count("3T"), std::uint64_t{3} << 40);
   EXPECT_EQ(byte_count("2MiB"), 2097152U);
   EXPECT_EQ(byte_count("17179869183G"), std::uint64_t{17179869183} << 30);
+  EXPECT_EQ(byte_count("+2MB"), 2097152U);
+  EXPECT_EQ(byte_count("3k"), 3072U);
+  EXPECT_EQ(byte_count("1.5G"), 1610612736U);
+  EXPECT_EQ(byte_count("0.3KiB"), 307U);
   for (const char* text :
-       {"", "K", "-1", "1k", "1KB", "iB", "12iB", "MB", "1.5G", "17179869184G", "18446744073709551616"})
+       {"", "K", "-1", "iB", "12iB", "12B", "MB", "1.5", "-1.5G", ".G", "1.5.5G", "1MiBB", "1GM", "1e3G",
+        "1.5e3G", "nanG", "17179869184G", "17179869184.5G", "18446744073709551616"})
     EXPECT_FALSE(byte_count(text)) << text;
 }
 
