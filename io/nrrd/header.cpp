@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <map>
+#include <optional>
 
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
@@ -113,22 +114,83 @@ bool big_endian_of(const Fields& fields, SampleType type) {
   return name == "big";
 }
 
-/// True if a list of files follows the line, or if the value is a pattern of names with its first, last and
-/// step.
-bool names_several_files(std::string_view value) {
-  const auto words = words_of(value);
-  if (words.empty()) return false;
-  const std::size_t percent = value.find('%');
-  if (words[0] == "LIST" || percent == value.npos) return words[0] == "LIST";
-  const std::size_t end = std::min(value.find_first_not_of("0123456789", percent + 1), value.size());
-  return value.substr(end).starts_with('d') && words.size() >= 4;
+/// The names "before7after" of numbered files.
+struct NumberedName {
+  std::string_view before, after;
+  int width = 0;
+  bool zeros = false;  ///< "007" instead of "  7"
+
+  std::string of(std::int64_t number) const {
+    return zeros ? fmt::format("{}{:0{}}{}", before, number, width, after)
+                 : fmt::format("{}{:{}}{}", before, number, width, after);
+  }
+};
+
+/// Reads "slice%03d.raw"; nothing if the name has no such number.
+std::optional<NumberedName> numbered_name(std::string_view name) {
+  const std::size_t percent = name.find('%');
+  if (percent == name.npos) return std::nullopt;
+  const std::size_t end = std::min(name.find_first_not_of("0123456789", percent + 1), name.size());
+  if (end == name.size() || (name[end] != 'd' && name[end] != 'i' && name[end] != 'u')) return std::nullopt;
+  const std::string_view width = name.substr(percent + 1, end - percent - 1);
+  if (width.size() > 3) refuse("data file", name, "a number of so many digits is not supported");
+  NumberedName parts{name.substr(0, percent), name.substr(end + 1)};
+  parts.zeros = width.starts_with('0');
+  std::from_chars(width.data(), width.data() + width.size(), parts.width);
+  return parts;
 }
 
-std::string data_file_of(const Fields& fields) {
+/// "LIST 2": one name a line follows; the number of axes of a file is optional.
+bool is_list(const std::vector<std::string_view>& words) { return !words.empty() && words[0] == "LIST"; }
+
+/// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of a file.
+/// A line like this without numbers is a plain name.
+bool is_numbered(const std::vector<std::string_view>& words) {
+  return words.size() >= 4 && numbered_name(words[0]);
+}
+
+std::vector<std::string> numbered_files(std::string_view value, const std::vector<std::string_view>& words) {
+  const NumberedName name = *numbered_name(words[0]);
+  const std::int64_t first = integer_of("data file", words[1]), last = integer_of("data file", words[2]),
+                     step = integer_of("data file", words[3]);
+  constexpr std::int64_t most = std::int64_t{1} << 40;
+  for (const std::int64_t number : {first, last, step})
+    if (number < -most || number > most) refuse("data file", value, "a number is too large");
+  if (step == 0 || (last - first) / step < 0)
+    refuse("data file", value, "the step does not lead from the first number to the last");
+  if ((last - first) / step >= max_nrrd_data_files)
+    refuse("data file", value, fmt::format("more than {} files", max_nrrd_data_files));
+  std::vector<std::string> names;
+  for (std::int64_t i = 0; i <= (last - first) / step; ++i) names.push_back(name.of(first + i * step));
+  return names;
+}
+
+/// The data files of a volume; `list` is what follows a line "data file: LIST".
+std::vector<std::string> data_files_of(const Fields& fields, std::string_view list, Index3 dims) {
   if (!fields.contains("data file")) return {};
   const std::string_view value = required(fields, "data file");
-  if (value.empty()) refuse("data file", value, "must name a file");
-  return std::string(value);
+  const auto words = words_of(value);
+  if (words.empty()) refuse("data file", value, "must name a file");
+  if (!is_list(words) && !is_numbered(words)) return {std::string(value)};
+  std::vector<std::string> names;
+  if (is_list(words))
+    for (std::string_view line = take_line(list); !line.empty(); line = take_line(list))
+      names.emplace_back(line);
+  else
+    names = numbered_files(value, words);
+  const std::size_t numbers = is_list(words) ? 1 : 4;
+  if (words.size() > numbers + 1) refuse("data file", value, "more follows than the number of axes");
+  const std::int64_t axes = words.size() > numbers ? integer_of("data file", words[numbers]) : 2;
+  if (axes != 2 && axes != 3) refuse("data file", value, "a file must have 2 or 3 axes of the volume");
+  const auto count = static_cast<std::int64_t>(names.size());
+  if (count == 0) refuse("data file", value, "no file is named");
+  if (count > max_nrrd_data_files)
+    refuse("data file", value, fmt::format("more than {} files", max_nrrd_data_files));
+  if (axes == 2 ? count != dims.z : dims.z % count != 0)
+    refuse("data file", value,
+           fmt::format("{} files cannot hold the {} slices of the volume, {}", count, dims.z,
+                       axes == 2 ? "one in each" : "equally many in each"));
+  return names;
 }
 
 void read_skips(const Fields& fields, NrrdHeader& header) {
@@ -139,20 +201,22 @@ void read_skips(const Fields& fields, NrrdHeader& header) {
     refuse("byte skip", optional(fields, "byte skip"), "must not be negative, except -1 with encoding raw");
 }
 
-/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`.
-Fields storage_fields_of(std::string_view text, std::string& others) {
+/// Sorts the lines after the magic: storage fields to the result, all others, verbatim, to `others`. What follows "data
+/// file: LIST" goes to `list`.
+Fields storage_fields_of(std::string_view text, std::string& others, std::string_view& list) {
   Fields fields;
   while (!text.empty()) {
     const std::string_view line = take_line(text);
     if (line.empty()) break;
     const NrrdLine parsed = parse_nrrd_line(line);
-    if (parsed.field == "data file" && names_several_files(parsed.value))
-      refuse("data file", parsed.value,
-             "a volume in several files is not supported; join them into one file first");
     if (parsed.kind != NrrdLine::Kind::field || !is_storage_field(parsed.field)) {
       others.append(line).append("\n");
     } else if (!fields.emplace(parsed.field, parsed.value).second) {
       throw BrokenInput(fmt::format("NRRD header: \"{}\" is given twice", parsed.field));
+    }
+    if (parsed.field == "data file" && is_list(words_of(parsed.value))) {
+      list = text;
+      break;
     }
   }
   return fields;
@@ -172,7 +236,8 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
     throw BrokenInput("NRRD header: " + quoted(magic) +
                       " is not a supported version; use NRRD0001 to NRRD0005");
   NrrdHeader header;
-  const Fields fields = storage_fields_of(text, header.info.nrrd_fields);
+  std::string_view list;
+  const Fields fields = storage_fields_of(text, header.info.nrrd_fields, list);
   header.info.type = type_of(required(fields, "type"));
   header.info.dims = dims_of(fields);
   if (!sample_bytes(header.info.dims, header.info.type))
@@ -180,7 +245,7 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
            "must be positive, and the volume must be smaller than 2^62 bytes");
   header.encoding = encoding_of(required(fields, "encoding"));
   header.big_endian = big_endian_of(fields, header.info.type);
-  header.data_file = data_file_of(fields);
+  header.data_files = data_files_of(fields, list, header.info.dims);
   read_skips(fields, header);
   header.info.geometry = geometry_of(header.info.nrrd_fields);
   return header;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/volume/volume_info.h"
 
@@ -16,9 +17,9 @@ struct NrrdHeader {
   VolumeInfo info;
   Encoding encoding = Encoding::raw;
   bool big_endian = false;
-  /// As the header names it; empty if the samples follow the header.
-  std::string data_file;
-  /// Number of lines to skip in the file, before anything is decompressed.
+  /// As the header names them; none if the samples follow the header. All have equally many slices.
+  std::vector<std::string> data_files;
+  /// Number of lines to skip in each file, before anything is decompressed.
   std::int64_t line_skip = 0;
   /// Number of decompressed bytes to skip after that; -1: the samples are the last bytes of the file.
   std::int64_t byte_skip = 0;
@@ -26,6 +27,8 @@ struct NrrdHeader {
 
 /// Headers longer than this are refused.
 inline constexpr std::size_t max_nrrd_header_bytes = std::size_t{1} << 20;
+/// A volume of more files is refused.
+inline constexpr std::int64_t max_nrrd_data_files = 65536;
 
 /// True if `bytes`, the first 9 or more of a file, begin an NRRD header of any version.
 bool begins_nrrd(std::string_view bytes);

@@ -14,7 +14,7 @@ namespace {
 /// there.
 void require_name_in_header(const VolumeInfo& info, const std::string& data_file) {
   try {
-    if (parse_nrrd_header(nrrd_header_text(info, data_file)).data_file == data_file) return;
+    if (parse_nrrd_header(nrrd_header_text(info, data_file)).data_files == std::vector{data_file}) return;
   } catch (const BrokenInput&) {
     // The name cannot be stored in a header.
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <set>
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
@@ -10,6 +11,7 @@
 #include "io/nrrd/header.h"
 #include "io/nrrd/line.h"
 #include "io/samples/file_samples.h"
+#include "io/samples/joined.h"
 
 namespace tagrid {
 namespace {
@@ -93,13 +95,50 @@ void skip_lines(FileBytes& file, std::int64_t count) {
   }
 }
 
-/// The byte at which uncompressed samples begin, after the lines that are skipped.
-std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header) {
+/// The byte at which uncompressed samples of `info` begin, after the lines that are skipped.
+std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header, const VolumeInfo& info) {
   if (header.byte_skip >= 0) return file.position() + static_cast<std::uint64_t>(header.byte_skip);
   if (!file.size())
     throw BrokenInput(file.name() + ": byte skip -1 (samples at the end) cannot be read from a pipe");
-  const std::uint64_t bytes = *sample_bytes(header.info.dims, header.info.type);
+  const std::uint64_t bytes = *sample_bytes(info.dims, info.type);
   return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
+}
+
+/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin.
+std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const NrrdHeader& header,
+                                           SourceFacts facts, std::uint64_t header_bytes) {
+  SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = header_bytes};
+  skip_lines(*file, header.line_skip);
+  if (header.encoding == NrrdHeader::Encoding::gzip) {
+    place.start = file->position();
+    return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place,
+                                         static_cast<std::uint64_t>(header.byte_skip));
+  }
+  place.start = start_of_samples(*file, header, facts.info);
+  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+}
+
+/// The samples in all the files that the header names.
+std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::string& path,
+                                         const std::string& header_name, SourceFacts facts,
+                                         std::uint64_t header_bytes) {
+  const auto count = static_cast<std::int64_t>(header.data_files.size());
+  VolumeInfo part = header.info;
+  part.dims.z /= count;
+  const auto open = [=](std::int64_t i) {
+    const std::string& name = header.data_files[static_cast<std::size_t>(i)];
+    const std::string file = beside(path, name);
+    return open_samples(open_data_file(file, name, header_name), header, {.info = part, .files = {file}},
+                        i == 0 ? header_bytes : 0);
+  };
+  std::set<std::string> known;  // a file may be named twice
+  for (const std::string& name : header.data_files)
+    if (const std::string file = beside(path, name); known.insert(file).second) facts.files.push_back(file);
+  // Two copies of the header, and two of each path.
+  for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
+  if (count > 1) return joined(std::move(facts), count, open);
+  auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name);
+  return open_samples(std::move(file), header, std::move(facts), header_bytes);
 }
 
 }  // namespace
@@ -110,23 +149,10 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const NrrdHeader header = read_header(*file);
   if (source.raw) check_against(*source.raw, header, header_name);
   SourceFacts facts{.info = header.info, .files = {path}};
-  SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = 0};
-  bool notes_after_header = false;
-  if (!header.data_file.empty()) {
-    place.header_bytes = file->position();
-    notes_after_header = !file->peek(1).empty();
-    facts.files.push_back(beside(path, header.data_file));
-    file = open_data_file(facts.files.back(), header.data_file, header_name);
-  }
-  facts.holds_other_bytes = notes_after_header || header.line_skip != 0 || header.byte_skip != 0;
-  skip_lines(*file, header.line_skip);
-  if (header.encoding == NrrdHeader::Encoding::gzip) {
-    place.start = file->position();
-    return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place,
-                                         static_cast<std::uint64_t>(header.byte_skip));
-  }
-  place.start = start_of_samples(*file, header);
-  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+  facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
+  if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0);
+  if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header
+  return open_files(header, path, header_name, std::move(facts), file->position());
 }
 
 std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const std::string& path,

@@ -1,5 +1,7 @@
-// A volume as in a file: header, blank line, samples. A detached header is one that names the data file "d":
-// the bytes after its blank line are then given as that file.
+// A volume as in a file: header, blank line, samples. A detached header is one that names the data file "d",
+// once or several times: the bytes after its blank line are then given as that file.
+#include <algorithm>
+
 #include "io/files/errors.h"
 #include "io/nrrd/header.h"
 #include "tests/fuzz/memory_files.h"
@@ -20,14 +22,15 @@ void nrrd(Bytes bytes) {
     to_world(header.info.geometry, {1, 2, 3});
   } catch (const BrokenInput&) {
     // The reader finds the end of a header in a different way, so it reads the header, too.
-    header.data_file.clear();
+    header.data_files.clear();
   }
-  if (header.data_file.empty()) {
+  if (header.data_files.empty()) {
     // A header that names its samples is skipped here: it could name any file of this machine.
     if (text.find("ile:") != text.npos || text.find("ILE:") != text.npos) return;
     read_volume(MemoryFile(bytes).path());
     if (bytes.size() <= pipe_holds) read_volume(MemoryPipe(bytes).path());
-  } else if (header.data_file == "d" && blank != text.npos) {
+  } else if (std::ranges::all_of(header.data_files, [](const std::string& name) { return name == "d"; }) &&
+             blank != text.npos) {
     static const Folder folder;
     folder.write("d", text.substr(blank + 2));
     read_volume(folder.write("h.nhdr", text.substr(0, blank + 1)));

@@ -170,6 +170,8 @@ void add_volumes(Seeds& seeds) {
   seeds.push_back(input_of(shape + axes + "encoding: raw\ndata file: d\n\n" + samples));
   seeds.push_back(input_of(shape + more + "encoding: gzip\nline skip: 1\nbyte skip: 2\ndatafile: d\n\nx\n" +
                            gzipped("ab" + samples)));
+  seeds.push_back(input_of(shape + "encoding: raw\ndata file: LIST\nd\nd\n\n" + samples.substr(24)));
+  seeds.push_back(input_of(shape + "encoding: raw\ndata file: s%03d 1 3 2 2\n\n" + samples));
 }
 
 /// Volumes of integers and floats, most of whose voxels are background.

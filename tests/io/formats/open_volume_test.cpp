@@ -2,12 +2,12 @@
 
 #include <fcntl.h>
 #include <rapidcheck.h>
-#include <zlib.h>
 
 #include <cstring>
 #include <numeric>
 
 #include "io/files/errors.h"
+#include "tests/support/gzipped.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -33,21 +33,6 @@ std::string bytes_of(bool big_endian) {
     bytes += big_endian ? low : high;
   }
   return bytes;
-}
-
-std::string gzipped(const std::string& bytes) {
-  z_stream z = {};
-  deflateInit2(&z, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
-  std::string out(deflateBound(&z, bytes.size()) + 64, '\0');
-  std::string in = bytes;
-  z.next_in = reinterpret_cast<Bytef*>(in.data());
-  z.avail_in = static_cast<uInt>(in.size());
-  z.next_out = reinterpret_cast<Bytef*>(out.data());
-  z.avail_out = static_cast<uInt>(out.size());
-  deflate(&z, Z_FINISH);
-  out.resize(out.size() - z.avail_out);
-  deflateEnd(&z);
-  return out;
 }
 
 RawDescription raw_int16() { return {dims, SampleType::int16, false, std::nullopt, 0}; }

@@ -39,7 +39,7 @@ TEST(NrrdHeader, FieldsOfTheSourceComeBackAsTheyWere) {
   EXPECT_EQ(again.info.nrrd_fields, everything);
   EXPECT_EQ(again.info.dims, header.info.dims);
   EXPECT_EQ(again.info.type, header.info.type);
-  EXPECT_EQ(again.data_file, "x.raw");
+  EXPECT_EQ(again.data_files, std::vector<std::string>{"x.raw"});
 }
 
 TEST(NrrdHeader, GeometryHasDirectionsAndOrigin) {
@@ -115,7 +115,7 @@ TEST(NrrdHeader, EveryTypeThatIsWrittenReadsBack) {
     const NrrdHeader header = parse_nrrd_header(nrrd_header_text(info, ""));
     EXPECT_EQ(header.info.type, type);
     EXPECT_FALSE(header.big_endian);
-    EXPECT_TRUE(header.data_file.empty());
+    EXPECT_TRUE(header.data_files.empty());
   }
 }
 
@@ -126,7 +126,7 @@ TEST(NrrdHeader, LineEndsAndCaseAndShortSpellingsDoNotMatter) {
   EXPECT_EQ(header.info.dims, (Index3{3, 4, 5}));
   EXPECT_EQ(header.encoding, NrrdHeader::Encoding::gzip);
   EXPECT_TRUE(header.big_endian);
-  EXPECT_EQ(header.data_file, "a b%d.raw");
+  EXPECT_EQ(header.data_files, std::vector<std::string>{"a b%d.raw"});
   EXPECT_EQ(header.line_skip, 2);
   EXPECT_EQ(header.byte_skip, 7);
   EXPECT_EQ(header.info.nrrd_fields, "content: x\n");
@@ -152,8 +152,6 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + shape + "encoding: raw\n", "\"endian\" is missing"},
       {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw or gzip"},
       {magic + type + shape + "encoding: raw\nendian: middle\n", "little or big"},
-      {magic + type + shape + storage + "data file: LIST\na.raw\n", "several files"},
-      {magic + type + shape + storage + "data file: a%03d.raw 1 5 1\n", "several files"},
       {magic + type + shape + storage + "type: short\n", "twice"},
       {magic + type + shape + storage + "spacings: 1 1 1\nspacings: 1 1 1\n", "twice"},
       {magic + type + shape + storage + "spacings: 1 0 1\n", "spacing is 0"},

@@ -98,6 +98,23 @@ TEST_F(RoundTrip, DetachedHeadersBothWays) {
   EXPECT_EQ(content("again.raw"), content("apart.raw"));
 }
 
+TEST_F(RoundTrip, AVolumeInSeveralFilesIsEncodedAndRemovedAsOne) {
+  phantom("volume.nhdr");
+  const std::string all = content("volume.raw");
+  expect_ok(tagrid({"encode", "volume.nhdr", "--max-error", "3"}));
+  const std::size_t slices = 4, size = all.size() / slices;
+  for (std::size_t i = 0; i < slices; ++i)
+    file("part" + std::to_string(i) + ".raw", all.substr(i * size, size));
+  expect_ok(script("sed 's/data file: .*/data file: part%d.raw 0 3 1 3/' volume.nhdr > parts.nhdr"));
+  expect_ok(tagrid({"encode", "parts.nhdr", "--max-error", "3", "-T1"}));
+  EXPECT_EQ(content("parts.tag"), content("volume.tag"));
+  expect_ok(tagrid({"verify", "parts.tag", "--against", "parts.nhdr"}));
+  expect_ok(tagrid({"encode", "parts.nhdr", "--rm", "--resume", "-f"}));
+  for (const char* name : {"parts.nhdr", "part0.raw", "part1.raw", "part2.raw", "part3.raw"})
+    EXPECT_FALSE(std::filesystem::exists(path(name))) << name;
+  EXPECT_EQ(tagrid({"decode", "parts.tag", "-o", "-"}).out, all);
+}
+
 TEST_F(RoundTrip, BigEndianInputComesBackLittleEndian) {
   const std::string samples = raw("int16");
   file("big.nrrd", header("int16", "encoding: raw\nendian: big\n", "") + byte_swapped(samples, 2));

@@ -1,0 +1,91 @@
+#include "io/samples/joined.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace tagrid {
+namespace {
+
+class Joined final : public VolumeSource {
+ public:
+  Joined(SourceFacts facts, std::int64_t parts, OpenPart open)
+      : VolumeSource(with_traits(std::move(facts), parts, open)),
+        open_(std::move(open)),
+        slices_(info().dims.z / parts),
+        bytes_read_(static_cast<std::size_t>(parts)) {}
+
+  std::uint64_t bytes_read() const override {
+    const std::uint64_t before = std::accumulate(bytes_read_.begin(), bytes_read_.end(), std::uint64_t{0});
+    return part_ ? before - bytes_read_[static_cast<std::size_t>(number_)] + part_->bytes_read() : before;
+  }
+  void stop_when(const std::atomic<bool>& stop) override {
+    stop_ = &stop;
+    if (part_) part_->stop_when(stop);
+  }
+
+ private:
+  static SourceFacts with_traits(SourceFacts facts, std::int64_t parts, const OpenPart& open) {
+    assert(parts > 0 && facts.info.dims.z % parts == 0);
+    const std::uint64_t own = facts.traits.memory;
+    facts.traits = {.again = true, .any_rows = true, .whole_slices = false, .memory = own};
+    for (std::int64_t i = 0; i < parts; ++i) {
+      const SourceTraits part = open(i)->traits();
+      assert(part.again && !part.whole_slices);
+      facts.traits.any_rows = facts.traits.any_rows && part.any_rows;
+      facts.traits.memory = std::max(facts.traits.memory, own + part.memory);
+    }
+    return facts;
+  }
+
+  VolumeSource& part(std::int64_t number) {
+    if (part_ && number_ == number) return *part_;
+    if (part_) bytes_read_[static_cast<std::size_t>(number_)] = part_->bytes_read();
+    part_.reset();  // one open file at a time
+    part_ = open_(number);
+    number_ = number;
+    if (stop_ != nullptr) part_->stop_when(*stop_);
+    return *part_;
+  }
+
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    const std::int64_t in_part = slices_ * slice_samples();
+    while (count > 0) {
+      const std::int64_t from = first % in_part, n = std::min(count, in_part - from);
+      VolumeSource& source = part(first / in_part);
+      if (source.next_sample() == from) {
+        source.read_samples(out, n);
+      } else {
+        // Only whole rows of one slice are read out of order.
+        const std::int64_t z = from / slice_samples(), y = from % slice_samples() / info().dims.x;
+        source.read_rows(out, {{0, y, z}, {info().dims.x - 1, y + n / info().dims.x - 1, z}});
+      }
+      if (source.next_sample() == in_part) source.finish();
+      out += static_cast<std::size_t>(n) * size_of(info().type);
+      first += n;
+      count -= n;
+    }
+  }
+  void seek(std::int64_t z) override {
+    if (z == 0) std::ranges::fill(bytes_read_, 0);
+    if (z < info().dims.z) part(z / slices_).seek_slice(z % slices_);
+  }
+  void end() override {}  // parts are finished as they are read
+
+  OpenPart open_;
+  std::int64_t slices_;                    // of a part
+  std::vector<std::uint64_t> bytes_read_;  // of the parts that were read
+  std::unique_ptr<VolumeSource> part_;
+  std::int64_t number_ = 0;  // of part_
+  const std::atomic<bool>* stop_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> joined(SourceFacts facts, std::int64_t parts, OpenPart open) {
+  return std::make_unique<Joined>(std::move(facts), parts, std::move(open));
+}
+
+}  // namespace tagrid
