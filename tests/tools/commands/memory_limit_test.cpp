@@ -236,7 +236,7 @@ TEST_F(MemoryLimit, ThatEncodingAcceptsIsEnoughToVerifyBeforeTheInputIsRemoved) 
 
 TEST_F(MemoryLimit, ThatIsNoSizeIsRefused) {
   phantom("a.nrrd");
-  for (const std::string size : {"0", "-1", "5X", "1.5G", ""})
+  for (const std::string size : {"0", "-1", "5X", "1.5", "1.5X", ""})
     expect_error(tagrid({"encode", "a.nrrd", "-M", size}), usage, size.empty() ? "" : size);
 }
 
