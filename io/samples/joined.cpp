@@ -69,7 +69,10 @@ class Joined final : public VolumeSource {
     }
   }
   void seek(std::int64_t z) override {
-    if (z == 0) std::ranges::fill(bytes_read_, 0);
+    if (z == 0) {
+      part_.reset();
+      std::ranges::fill(bytes_read_, 0);
+    }
     if (z < info().dims.z) part(z / slices_).seek_slice(z % slices_);
   }
   void end() override {}  // parts are finished as they are read

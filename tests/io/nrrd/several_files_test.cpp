@@ -146,6 +146,8 @@ TEST_F(SeveralFiles, BytesAndFilesAreThoseOfAll) {
   read_to_end(*source);
   EXPECT_EQ(source->bytes_read(), all);
   source->rewind();
+  const std::uint64_t header_bytes = std::filesystem::file_size(path("h.nhdr"));
+  EXPECT_EQ(source->bytes_read(), header_bytes);
   read_to_end(*source);
   EXPECT_EQ(source->bytes_read(), all);
   // A file that is named again is one file.
