@@ -22,16 +22,14 @@ enum class Problem : std::uint8_t {
   memory_limit,           ///< a MemoryLimit
   no_known_format,        ///< the file may be samples without a header
   compressed_file,        ///< compressed by gzip or a similar program
-  nifti_header,           ///< a NIfTI volume of two files
-  nifti_file,             ///< a NIfTI volume of one file
-  meta_image_header,      ///< a MetaImage volume
   not_openvdb,            ///< a grid was requested, but the file is not OpenVDB
-  openvdb_described,      ///< the layout of samples was given, but an OpenVDB file contains it
+  describes_itself,       ///< the layout of samples was given, but the file says it itself
   endian_differs,         ///< the byte order differs from that in the NRRD header
   spacing_differs,        ///< the spacing differs from that in the NRRD header
   spacing_not_in_header,  ///< the NRRD header has no spacing
   several_grids,          ///< an OpenVDB file has several grids, and none was chosen
   mesh_fills_no_space,    ///< the volume is a slice
+  slices_missing,         ///< by the numbers in the names of files, slices are missing
 };
 
 /// A setting of a caller: the name by which the layers above know it ("max-error"), and its description ("the
@@ -68,12 +66,20 @@ struct Sentence {
 /// name if there is a prefix.
 std::string text_of(const Sentence& sentence, std::string_view prefix = "");
 
+/// One of several things of which the user must choose one.
+struct Choice {
+  std::string name, text;
+
+  bool operator==(const Choice&) const = default;
+};
+
 /// The content of an error besides its message.
 struct ErrorDetail {
   Problem problem = Problem::none;
   std::string context;                 ///< the beginning of what(): where it was thrown ("rank 1: ")
   Sentence sentence;                   ///< the rest of what(); empty if what() has no terms
   std::vector<std::uint64_t> numbers;  ///< their meaning depends on the problem
+  std::vector<Choice> choices = {};    ///< what can be chosen from
 
   bool operator==(const ErrorDetail&) const = default;
 };
@@ -84,6 +90,9 @@ class Error : public std::runtime_error {
       : Error(message, ErrorDetail{problem, "", {}, {}}) {}
   explicit Error(const Sentence& sentence, Problem problem = Problem::none)
       : Error(text_of(sentence), ErrorDetail{problem, "", sentence, {}}) {}
+  /// The same, with what can be chosen from.
+  Error(const Sentence& sentence, std::vector<Choice> choices)
+      : Error(text_of(sentence), ErrorDetail{Problem::none, "", sentence, {}, std::move(choices)}) {}
   Error(const std::string& message, ErrorDetail detail)
       : runtime_error(message), detail_(std::make_shared<const ErrorDetail>(std::move(detail))) {}
 

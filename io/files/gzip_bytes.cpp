@@ -17,11 +17,11 @@ struct GzipBytes::Stream {
 };
 
 namespace {
-constexpr int gzip_only = 15 + 16;
+constexpr int gzip_or_zlib = 15 + 32;
 }
 
 GzipBytes::GzipBytes(FileBytes& file) : file_(file), stream_(std::make_unique<Stream>()) {
-  if (inflateInit2(&stream_->z, gzip_only) != Z_OK) throw std::bad_alloc();
+  if (inflateInit2(&stream_->z, gzip_or_zlib) != Z_OK) throw std::bad_alloc();
 }
 
 GzipBytes::~GzipBytes() { inflateEnd(&stream_->z); }
@@ -67,6 +67,24 @@ std::size_t GzipBytes::read(std::byte* out, std::size_t size) {
                         (z.msg ? std::string(": ") + z.msg : ""));
   }
   return done;
+}
+
+bool begins_gzip(FileBytes& file) { return file.peek(3) == "\x1f\x8b\x08"; }
+
+std::string beginning_of_gzip(FileBytes& file, std::size_t size) {
+  // Enough for the tables of a deflate block, and for any name of a file in the header.
+  const std::string_view compressed = file.peek(FileBytes::peek_limit);
+  std::string beginning(size, '\0');
+  z_stream z = {};
+  if (inflateInit2(&z, gzip_or_zlib) != Z_OK) throw std::bad_alloc();
+  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(compressed.data()));  // zlib does not write there
+  z.avail_in = static_cast<uInt>(compressed.size());
+  z.next_out = reinterpret_cast<Bytef*>(beginning.data());
+  z.avail_out = static_cast<uInt>(size);
+  inflate(&z, Z_SYNC_FLUSH);
+  beginning.resize(size - z.avail_out);
+  inflateEnd(&z);
+  return beginning;
 }
 
 }  // namespace tagrid

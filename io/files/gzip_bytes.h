@@ -3,12 +3,13 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 
 #include "io/files/file_bytes.h"
 
 namespace tagrid {
 
-/// Reads one or more gzip members, from the position of `file` to its end.
+/// Reads one or more gzip members, or a zlib stream (RFC 1950), from the position of `file` to its end.
 class GzipBytes {
  public:
   /// `file` must outlive this.
@@ -28,5 +29,12 @@ class GzipBytes {
   FileBytes& file_;
   std::unique_ptr<Stream> stream_;
 };
+
+/// True if the next bytes of a file begin a gzip stream. Does not move on.
+bool begins_gzip(FileBytes& file);
+
+/// The first `size` bytes, or fewer, of the content of the gzip stream with which the file goes on; what is damaged ends
+/// it. Does not move on. REQUIRES: size <= 4096.
+std::string beginning_of_gzip(FileBytes& file, std::size_t size);
 
 }  // namespace tagrid

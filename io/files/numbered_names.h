@@ -1,0 +1,24 @@
+// Files that are slices of one volume by their names: slice001.tif, slice002.tif ...
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tagrid {
+
+/// Files whose names differ in one number only, in the order of that number.
+struct NumberedFiles {
+  std::string pattern;  ///< their name, with # for the number: "slice#.tif"
+  std::vector<std::string> paths;
+  /// Two neighbours between which numbers are missing, by the steps between the others; nothing if none are.
+  std::optional<std::pair<std::string, std::string>> gap;
+};
+
+/// Sorts files of one folder into such series, which come in natural order of their patterns. A file without a number,
+/// or whose name has no like, is a series of one. If names differ in several numbers, the last one is that of the slice.
+std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
+
+}  // namespace tagrid
