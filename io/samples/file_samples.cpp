@@ -21,6 +21,14 @@ SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows)
 
 }  // namespace
 
+void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) {
+  const std::uint64_t end = place.start + *sample_bytes(facts.info.dims, facts.info.type);
+  if (!file.size() || *file.size() <= end) return;
+  place.may_go_on = true;
+  facts.warnings.push_back(
+      fmt::format("{}: {} bytes follow the samples; they are left out", file.name(), *file.size() - end));
+}
+
 FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
                          bool any_rows)
     : VolumeSource(with_traits(std::move(facts), *file, any_rows)), place_(place), file_(std::move(file)) {}
@@ -48,6 +56,7 @@ void FileSamples::read(std::byte* out, std::int64_t first, std::int64_t count) {
 }
 
 void FileSamples::end() {
+  if (place_.may_go_on) return;
   std::byte next;
   if (read_bytes(&next, 1) != 0)
     throw BrokenInput(fmt::format("{}: {}, but more are present", file_->name(), expected()));
@@ -64,7 +73,7 @@ PlainSamples::PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, c
     return;
   }
   if (place_.start <= *file_->size()) file_->seek(place_.start);
-  if (present_bytes() == expected_bytes()) return;
+  if (present_bytes() == expected_bytes() || (place_.may_go_on && present_bytes() > expected_bytes())) return;
   // The description is wrong, or this is not the intended file.
   if (*file_->size() == 0) throw BrokenInput(fmt::format("{}: is empty; {}", file_->name(), expected()));
   throw WrongSize(fmt::format("{}: {}, but {} are present", file_->name(), expected(), present_bytes()),

@@ -25,8 +25,12 @@ struct SamplesPlace {
   std::uint64_t start = 0;  ///< The byte of the file at which the samples begin, or the gzip stream that
                             ///< contains them.
   bool big_endian = false;
+  bool may_go_on = false;          ///< Bytes after the samples are no error.
   std::uint64_t header_bytes = 0;  ///< Bytes that were already read from another file: a detached header.
 };
+
+/// If a file has more bytes than the samples of `facts` at this place, it may go on, and a warning says so.
+void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts);
 
 /// The common part of both kinds.
 class FileSamples : public VolumeSource {
@@ -54,7 +58,7 @@ class FileSamples : public VolumeSource {
 };
 
 /// Uncompressed samples. The constructor throws WrongSize if a file does not have exactly as many bytes after
-/// `start` as the samples need, and BrokenInput if a pipe ends before `start`.
+/// `start` as the samples need (at least as many if it may go on), and BrokenInput if a pipe ends before `start`.
 class PlainSamples : public FileSamples {
  public:
   PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place);

@@ -1,6 +1,7 @@
 #include "io/samples/file_sink.h"
 
 #include <cassert>
+#include <utility>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -11,8 +12,9 @@ OutputFileOptions output_options(const SinkOptions& options) {
   return {.like = options.like, .others_write = options.others_write};
 }
 
-AttachedSink::AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header)
-    : VolumeSink(info), file_(std::move(file)) {
+AttachedSink::AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header,
+                           std::string trailer)
+    : VolumeSink(info), file_(std::move(file)), trailer_(std::move(trailer)) {
   if (!header.empty()) file_->write(header);
   start_ = file_->position();
 }
@@ -29,11 +31,16 @@ void AttachedSink::write(std::int64_t first, std::span<const std::byte> samples)
 }
 
 std::uint64_t AttachedSink::bytes_written() const {
-  return start_ + sample_bytes(info().dims, info().type).value() - bytes_left();
+  return start_ + sample_bytes(info().dims, info().type).value() - bytes_left() + trailer_.size();
 }
 
 void AttachedSink::publish() {
   assert(bytes_left() == 0);
+  const std::uint64_t end = start_ + sample_bytes(info().dims, info().type).value();
+  if (!trailer_.empty() && file_->position() == end)
+    file_->write(trailer_);
+  else if (!trailer_.empty())
+    file_->write_at(end, std::as_bytes(std::span(trailer_)));
   file_->publish();
 }
 

@@ -12,10 +12,11 @@ namespace tagrid {
 /// The options with which the files of a volume are created.
 OutputFileOptions output_options(const SinkOptions& options);
 
-/// A file with a header, if there is one, followed by the samples.
+/// A file with a header, if there is one, followed by the samples, and by a trailer, if there is one.
 class AttachedSink : public VolumeSink {
  public:
-  AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header = "");
+  AttachedSink(const VolumeInfo& info, std::unique_ptr<OutputFile> file, std::string_view header = "",
+               std::string trailer = "");
 
   bool any_order() const override { return file_->can_seek(); }
   Place place() const override { return {file_->temporary(), file_->name(), start_}; }
@@ -30,6 +31,7 @@ class AttachedSink : public VolumeSink {
   void write(std::int64_t first, std::span<const std::byte> samples) final;
 
   std::uint64_t start_;
+  std::string trailer_;
 };
 
 /// A file of samples, and a separate file for the header.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tagrid {
@@ -12,6 +13,14 @@ double determinant(const std::array<std::array<double, 3>, 3>& m) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
+double spacing_or_1(const Geometry& geometry, std::size_t axis) {
+  return std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
+}
+
+bool has_unknown_spacing(const Geometry& geometry) {
+  return geometry.has_spacing && std::ranges::any_of(geometry.spacing, [](double s) { return std::isnan(s); });
+}
+
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point) {
   std::array<double, 3> world = geometry.origin;
   for (int axis = 0; axis < 3; ++axis) {
@@ -20,7 +29,7 @@ std::array<double, 3> to_world(const Geometry& geometry, const Index3& point) {
     if (geometry.has_directions)
       for (std::size_t i = 0; i < 3; ++i) world[i] += steps * geometry.directions[a][i];
     else
-      world[a] += steps * (std::isnan(geometry.spacing[a]) ? 1 : geometry.spacing[a]);
+      world[a] += steps * spacing_or_1(geometry, a);
   }
   return world;
 }

@@ -33,6 +33,11 @@ struct Geometry {
   bool has_directions = false;
 };
 
+/// The spacing along an axis; an unknown one counts as 1.
+double spacing_or_1(const Geometry& geometry, std::size_t axis);
+/// True if the source gave spacings, but not along all axes.
+bool has_unknown_spacing(const Geometry& geometry);
+
 /// World position of a lattice point, which may lie outside the volume. An unknown spacing counts as 1.
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point);
 
@@ -42,6 +47,14 @@ bool is_mirrored(const Geometry& geometry);
 
 /// The determinant of the directions: 0 if they do not span a volume, negative if they mirror it.
 double determinant(const std::array<std::array<double, 3>, 3>& directions);
+
+/// What samples mean: value = slope * sample + intercept.
+struct Rescale {
+  double slope = 1, intercept = 0;
+  std::string units = "";  ///< of the values; "" if unknown
+
+  bool operator==(const Rescale&) const = default;
+};
 
 struct VolumeInfo {
   Index3 dims;
@@ -76,6 +89,11 @@ struct SourceDescription {
 
   std::optional<RawDescription> raw;
   std::string vdb_grid;  ///< For an OpenVDB file, the name of the grid; "" if it has only one.
+  std::string from;      ///< The name of the format; "" if the content of the file says it.
+  std::string
+      series;  ///< Of several series in a folder, the name or the number of one; "" if there is only one.
+  bool gaps_ok = false;  ///< Slices that are missing by the numbers of their files are no error.
+  std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
 };
 
 /// The number of bytes of a volume's samples; nothing if a size is not positive or the product is 2^62 or

@@ -34,6 +34,10 @@ struct SourceFacts {
   bool holds_other_bytes = false;
   /// The layout of the samples was given by the user, because the file does not say it.
   bool headerless = false;
+  /// Samples are stored as they are; users give bounds for values.
+  Rescale rescale = {};
+  /// What users should know of the volume, a sentence each.
+  std::vector<std::string> warnings = {};
 };
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type

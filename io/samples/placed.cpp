@@ -1,0 +1,113 @@
+#include "io/samples/placed.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <optional>
+#include <span>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/byte_source.h"
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+/// The byte after the last sample of a run; nothing if that is beyond all files.
+std::optional<std::uint64_t> end_of(const SliceRun& run, std::uint64_t slice_bytes) {
+  std::uint64_t end = 0;
+  if (__builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &end) ||
+      __builtin_add_overflow(end, run.offset, &end) || __builtin_add_overflow(end, slice_bytes, &end))
+    return std::nullopt;
+  return end;
+}
+
+class Placed final : public VolumeSource {
+ public:
+  Placed(SourceFacts facts, std::vector<SliceRun> runs)
+      : VolumeSource(with_traits(std::move(facts), runs.size())), runs_(std::move(runs)) {
+    std::int64_t slices = 0;
+    for (const SliceRun& run : runs_) {
+      assert(run.slices > 0 && run.file < files().size());
+      ends_.push_back(slices += run.slices);
+    }
+    assert(slices == info().dims.z);
+    check_files();
+  }
+
+  std::uint64_t bytes_read() const override { return bytes_read_; }
+
+ private:
+  static SourceFacts with_traits(SourceFacts facts, std::size_t runs) {
+    std::uint64_t names = 0;
+    for (const std::string& file : facts.files) names += sizeof file + file.size();
+    facts.traits = {.again = true,
+                    .any_rows = true,
+                    .whole_slices = false,
+                    .memory = names + runs * (sizeof(SliceRun) + sizeof(std::int64_t))};
+    return facts;
+  }
+
+  /// What is wrong with one of the files is found before anything is written.
+  void check_files() {
+    for (const SliceRun& run : runs_) {
+      const FileSource& source = file(run.file);
+      const auto end = end_of(run, slice_bytes());
+      if (!end || *end > source.size())
+        throw BrokenInput(fmt::format("{}: has {} bytes, but its slices should end at byte {} ({})",
+                                      source.name(), source.size(), end ? std::to_string(*end) : "2^64",
+                                      described(info().dims, info().type)));
+    }
+  }
+
+  const FileSource& file(std::size_t number) {
+    if (file_ && number_ == number) return *file_;
+    file_.reset();  // one open file at a time
+    file_.emplace(files()[number]);
+    number_ = number;
+    return *file_;
+  }
+
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    const std::size_t sample = size_of(info().type);
+    while (count > 0) {
+      const std::int64_t z = first / slice_samples(), in_slice = first % slice_samples();
+      const auto at = static_cast<std::size_t>(std::ranges::upper_bound(ends_, z) - ends_.begin());
+      const SliceRun& run = runs_[at];
+      const bool is_gapless = run.step == slice_bytes();
+      const std::int64_t left = (is_gapless ? ends_[at] - z : 1) * slice_samples() - in_slice;
+      const std::int64_t n = std::min(count, left);
+      const std::span<std::byte> bytes(out, static_cast<std::size_t>(n) * sample);
+      const auto in_run = static_cast<std::uint64_t>(z - (ends_[at] - run.slices));
+      file(run.file).read_at(run.offset + in_run * run.step + static_cast<std::uint64_t>(in_slice) * sample,
+                             bytes);
+      bytes_read_ += bytes.size();
+      if (run.big_endian != (std::endian::native == std::endian::big))
+        swap_bytes_of_samples(out, static_cast<std::size_t>(n), sample);
+      apply(run.stored, info().type, out, static_cast<std::size_t>(n));
+      out += bytes.size();
+      first += n;
+      count -= n;
+    }
+  }
+  void seek(std::int64_t z) override {
+    if (z == 0) bytes_read_ = 0;
+  }
+  void end() override {}  // other bytes may follow
+
+  std::vector<SliceRun> runs_;
+  std::vector<std::int64_t> ends_;  // the slice after each run
+  std::uint64_t bytes_read_ = 0;
+  std::optional<FileSource> file_;
+  std::size_t number_ = 0;  // of file_
+};
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> placed_samples(SourceFacts facts, std::vector<SliceRun> runs) {
+  return std::make_unique<Placed>(std::move(facts), std::move(runs));
+}
+
+}  // namespace tagrid

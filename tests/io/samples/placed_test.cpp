@@ -1,0 +1,89 @@
+#include "io/samples/placed.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+class Placed : public TemporaryFolder {
+ protected:
+  static VolumeInfo info(Index3 dims, SampleType type) { return volume_info(dims, type, ""); }
+};
+
+/// A volume whose slices lie in several files, with gaps, in either byte order.
+TEST_F(Placed, AnyRowsAreWhatLiesThere) {
+  std::mt19937_64 random(1);
+  const auto below = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };
+  for (const SampleType type :
+       {SampleType::uint8, SampleType::int16, SampleType::float32, SampleType::float64}) {
+    const Index3 dims{1 + below(9), 1 + below(7), 1 + below(30)};
+    const std::size_t sample = size_of(type);
+    const auto slice = static_cast<std::size_t>(dims.x * dims.y) * sample;
+    std::string truth;
+    std::vector<std::string> files;
+    std::vector<SliceRun> runs;
+    for (std::int64_t z = 0; z < dims.z;) {
+      SliceRun run{files.size(), random() % 50, 1 + below(static_cast<std::uint64_t>(dims.z - z)), 0,
+                   random() % 2 == 0};
+      run.step = random() % 2 == 0 ? slice : slice + random() % 20;
+      std::string bytes(run.offset + static_cast<std::size_t>(run.slices) * run.step + 7, '\0');
+      for (char& byte : bytes) byte = static_cast<char>(random());
+      for (std::int64_t i = 0; i < run.slices; ++i) {
+        std::string there = bytes.substr(run.offset + static_cast<std::size_t>(i) * run.step, slice);
+        if (run.big_endian)
+          swap_bytes_of_samples(reinterpret_cast<std::byte*>(there.data()), slice / sample, sample);
+        truth += there;
+      }
+      files.push_back(file("f" + std::to_string(files.size()), bytes));
+      z += run.slices;
+      runs.push_back(run);
+    }
+    const auto source = placed_samples({.info = info(dims, type), .files = files}, runs);
+    ASSERT_TRUE(source->traits().any_rows && source->traits().again && !source->traits().whole_slices);
+    std::string all(truth.size(), '\0');
+    source->read_slices(reinterpret_cast<std::byte*>(all.data()), dims.z);
+    source->finish();
+    ASSERT_EQ(all, truth);
+    EXPECT_EQ(source->bytes_read(), truth.size());
+    for (int i = 0; i < 50; ++i) {
+      const std::int64_t z = below(static_cast<std::uint64_t>(dims.z)),
+                         y = below(static_cast<std::uint64_t>(dims.y));
+      const Box rows{{0, y, z}, {dims.x - 1, y + below(static_cast<std::uint64_t>(dims.y - y)), z}};
+      const std::size_t size = static_cast<std::size_t>(dims.x * (rows.high.y - rows.low.y + 1)) * sample;
+      std::string part(size, '\0');
+      source->read_rows(reinterpret_cast<std::byte*>(part.data()), rows);
+      ASSERT_EQ(part, truth.substr(
+                          static_cast<std::size_t>(z) * slice + static_cast<std::size_t>(y * dims.x) * sample,
+                          size));
+    }
+  }
+}
+
+TEST_F(Placed, FilesThatEndEarlyAreRefusedBeforeAnythingIsRead) {
+  const std::string name = file("a", std::string(100, 'x'));
+  const auto open = [&](const SliceRun& run) {
+    return placed_samples({.info = info({5, 2, 3}, SampleType::int16), .files = {name}}, {run});
+  };
+  EXPECT_NO_THROW(open({0, 40, 3, 20}));
+  EXPECT_NO_THROW(open({0, 80, 3, 0}));
+  EXPECT_THROW(open({0, 41, 3, 20}), BrokenInput);
+  EXPECT_THROW(open({0, 40, 3, 21}), BrokenInput);
+  EXPECT_THROW(open({0, ~std::uint64_t{0}, 3, 20}), BrokenInput);
+  EXPECT_THROW(open({0, 40, 3, ~std::uint64_t{0} / 2}), BrokenInput);
+  EXPECT_THROW(open({0, ~std::uint64_t{0} - 30, 3, 0}), BrokenInput);
+  std::filesystem::remove(name);
+  EXPECT_THROW(open({0, 40, 3, 20}), WorldError);
+}
+
+}  // namespace
+}  // namespace tagrid
