@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "io/nrrd/line.h"
 
 namespace tagrid {
@@ -158,7 +159,7 @@ void read_axis_mins(std::string_view value, const Fields& fields, Geometry& geom
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (std::isnan(mins[axis])) continue;
     const bool at_points = axis < centers.size() && lower_case(centers[axis]) == "node";
-    const double spacing = std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
+    const double spacing = spacing_or_1(geometry, axis);
     geometry.origin[axis] = at_points ? mins[axis] : mins[axis] + spacing / 2;
     geometry.has_origin = true;
   }
@@ -192,6 +193,110 @@ Geometry geometry_of(std::string_view nrrd_fields) {
 VolumeInfo volume_info(const Index3& dims, SampleType type, std::string nrrd_fields) {
   Geometry geometry = geometry_of(nrrd_fields);
   return {dims, type, std::move(geometry), std::move(nrrd_fields)};
+}
+
+namespace {
+
+std::string in_parentheses(const Vector& v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); }
+
+std::string units_line(std::string_view field, const std::array<std::string, 3>& units) {
+  std::string line = fmt::format("{}:", field);
+  for (const std::string& unit : units) {
+    line += " \"";
+    for (const char c : unit)
+      if (c == '"' || c == '\\')
+        line += {'\\', c};
+      else if (static_cast<unsigned char>(c) >= ' ')
+        line += c;
+    line += '"';
+  }
+  return line + '\n';
+}
+
+std::string pair_line(std::string_view key, std::string_view value) {
+  std::string line;
+  for (const char c : key) {
+    const bool is_plain = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
+                          std::string_view(" .,-+/()_").find(c) != std::string_view::npos;
+    line += is_plain ? c : '_';
+  }
+  if (line.empty()) line.push_back('_');
+  line += ":=";
+  for (const char c : value)
+    if (c == '\n')
+      line += "\\n";
+    else if (c == '\\')
+      line += "\\\\";
+    else if (c != '\r' && c != '\0')
+      line += c;
+  return line + '\n';
+}
+
+}  // namespace
+
+KeyValues key_values_of(std::string_view nrrd_fields) {
+  KeyValues pairs;
+  while (!nrrd_fields.empty()) {
+    const std::string_view line = take_line(nrrd_fields);
+    if (parse_nrrd_line(line).kind != NrrdLine::Kind::key_value) continue;
+    const std::size_t sign = line.find(":=");
+    std::string value;
+    for (std::string_view rest = line.substr(sign + 2); !rest.empty(); rest.remove_prefix(1)) {
+      const bool is_escape = rest[0] == '\\' && rest.size() > 1 && (rest[1] == 'n' || rest[1] == '\\');
+      if (is_escape) rest.remove_prefix(1);
+      value += is_escape && rest[0] == 'n' ? '\n' : rest[0];
+    }
+    pairs.emplace_back(line.substr(0, sign), std::move(value));
+  }
+  return pairs;
+}
+
+std::string stripped(std::string_view nrrd_fields) {
+  std::string kept;
+  while (!nrrd_fields.empty()) {
+    const std::string_view line = take_line(nrrd_fields);
+    const NrrdLine parsed = parse_nrrd_line(line);
+    bool is_needed =
+        parsed.kind == NrrdLine::Kind::field && parsed.field != "content" && parsed.field != "number";
+    if (parsed.kind == NrrdLine::Kind::key_value)
+      for (const std::string_view key :
+           {"rescale_slope", "rescale_intercept", "rescale_units", "slice_positions", "slice_slopes",
+            "slice_intercepts", "dicom_added_intercept", "vdb_"})
+        is_needed = is_needed || line.starts_with(key);
+    if (is_needed) kept.append(line).append("\n");
+  }
+  return kept;
+}
+
+void add_rescale(const Rescale& rescale, KeyValues& pairs) {
+  if (rescale.slope == 1 && rescale.intercept == 0) return;
+  pairs.emplace_back("rescale_slope", fmt::format("{}", rescale.slope));
+  pairs.emplace_back("rescale_intercept", fmt::format("{}", rescale.intercept));
+  if (!rescale.units.empty()) pairs.emplace_back("rescale_units", rescale.units);
+}
+
+std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs) {
+  std::string lines;
+  // A space says what vectors mean: without vectors, only spacings can be said.
+  const bool has_space = geometry.has_directions || geometry.has_origin;
+  if (has_space) {
+    auto directions = geometry.directions;
+    if (!geometry.has_directions)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        directions[axis][axis] = spacing_or_1(geometry, axis);
+    lines += geometry.space.empty() ? std::string("space dimension: 3\n")
+                                    : fmt::format("space: {}\n", geometry.space);
+    lines += fmt::format("space directions: {} {} {}\n", in_parentheses(directions[0]),
+                         in_parentheses(directions[1]), in_parentheses(directions[2]));
+    if (geometry.has_origin) lines += fmt::format("space origin: {}\n", in_parentheses(geometry.origin));
+  } else if (geometry.has_spacing) {
+    lines += spacings_line(geometry.spacing);
+  }
+  if (has_space || geometry.has_spacing)
+    if (geometry.units != std::array<std::string, 3>{})
+      lines += units_line(has_space ? "space units" : "units", geometry.units);
+  for (const auto& [key, value] : pairs) lines += pair_line(key, value);
+  return lines;
 }
 
 std::string spacings_line(const std::array<double, 3>& spacing) {

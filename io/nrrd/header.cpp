@@ -9,6 +9,8 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/file_pattern.h"
+#include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 
@@ -114,55 +116,31 @@ bool big_endian_of(const Fields& fields, SampleType type) {
   return name == "big";
 }
 
-/// The names "before7after" of numbered files.
-struct NumberedName {
-  std::string_view before, after;
-  int width = 0;
-  bool zeros = false;  ///< "007" instead of "  7"
-
-  std::string of(std::int64_t number) const {
-    return zeros ? fmt::format("{}{:0{}}{}", before, number, width, after)
-                 : fmt::format("{}{:{}}{}", before, number, width, after);
-  }
-};
-
-/// Reads "slice%03d.raw"; nothing if the name has no such number.
-std::optional<NumberedName> numbered_name(std::string_view name) {
-  const std::size_t percent = name.find('%');
-  if (percent == name.npos) return std::nullopt;
-  const std::size_t end = std::min(name.find_first_not_of("0123456789", percent + 1), name.size());
-  if (end == name.size() || (name[end] != 'd' && name[end] != 'i' && name[end] != 'u')) return std::nullopt;
-  const std::string_view width = name.substr(percent + 1, end - percent - 1);
-  if (width.size() > 3) refuse("data file", name, "a number of so many digits is not supported");
-  NumberedName parts{name.substr(0, percent), name.substr(end + 1)};
-  parts.zeros = width.starts_with('0');
-  std::from_chars(width.data(), width.data() + width.size(), parts.width);
-  return parts;
-}
-
 /// "LIST 2": one name a line follows; the number of axes of a file is optional.
 bool is_list(const std::vector<std::string_view>& words) { return !words.empty() && words[0] == "LIST"; }
+
+std::optional<FilePattern> pattern_of(std::string_view name) {
+  try {
+    return file_pattern(name);
+  } catch (const BrokenInput& error) {
+    refuse("data file", name, error.what());
+  }
+}
 
 /// "slice%03d.raw 1 300 1 2": the names, the first and the last number, the step and, optionally, the axes of a file.
 /// A line like this without numbers is a plain name.
 bool is_numbered(const std::vector<std::string_view>& words) {
-  return words.size() >= 4 && numbered_name(words[0]);
+  return words.size() >= 4 && pattern_of(words[0]);
 }
 
 std::vector<std::string> numbered_files(std::string_view value, const std::vector<std::string_view>& words) {
-  const NumberedName name = *numbered_name(words[0]);
   const std::int64_t first = integer_of("data file", words[1]), last = integer_of("data file", words[2]),
                      step = integer_of("data file", words[3]);
-  constexpr std::int64_t most = std::int64_t{1} << 40;
-  for (const std::int64_t number : {first, last, step})
-    if (number < -most || number > most) refuse("data file", value, "a number is too large");
-  if (step == 0 || (last - first) / step < 0)
-    refuse("data file", value, "the step does not lead from the first number to the last");
-  if ((last - first) / step >= max_nrrd_data_files)
-    refuse("data file", value, fmt::format("more than {} files", max_nrrd_data_files));
-  std::vector<std::string> names;
-  for (std::int64_t i = 0; i <= (last - first) / step; ++i) names.push_back(name.of(first + i * step));
-  return names;
+  try {
+    return pattern_of(words[0])->names(first, last, step, max_nrrd_data_files);
+  } catch (const BrokenInput& error) {
+    refuse("data file", value, error.what());
+  }
 }
 
 /// The data files of a volume; `list` is what follows a line "data file: LIST".

@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "io/files/errors.h"
+#include "io/files/text.h"
 
 namespace tagrid {
 namespace {
@@ -85,46 +86,6 @@ NrrdLine parse_nrrd_line(std::string_view line) {
 bool is_storage_field(std::string_view field) {
   return std::any_of(storage_fields.begin(), storage_fields.end(),
                      [&](const FieldName& f) { return f.field == field; });
-}
-
-std::string_view take_line(std::string_view& text) {
-  const std::size_t end = text.find('\n');
-  std::string_view line = text.substr(0, end);
-  text.remove_prefix(end == text.npos ? text.size() : end + 1);
-  while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  return line;
-}
-
-std::vector<std::string_view> words_of(std::string_view text) {
-  std::vector<std::string_view> words;
-  constexpr std::string_view blanks = " \t";
-  for (std::size_t begin = text.find_first_not_of(blanks); begin != text.npos;) {
-    const std::size_t end = std::min(text.find_first_of(blanks, begin), text.size());
-    words.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(blanks, end);
-  }
-  return words;
-}
-
-std::optional<double> number_of(std::string_view text) {
-  if (text.starts_with("+")) text.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-std::string quoted(std::string_view text) {
-  std::string result = "\"";
-  for (char c : text.substr(0, 60)) result += c >= 32 && c < 127 ? c : '?';
-  return result + (text.size() > 60 ? "...\"" : "\"");
-}
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
 }
 
 }  // namespace tagrid

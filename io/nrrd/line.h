@@ -1,10 +1,7 @@
 // One line of an NRRD header. The format: https://teem.sourceforge.net/nrrd/format.html
 #pragma once
 
-#include <optional>
-#include <string>
 #include <string_view>
-#include <vector>
 
 namespace tagrid {
 
@@ -22,19 +19,5 @@ NrrdLine parse_nrrd_line(std::string_view line);
 
 /// True if the field says how samples are stored, and so belongs to the file rather than to the volume.
 bool is_storage_field(std::string_view field);
-
-/// Removes and returns the first line of `text`, without its '\n' and any '\r' before it.
-std::string_view take_line(std::string_view& text);
-
-/// The parts of `text` between blanks.
-std::vector<std::string_view> words_of(std::string_view text);
-
-/// The whole of `text` as a number, independent of the locale; "nan" is one.
-std::optional<double> number_of(std::string_view text);
-
-/// `text` for a message: shortened, and without characters on which a terminal would act.
-std::string quoted(std::string_view text);
-
-std::string lower_case(std::string_view text);
 
 }  // namespace tagrid

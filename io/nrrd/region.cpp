@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "io/nrrd/header.h"
-#include "io/nrrd/line.h"
 #include "io/samples/file_sink.h"
 
 namespace tagrid {

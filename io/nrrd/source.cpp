@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <set>
 
 #include "io/files/errors.h"
-#include "io/files/system_call.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
-#include "io/nrrd/line.h"
+#include "io/samples/data_file.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/joined.h"
 
@@ -56,36 +54,6 @@ void check_against(const RawDescription& raw, const NrrdHeader& header, const st
   }
 }
 
-/// A header is untrusted input. The file that it names must be a regular file, because anything else could
-/// interact with this process or block it: the standard input (the meaning of "-" in teem), a pipe, or a
-/// device.
-void require_plain_file(const std::string& header_name, const std::string& data_file,
-                        const std::string& path) {
-  const auto status = status_of(path);
-  const bool plain =
-      !status || S_ISREG(status->st_mode) || S_ISDIR(status->st_mode);  // open() reports missing files and
-                                                                        // folders
-  if (data_file == "-" || !plain)
-    throw BrokenInput(
-        fmt::format("{}: NRRD header: data file: {}: must name a file, not a stream or a device", header_name,
-                    tagrid::quoted(std::string_view(data_file))));
-}
-
-std::string beside(const std::string& header_path, const std::string& data_file) {
-  if (header_path == "-") return data_file;
-  return (std::filesystem::path(header_path).parent_path() / data_file).string();
-}
-
-std::unique_ptr<FileBytes> open_data_file(const std::string& path, const std::string& data_file,
-                                          const std::string& header_name) {
-  require_plain_file(header_name, data_file, path);
-  try {
-    return std::make_unique<FileBytes>(path);
-  } catch (const WorldError& error) {
-    throw WorldError(fmt::format("{}; it is the data file that {} names", error.what(), header_name));
-  }
-}
-
 void skip_lines(FileBytes& file, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i) {
     std::string line;
@@ -127,17 +95,18 @@ std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::st
   part.dims.z /= count;
   const auto open = [=](std::int64_t i) {
     const std::string& name = header.data_files[static_cast<std::size_t>(i)];
-    const std::string file = beside(path, name);
-    return open_samples(open_data_file(file, name, header_name), header, {.info = part, .files = {file}},
-                        i == 0 ? header_bytes : 0);
+    const std::string file = path_of_data_file(path, name);
+    return open_samples(open_data_file(file, name, header_name, "NRRD"), header,
+                        {.info = part, .files = {file}}, i == 0 ? header_bytes : 0);
   };
   std::set<std::string> known;  // a file may be named twice
   for (const std::string& name : header.data_files)
-    if (const std::string file = beside(path, name); known.insert(file).second) facts.files.push_back(file);
+    if (const std::string file = path_of_data_file(path, name); known.insert(file).second)
+      facts.files.push_back(file);
   // Two copies of the header, and two of each path.
   for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
   if (count > 1) return joined(std::move(facts), count, open);
-  auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name);
+  auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name, "NRRD");
   return open_samples(std::move(file), header, std::move(facts), header_bytes);
 }
 

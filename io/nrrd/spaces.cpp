@@ -1,0 +1,27 @@
+#include "io/nrrd/spaces.h"
+
+#include <string_view>
+
+#include "io/files/text.h"
+
+namespace tagrid {
+
+std::optional<std::array<int, 3>> signs_of_space(const std::string& space) {
+  const std::string name = lower_case(space);
+  constexpr std::array<std::array<std::string_view, 2>, 3> words = {
+      {{"right", "left"}, {"anterior", "posterior"}, {"superior", "inferior"}}};
+  std::array<int, 3> signs = {};
+  std::string_view rest = name;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t end = name.size() == 3 ? 1 : std::min(rest.find('-'), rest.size());
+    const std::string_view word = rest.substr(0, end);
+    for (std::size_t i = 0; i < 2; ++i)
+      if (word == words[axis][i] || (name.size() == 3 && word[0] == words[axis][i][0]))
+        signs[axis] = i == 0 ? 1 : -1;
+    if (signs[axis] == 0) return std::nullopt;
+    rest.remove_prefix(std::min(end + (name.size() == 3 ? 0 : 1), rest.size()));
+  }
+  return rest.empty() ? std::optional(signs) : std::nullopt;
+}
+
+}  // namespace tagrid
