@@ -18,29 +18,6 @@ namespace {
 constexpr std::uint8_t vtk_tetra = 10;
 constexpr std::size_t batch = 1 << 14;  // numbers converted at a time
 
-std::string_view vtk_name_of(SampleType type) {
-  switch (type) {
-    case SampleType::uint8:
-      return "UInt8";
-    case SampleType::int8:
-      return "Int8";
-    case SampleType::uint16:
-      return "UInt16";
-    case SampleType::int16:
-      return "Int16";
-    case SampleType::uint32:
-      return "UInt32";
-    case SampleType::int32:
-      return "Int32";
-    case SampleType::float32:
-      return "Float32";
-    case SampleType::float64:
-      return "Float64";
-  }
-  assert(false);
-  return "";
-}
-
 // Writes numbers from memory to a little-endian file.
 template <class Output>
 void write_samples(Output& output, std::span<const std::byte> bytes, std::size_t sample_size) {

@@ -3,6 +3,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -244,6 +245,64 @@ void add_numbers(Seeds& seeds) {
     seeds.push_back(input_of(text));
 }
 
+/// Both versions in both byte orders, with a qform, an sform or neither.
+void add_nifti_files(Seeds& seeds) {
+  for (unsigned kind = 0; kind < 12; ++kind) {
+    const bool is_second = (kind & 1) != 0, is_big = (kind & 2) != 0;
+    const unsigned form = kind / 4;
+    std::string text(is_second ? 544 : 352, '\0');
+    const auto put = [&](std::size_t at, auto value) {
+      std::byte bytes[sizeof value];
+      store_little_endian(bytes, value);
+      if (is_big) std::ranges::reverse(bytes);
+      std::memcpy(text.data() + at, bytes, sizeof value);
+    };
+    put(0, is_second ? 540 : 348);
+    text.replace(is_second ? 4 : 344, is_second ? 8 : 4,
+                 is_second ? std::string("n+2\0\r\n\032\n", 8) : std::string("n+1\0", 4));
+    const std::int64_t dims[] = {4, 3, 4, 2, form == 2 ? 2 : 1, 1, 1, 1};
+    for (std::size_t i = 0; i < 8; ++i)
+      if (is_second) {
+        put(16 + i * 8, dims[i]);
+        put(104 + i * 8, 1.5);
+      } else {
+        put(40 + i * 2, static_cast<std::int16_t>(dims[i]));
+        put(76 + i * 4, 1.5F);
+      }
+    put(is_second ? 12 : 70, std::int16_t{4});
+    if (is_second)
+      put(168, std::int64_t{544});
+    else
+      put(108, 352.0F);
+    if (form == 1) {
+      is_second ? put(344, std::int32_t{1}) : put(252, std::int16_t{1});
+      is_second ? put(352, 0.5) : put(256, 0.5F);
+    } else if (form == 2) {
+      is_second ? put(348, std::int32_t{1}) : put(254, std::int16_t{1});
+      for (std::size_t i = 0; i < 3; ++i) is_second ? put(400 + i * 40, 2.0) : put(280 + i * 20, 2.0F);
+    }
+    text += std::string(3 * 4 * 2 * 2 * (form == 2 ? 2 : 1), 'x');
+    seeds.push_back(input_of(text));
+    if (kind < 2) seeds.push_back(input_of(gzipped(text)));
+  }
+}
+
+void add_meta_images(Seeds& seeds) {
+  const std::string begin = "ObjectType = Image\nNDims = 3\nDimSize = 3 4 2\nElementType = MET_SHORT\n",
+                    samples(48, 'x');
+  seeds.push_back(input_of(begin + "ElementDataFile = LOCAL\n" + samples));
+  seeds.push_back(input_of(
+      begin +
+      "ElementSpacing = 1 2 3\nOffset = 1 2 3\nTransformMatrix = 0 1 0 1 0 0 0 0 1\n"
+      "ElementByteOrderMSB = True\nModality = MET_MOD_CT\nHeaderSize = -1\nElementDataFile = d\n..." +
+      samples));
+  seeds.push_back(input_of(begin + "HeaderSize = 3\nElementDataFile = d%02d 1 2 1\n" + samples));
+  seeds.push_back(input_of(begin + "ElementDataFile = LIST\nd\nd\n"));
+  seeds.push_back(input_of(begin + "CompressedData = True\nElementDataFile = LOCAL\n" + gzipped(samples)));
+  seeds.push_back(
+      input_of("NDims: 4\nDimSize: 3 2 2 2\nElementType: MET_SHORT\nElementDataFile: LOCAL\n" + samples));
+}
+
 }  // namespace
 
 std::map<std::string, Seeds> make_seeds(const std::string& golden) {
@@ -259,6 +318,8 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   }
   add_bricks(seeds);
   add_volumes(seeds["nrrd"]);
+  add_nifti_files(seeds["nifti"]);
+  add_meta_images(seeds["metaimage"]);
   add_vdb_files(seeds["vdb"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);

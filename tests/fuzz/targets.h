@@ -22,6 +22,10 @@ void brick(Bytes bytes);
 void index(Bytes bytes);
 /// A volume in NRRD: attached, detached, raw, gzip.
 void nrrd(Bytes bytes);
+/// A NIfTI file of one part, plain or in gzip.
+void nifti(Bytes bytes);
+/// A MetaImage file.
+void metaimage(Bytes bytes);
 /// An OpenVDB file.
 void vdb(Bytes bytes);
 /// The record of a run that can be continued.
@@ -38,9 +42,10 @@ struct Target {
   void (*run)(Bytes);
 };
 
-inline constexpr Target targets[] = {{"header", header}, {"brick", brick},     {"index", index},
-                                     {"nrrd", nrrd},     {"vdb", vdb},         {"record", record},
-                                     {"part", part},     {"numbers", numbers}, {"file", file}};
+inline constexpr Target targets[] = {{"header", header},   {"brick", brick},   {"index", index},
+                                     {"nrrd", nrrd},       {"nifti", nifti},   {"metaimage", metaimage},
+                                     {"vdb", vdb},         {"record", record}, {"part", part},
+                                     {"numbers", numbers}, {"file", file}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

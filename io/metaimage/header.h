@@ -1,0 +1,47 @@
+// MetaImage headers. The format: https://itk.org/Wiki/ITK/MetaIO/Documentation
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
+
+namespace tagrid {
+
+struct MetaImageHeader {
+  /// One volume. Key-value pairs that begin with "metaimage_" have the fields that say nothing about how samples are
+  /// stored. The space is that of ITK: left-posterior-superior.
+  VolumeInfo info;
+  bool big_endian = false;
+  bool is_compressed = false;  ///< zlib
+  std::int64_t volumes = 1;    ///< of a fourth axis, one after the other
+  /// Relative to the folder of the header; none if the samples follow it. All have equally many slices.
+  std::vector<std::string> data_files;
+  /// Bytes to skip in each data file; -1: the samples are its last bytes.
+  std::int64_t header_size = 0;
+  Rescale rescale;
+};
+
+/// Headers longer than this are refused.
+inline constexpr std::size_t max_meta_image_header_bytes = std::size_t{1} << 20;
+/// A volume of more files is refused.
+inline constexpr std::int64_t max_meta_image_files = 65536;
+
+/// True if `bytes`, the first 12 or more of a file, begin a MetaImage header.
+bool begins_meta_image(std::string_view bytes);
+
+/// True for the names of fields that say how samples are stored or where they lie, in any case of letters.
+bool is_read_meta_image_field(std::string_view name);
+
+/// True for the line with which a header ends: ElementDataFile, unless names of files follow it.
+bool ends_meta_image_header(std::string_view line);
+
+/// Reads a header: the lines up to and including ElementDataFile, and the names after "ElementDataFile = LIST". Throws
+/// BrokenInput if it is broken or describes something other than a volume of real numbers. Safe for any bytes.
+MetaImageHeader parse_meta_image_header(std::string_view text);
+
+}  // namespace tagrid

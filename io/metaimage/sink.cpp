@@ -1,0 +1,143 @@
+#include "io/metaimage/sink.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/text.h"
+#include "io/metaimage/header.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/spaces.h"
+#include "io/samples/file_sink.h"
+
+namespace tagrid {
+namespace {
+
+std::string_view name_in_header(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return "MET_UCHAR";
+    case SampleType::int8:
+      return "MET_CHAR";
+    case SampleType::uint16:
+      return "MET_USHORT";
+    case SampleType::int16:
+      return "MET_SHORT";
+    case SampleType::uint32:
+      return "MET_UINT";
+    case SampleType::int32:
+      return "MET_INT";
+    case SampleType::float32:
+      return "MET_FLOAT";
+    case SampleType::float64:
+      return "MET_DOUBLE";
+  }
+  return "";
+}
+
+/// From the space of the volume to left-posterior-superior: the sign of each axis of the world.
+std::array<double, 3> signs_of(const Geometry& geometry) {
+  const auto signs = signs_of_space(geometry.space);
+  if (!signs) return {1, 1, 1};
+  return {-1.0 * (*signs)[0], -1.0 * (*signs)[1], 1.0 * (*signs)[2]};
+}
+
+std::string geometry_lines(const Geometry& geometry) {
+  std::array<double, 3> spacing;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    spacing[axis] = spacing_or_1(geometry, axis);
+  std::string lines;
+  if (geometry.has_directions || geometry.has_origin) {
+    const std::array<double, 3> signs = signs_of(geometry);
+    std::array<double, 9> matrix = {};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t row = 0; row < 3; ++row) {
+        const double direction =
+            geometry.has_directions ? geometry.directions[axis][row] / spacing[axis] : axis == row;
+        matrix[3 * axis + row] = direction == 0 ? 0 : direction * signs[row];
+      }
+    lines += fmt::format("TransformMatrix = {}\n", fmt::join(matrix, " "));
+    std::array<double, 3> origin;
+    for (std::size_t row = 0; row < 3; ++row)
+      origin[row] = geometry.origin[row] == 0 ? 0 : geometry.origin[row] * signs[row];
+    lines += fmt::format("Offset = {}\n", fmt::join(origin, " "));
+  }
+  if (geometry.has_spacing || !lines.empty())
+    lines += fmt::format("ElementSpacing = {}\n", fmt::join(spacing, " "));
+  return lines;
+}
+
+std::string header_of(const VolumeInfo& info, const std::string& data_file) {
+  std::string text = fmt::format(
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = "
+      "False\n");
+  text += geometry_lines(info.geometry);
+  std::string slope, intercept;
+  bool has_units = false;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+    constexpr std::string_view ours = "metaimage_";
+    if (key == "rescale_slope") slope = value;
+    if (key == "rescale_intercept") intercept = value;
+    // A value is the rest of its line.
+    if (!key.starts_with(ours) || value.find('\n') != value.npos) continue;
+    const std::string name = key.substr(ours.size());
+    if (lower_case(name).starts_with("elementtointensityfunction") || is_read_meta_image_field(name))
+      continue;
+    has_units = has_units || name == "DistanceUnits";
+    text += fmt::format("{} = {}\n", name, value);
+  }
+  if (const std::string& unit = info.geometry.units[0];
+      !has_units && (unit == "mm" || unit == "um" || unit == "cm"))
+    text += fmt::format("DistanceUnits = {}\n", unit);
+  if (!slope.empty())
+    text += fmt::format("ElementToIntensityFunctionSlope = {}\nElementToIntensityFunctionOffset = {}\n",
+                        slope, intercept);
+  text += fmt::format("DimSize = {} {} {}\nElementType = {}\nElementDataFile = {}\n", info.dims.x,
+                      info.dims.y, info.dims.z, name_in_header(info.type), data_file);
+  return text;
+}
+
+}  // namespace
+
+std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo& info,
+                                       const SinkOptions& options) {
+  return std::make_unique<AttachedSink>(
+      info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)),
+      header_of(info, "LOCAL"));
+}
+
+std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::string& samples_path,
+                                       const VolumeInfo& info, const SinkOptions& options) {
+  if (path == "-") throw UsageError("a detached header (mhd) needs a file name; choose mha or raw");
+  const std::string data_file = std::filesystem::path(samples_path).filename().string();
+  const std::string text = header_of(info, data_file);
+  // Some names have another meaning in a header.
+  if (parse_meta_image_header(text).data_files != std::vector{data_file})
+    throw UsageError(tagrid::quoted(std::string_view(data_file)) +
+                     ": a MetaImage header cannot refer to a file of this name; choose another name");
+  auto header =
+      std::make_unique<OutputFile>(path, options.overwrite, OutputFileOptions{.like = options.like});
+  auto samples = std::make_unique<OutputFile>(samples_path, options.overwrite, output_options(options));
+  return std::make_unique<DetachedSink>(info, std::move(header), std::move(samples), text);
+}
+
+std::string lost_in_meta_image(const VolumeInfo& info) {
+  const Geometry& geometry = info.geometry;
+  const std::string& unit = geometry.units[0];
+  if (!unit.empty() && unit != "mm" && unit != "um" && unit != "cm")
+    return fmt::format("MetaImage does not know the unit {}, so the spacing has none",
+                       tagrid::quoted(std::string_view(unit)));
+  if (has_unknown_spacing(geometry)) return "MetaImage cannot say that a spacing is not known; 1 is written";
+  if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
+    return fmt::format(
+        "MetaImage means left-posterior-superior; the space of the volume is {}, and its positions are "
+        "written "
+        "as they are",
+        geometry.space.empty() ? "not known" : tagrid::quoted(std::string_view(geometry.space)));
+  return "";
+}
+
+}  // namespace tagrid

@@ -1,0 +1,22 @@
+// Writes volumes as TIFF files of many pages. The format: TIFF 6.0, https://www.itu.int/itudoc/itu-t/com16/tiff-fx/docs/tiff6.pdf
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "io/volume/volume_sink.h"
+
+namespace tagrid {
+
+/// Writes a page for each slice, uncompressed, all headers in front of all samples; BigTIFF if the file is larger than 4 GB.
+/// Spacing and unit are those of ImageJ.
+std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
+                                        const SinkOptions& options);
+
+/// What TIFF cannot say of this volume; "" if nothing is lost.
+std::string lost_in_tiff(const VolumeInfo& info);
+
+/// The bytes of memory that the headers of all pages take.
+std::uint64_t memory_of_tiff(const VolumeInfo& info);
+
+}  // namespace tagrid
