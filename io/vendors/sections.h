@@ -1,0 +1,25 @@
+// Texts of sections, names and values, as many scanners' programs write them.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "io/files/file_bytes.h"
+
+namespace tagrid {
+
+/// Values by "section/name", in lower case, without blanks around them. Groups of sections ("{volume1}") are left out. If a
+/// name comes twice in sections of one name, the first one counts.
+using Sections = std::map<std::string, std::string>;
+
+/// Lines that are neither a section nor a name and a value are passed over. Safe for any bytes.
+Sections parse_sections(std::string_view text);
+
+/// Reads a whole file. Throws BrokenInput if it is larger than 1 MiB, and WorldError.
+Sections read_sections(FileBytes& file);
+
+/// The value of a field. Throws BrokenInput, with the name of the file, if it is not there.
+const std::string& required(const Sections& sections, const std::string& key, const std::string& file);
+
+}  // namespace tagrid
