@@ -1,0 +1,163 @@
+"""An archive of all formats, with broken files among them: found, converted, and compared.
+
+    archive_test.py PROGRAM [PROGRAM_WITH_MPI]
+"""
+
+import json
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+pydicom = other_readers.library("pydicom", "python3-pydicom")
+tifffile = other_readers.library("tifffile", "python3-tifffile")
+h5py = other_readers.library("h5py", "python3-h5py")
+MPI_PROGRAM = os.path.abspath(sys.argv.pop(2)) if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
+
+
+@unittest.skipIf(None in (numpy, pydicom, tifffile, h5py), "libraries are missing")
+class Archive(ReaderTest):
+    def volume(self, seed, shape=(4, 9, 11)):
+        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
+
+    def path(self, name):
+        path = self.folder / "archive" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def make(self):
+        """All volumes, by the names of their outputs; and the names of what cannot be read."""
+        from dicom_test import data_set
+
+        volumes = {}
+        self.path("2019/knee.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" +
+                                                self.volume(1).tobytes())
+        volumes["2019/knee.nrrd"] = self.volume(1)  # in natural order, .mha comes first
+        self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" +
+                                               self.volume(2).tobytes())
+        volumes["2019/knee"] = self.volume(2)
+        for z, slice in enumerate(self.volume(3)):
+            tifffile.imwrite(self.path(f"stacks/rat.1/s{z + 8}.tif"), slice)
+        volumes["stacks/rat.1"] = self.volume(3)
+        tifffile.imwrite(self.path("stacks/two/whole.tif"), self.volume(4), photometric="minisblack")
+        volumes["stacks/two/whole"] = self.volume(4)
+        for name, seed in (("a", 5), ("b", 6)):
+            for z, slice in enumerate(self.volume(seed)):
+                tifffile.imwrite(self.path(f"stacks/both/{name}{z}.tif"), slice)
+            volumes[f"stacks/both/{name}#.tif"] = self.volume(seed)
+        for uid, seed in (("1.2.3", 7), ("1.2.4", 8)):
+            for z, slice in enumerate(self.volume(seed)):
+                file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
+                file.save_as(self.path(f"dicom/study/{uid}-{z}"), write_like_original=False)
+            volumes[f"dicom/study/{uid}"] = self.volume(seed).astype("int16")
+        with h5py.File(self.path("runs/scan.h5"), "w") as file:
+            file["one"] = self.volume(9)
+            file["two/three"] = self.volume(10)
+        volumes["runs/scan/one"] = self.volume(9)
+        volumes["runs/scan/two_three"] = self.volume(10)
+
+        broken = ["runs/broken.h5", "2019/short.nii", "stacks/gap"]
+        self.path("runs/broken.h5").write_bytes(self.path("runs/scan.h5").read_bytes()[:700])
+        header = bytearray(352)
+        header[:4], header[344:348] = struct.pack("<i", 348), b"n+1\0"
+        header[40:48], header[70:72], header[108:112] = struct.pack("<4h", 3, 5, 5, 5), struct.pack("<h", 4), struct.pack("<f", 352)
+        self.path("2019/short.nii").write_bytes(header + bytes(99))
+        for z in (1, 2, 4):
+            tifffile.imwrite(self.path(f"stacks/gap/{z}.tif"), self.volume(3)[0])
+        self.path("2019/notes.txt").write_text("nothing")
+        self.path("2019/.hidden.nrrd").write_text("nothing")
+        self.path("2019/old.tag").write_text("nothing")
+        os.symlink(self.folder / "archive", self.folder / "archive" / "2019" / "loop")
+        return volumes, broken
+
+    def find(self):
+        run = self.tagrid("convert", "--find", "archive")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        (self.folder / "list.tsv").write_text(run.stdout)
+        return run
+
+    def test_all_volumes_are_found_and_converted(self):
+        volumes, broken = self.make()
+        run = self.find()
+        lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
+        outputs = {line[-1].removeprefix("output=") for line in lines}
+        self.assertEqual(outputs, set(volumes))
+        self.assertIn("# 11 x 9 x 4 int16, DICOM\n", run.stdout)
+        self.assertEqual(run.stdout.count("# not listed: "), len(broken))
+        for name in broken:
+            self.assertIn(str(self.folder / "archive" / name), run.stderr)
+        self.assertIn(f"volumes: {len(volumes)}, {len(broken)} cannot be read", run.stderr)
+
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        for name, truth in volumes.items():
+            self.tagrid("decode", f"out/{name}.tag", "-o", "a.raw", "-f")
+            self.assertEqual((self.folder / "a.raw").read_bytes(), truth.tobytes(), name)
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--skip-done")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        self.assertEqual([record["status"] for record in records], ["ok"] * len(volumes) + ["skipped"] * len(volumes))
+        # What surrounds samples in most of these files would be lost.
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--remove-verified")
+        self.assertEqual(run.returncode, 65)
+        kept = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()][-len(volumes):]
+        self.assertEqual({record["input"] for record in kept if record["status"] == "removed"},
+                         {str(self.folder / "archive" / "2019" / "knee.nrrd")})
+
+    def test_a_list_may_name_folders(self):
+        self.make()
+        (self.folder / "list.tsv").write_text("archive/stacks/rat.1/\narchive/stacks/both\tseries=2\toutput=b\narchive/stacks/gap\tgaps-ok=true\n"
+                                              "archive/dicom/study\n")
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--keep-folders")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn("holds 2 volumes", (self.folder / "out" / "results.jsonl").read_text())
+        for name in ("archive/stacks/rat.1.tag", "b.tag", "archive/stacks/gap.tag"):
+            self.assertTrue((self.folder / "out" / name).exists(), name)
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "flat", "-q")
+        self.assertTrue((self.folder / "flat" / "rat.1.tag").exists())
+
+    @unittest.skipIf(MPI_PROGRAM is None or shutil.which("mpirun") is None, "there is no tagrid-mpi, or no mpirun")
+    def test_many_processes_share_the_list(self):
+        volumes, _ = self.make()
+        self.find()
+        environment = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+        run = subprocess.run(["mpirun", "--oversubscribe", "-np", "3", MPI_PROGRAM, "convert", "--manifest", "list.tsv", "--output-dir", "out"],
+                             cwd=self.folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        for name in volumes:
+            self.assertTrue((self.folder / "out" / f"{name}.tag").exists(), name)
+
+    def test_names_in_files_write_no_lines_of_the_list(self):
+        (self.folder / "victim").write_bytes(b"abc")
+        with h5py.File(self.path("a.h5"), "w") as file:
+            file[f"b\n{self.folder}/victim\tdims=3,1,1\ttype=uint8\n#"] = self.volume(1)
+            file["c"] = self.volume(2)
+        for z in range(3):
+            tifffile.imwrite(self.path(f"a\tmax-error={z}.tif"), self.volume(1)[0])
+            tifffile.imwrite(self.path(f"b{z}.tif"), self.volume(1)[0])
+        run = self.find()
+        lines = [line for line in run.stdout.splitlines() if not line.startswith("#")]
+        self.assertEqual([line.split("\t")[1:] for line in lines], [["dataset=/c", "output=a/c"], ["series=b#.tif", "output=archive/b#.tif"]])
+        self.assertIn("a tab or a line end", run.stderr)
+
+    def test_stacks_with_numbered_names_are_volumes_of_their_own(self):
+        for i in range(3):
+            tifffile.imwrite(self.path(f"scan{i}.tif"), self.volume(i), photometric="minisblack")
+        self.assertEqual(self.find().stdout.count("\toutput=scan"), 3)
+
+    def test_what_cannot_be_searched_is_an_error(self):
+        self.assert_refused(74, "nowhere", "convert", "--find", "nowhere")
+        (self.folder / "file").write_text("x")
+        self.assert_refused(74, "file", "convert", "--find", "file")
+        self.assert_refused(64, "--manifest is required", "convert", "--output-dir", "out")
+        self.assert_refused(64, "--output-dir is required", "convert", "--manifest", "file")
+
+
+if __name__ == "__main__":
+    other_readers.main()

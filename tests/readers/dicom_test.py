@@ -1,0 +1,399 @@
+"""DICOM: series that pydicom writes, in all transfer syntaxes that other people's tools make, and files that others made.
+
+    dicom_test.py PROGRAM
+"""
+
+import itertools
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+pydicom = other_readers.library("pydicom", "python3-pydicom")
+
+LITTLE, IMPLICIT, BIG = "1.2.840.10008.1.2.1", "1.2.840.10008.1.2", "1.2.840.10008.1.2.2"
+CT, ENHANCED_CT = "1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.2.1"
+
+
+def volume(bits=12, shape=(7, 20, 31), signed=False):
+    random = numpy.random.default_rng(1)
+    low = -(1 << (bits - 1)) if signed else 0
+    return random.integers(low, low + (1 << bits), shape, "int64")
+
+
+def data_set(samples, series="1.2.3", instance="1.2.3.1", number=1, position=(0, 0, 0), syntax=LITTLE, **attributes):
+    """A file of one slice or, if `samples` has three axes, of many frames."""
+    meta = pydicom.dataset.FileMetaDataset()
+    meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID, meta.TransferSyntaxUID = CT, instance, syntax
+    file = pydicom.dataset.FileDataset("x", {}, file_meta=meta, preamble=b"\0" * 128)
+    file.is_little_endian, file.is_implicit_VR = syntax != BIG, syntax == IMPLICIT
+    file.SOPClassUID, file.SOPInstanceUID, file.SeriesInstanceUID, file.StudyInstanceUID = CT, instance, series, "1.2"
+    file.Modality, file.PatientName, file.PatientID = "CT", "Doe^Jane", "4711"
+    file.InstanceNumber, file.SamplesPerPixel, file.PhotometricInterpretation = number, 1, "MONOCHROME2"
+    file.Rows, file.Columns = samples.shape[-2:]
+    if samples.ndim == 3:
+        file.NumberOfFrames = samples.shape[0]
+    file.BitsAllocated, file.BitsStored, file.HighBit, file.PixelRepresentation = 16, 12, 11, 0
+    file.RescaleSlope, file.RescaleIntercept, file.RescaleType = 1, -1024, "HU"
+    if position is not None:
+        file.ImagePositionPatient = list(position)
+        file.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
+    file.PixelSpacing, file.SliceThickness = [0.5, 0.25], 3
+    for name, value in attributes.items():
+        if value is None:
+            delattr(file, name)
+        else:
+            setattr(file, name, value)
+    type = {8: "u1", 16: "u2", 32: "u4"}[file.BitsAllocated]
+    file.PixelData = (samples & ((1 << file.BitsAllocated) - 1)).astype(("<" if syntax != BIG else ">") + type).tobytes()
+    if syntax == BIG and type == "u1":  # bytes in words of two
+        file.PixelData = numpy.frombuffer(file.PixelData, "<u2").astype(">u2").tobytes()
+    if len(file.PixelData) % 2:
+        file.PixelData += b"\0"
+    file["PixelData"].VR = "OW"
+    return file
+
+
+@unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
+class Dicom(ReaderTest):
+    def save(self, name, file):
+        (self.folder / name).parent.mkdir(exist_ok=True)
+        file.save_as(self.folder / name, write_like_original=False)
+
+    def write_series(self, samples, folder="s", step=(0, 0, 1.5), names=None, **attributes):
+        for z, slice in enumerate(samples):
+            position = tuple(-10 + z * d for d in step)
+            name = names[z] if names else f"i{z:03}.dcm"
+            self.save(f"{folder}/{name}", data_set(slice, instance=f"1.2.3.{z + 1}", number=z + 1, position=position, **attributes))
+        return folder
+
+    def run_tool(self, *command):
+        run = subprocess.run([str(part) for part in command], cwd=self.folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self.assertEqual(run.returncode, 0, f"{command}: {run.stdout}")
+
+    def test_a_series_in_hounsfield_units(self):
+        truth = volume()
+        for syntax in (LITTLE, IMPLICIT, BIG):
+            samples, info = self.encoded(self.write_series(truth, syntax=syntax))
+            self.assert_same(samples, (truth - 1024).astype("int16"), syntax)
+            geometry = info["geometry"]
+            self.assertEqual(geometry["space"], "left-posterior-superior")
+            # PixelSpacing is that of rows, and then that of columns.
+            self.assertEqual(geometry["directions"], [[0.25, 0, 0], [0, 0.5, 0], [0, 0, 1.5]])
+            self.assertEqual(geometry["origin"], [-10, -10, -10])
+            pairs = info["source"]["pairs"]
+            self.assertEqual((pairs["dicom_PatientName"], pairs["dicom_PatientID"]), ("Doe^Jane", "4711"))
+            self.assertEqual((pairs["rescale_units"], pairs["dicom_added_intercept"]), ("HU", "-1024"))
+            self.assertEqual(pairs["slice_sop_instance_uids"].split(), [f"1.2.3.{z + 1}" for z in range(7)])
+            self.assertNotIn("slice_positions", pairs)
+
+    def test_names_are_left_out_on_demand(self):
+        self.write_series(volume(), PatientComments="Doe")
+        samples, info = self.encoded("s", "--strip")
+        self.assertNotIn("Doe", str(info))
+        self.assertEqual(set(info["source"]["pairs"]), {"rescale_units", "dicom_added_intercept"})
+        self.assertEqual(info["geometry"]["directions"][2], [0, 0, 1.5])
+        self.assertNotIn(b"Doe", (self.folder / "out.tag").read_bytes())
+        self.assertEqual(self.tagrid("verify", "out.tag", "--against", "s").returncode, 0)
+
+    def test_slices_are_sorted_by_their_positions(self):
+        truth = volume()
+        names = [f"{number}.dcm" for number in (5, 0, 3, 6, 1, 4, 2)]
+        samples, info = self.encoded(self.write_series(truth, names=names, step=(0, 0, -1.5)))
+        self.assert_same(samples, (truth[::-1] - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["origin"][2], -10 - 6 * 1.5)
+
+    def test_a_tilted_gantry_shears_and_does_not_resample(self):
+        truth = volume()
+        samples, info = self.encoded(self.write_series(truth, step=(0, 0.4, 1.5)))
+        self.assert_same(samples, (truth - 1024).astype("int16"))
+        numpy.testing.assert_allclose(info["geometry"]["directions"][2], [0, 0.4, 1.5], atol=1e-9)
+
+    def test_a_gap_is_kept_and_said(self):
+        truth = volume()
+        self.write_series(truth)
+        (self.folder / "s" / "i003.dcm").unlink()
+        samples, info = self.encoded("s")
+        self.assert_same(samples, (truth[[0, 1, 2, 4, 5, 6]] - 1024).astype("int16"))
+        self.assertIn("between slices 2 and 3 (i002.dcm and i004.dcm) the distance is 3 mm, elsewhere 1.5 mm; 1 slice seems to be missing",
+                      self.messages)
+        positions = [list(map(float, place.split())) for place in info["source"]["pairs"]["slice_positions"].split("; ")]
+        self.assertEqual([place[2] for place in positions], [-10, -8.5, -7, -4, -2.5, -1])
+        self.assertEqual(info["geometry"]["directions"][2], [0, 0, 1.5])
+        self.assertEqual(info["geometry"]["slice_positions"], positions)
+        text = self.tagrid("info", "out.tag").stdout
+        self.assertRegex(text, r"\nslices +at unequal distances")
+        self.assertRegex(text, r"\npatient +Doe\^Jane \(4711\)\n")
+        self.assertRegex(text, r"\nmetadata +\d+ key/value pairs")
+
+    def test_two_slices_at_one_place_are_refused(self):
+        truth = volume()
+        self.write_series(truth)
+        self.save("s/again.dcm", data_set(truth[0], instance="1.2.3.99", number=1, position=(-10, -10, -8.5)))
+        message = self.assert_refused(65, "at one place", "encode", "s")
+        self.assertIn("again.dcm", message)
+        self.assertIn("i001.dcm", message)
+
+    def test_several_series_are_listed(self):
+        truth = volume()
+        self.write_series(truth)
+        for z in range(3):
+            self.save(f"s/other{z}", data_set(truth[z], series="9.8.7", instance=f"9.{z}", position=(0, 0, z), SeriesDescription="Lung"))
+        (self.folder / "s" / "notes.txt").write_text("not DICOM")
+        message = self.assert_refused(64, "holds 2 volumes", "encode", "s")
+        self.assertIn("1.2.3  31 x 20 x 7, CT", message)
+        self.assertIn("9.8.7  31 x 20 x 3, CT, Lung", message)
+        for series, part in (("9.8.7", truth[:3]), ("1.2.3", truth), ("1", truth), ("2", truth[:3])):
+            self.assert_same(self.encoded("s", "--series", series)[0], (part - 1024).astype("int16"))
+        self.assert_refused(64, "has no series 3.3", "encode", "s", "--series", "3.3")
+
+    def test_parts_of_one_series(self):
+        """A localizer in the series, and two moments at the same places."""
+        truth = volume()
+        self.write_series(truth)
+        self.save("s/localizer.dcm", data_set(truth[0], instance="1.1", position=(0, 0, 0), ImageOrientationPatient=[0, 1, 0, 0, 0, -1]))
+        self.assert_refused(64, "1.2.3:2", "encode", "s")
+        self.assert_same(self.encoded("s", "--series", "1.2.3:1")[0], (truth - 1024).astype("int16"))
+        for moment in (1, 2):
+            for z in range(4):
+                self.save(f"m/{moment}_{z}.dcm", data_set(truth[z] ^ moment, instance=f"5.{moment}.{z}", position=(0, 0, z),
+                                                          TemporalPositionIdentifier=moment))
+        self.assert_refused(64, "holds 2 volumes", "encode", "m")
+        for moment in (1, 2):
+            self.assert_same(self.encoded("m", "--series", moment)[0], ((truth[:4] ^ moment) - 1024).astype("int16"))
+
+    def test_samples_of_all_kinds(self):
+        for allocated, stored, signed, intercept, type, added in (
+                (8, 8, 0, 0, "uint8", 0), (8, 8, 1, 0, "int8", 0), (8, 7, 0, 5, "uint8", 0), (16, 16, 0, 0, "uint16", 0),
+                (16, 16, 1, 0, "int16", 0), (16, 12, 1, 0, "int16", 0), (16, 12, 0, -1024, "int16", -1024), (16, 16, 0, -1024, "uint16", 0),
+                (16, 12, 0, 40000, "uint16", 40000), (16, 12, 0, -0.5, "uint16", 0), (32, 32, 0, 0, "uint32", 0), (32, 24, 1, 0, "int32", 0)):
+            for syntax in (LITTLE, BIG):
+                what = f"{allocated} {stored} {signed} {intercept} {syntax}"
+                truth = volume(stored, (2, 5, 6), signed)
+                noise = numpy.random.default_rng(2).integers(0, 1 << (allocated - stored), truth.shape) << stored
+                samples, info = self.encoded(self.write_series(
+                    (truth & ((1 << stored) - 1)) | noise, syntax=syntax, BitsAllocated=allocated, BitsStored=stored, HighBit=stored - 1,
+                    PixelRepresentation=signed, RescaleIntercept=intercept), "--range", "auto")
+                self.assert_same(samples, (truth + added).astype(type), what)
+                pairs = info["source"]["pairs"]
+                self.assertEqual(pairs.get("rescale_intercept"), str(intercept) if intercept != added else None, what)
+
+    def test_slopes_of_their_own(self):
+        truth = volume(shape=(4, 5, 6))
+        for z in range(4):
+            self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z), RescaleSlope=1 + z / 2, RescaleIntercept=z))
+        samples, info = self.encoded("s")
+        self.assert_same(samples, truth.astype("uint16"))
+        self.assertEqual(info["source"]["pairs"]["slice_slopes"], "1 1.5 2 2.5")
+        self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
+        self.assertIn("slopes and intercepts of their own", self.messages)
+        self.encoded("s", "--max-error", "10")
+        self.assertIn("an error of 10 is one of 4", self.messages)
+
+    def test_whole_intercepts_of_their_own_are_added(self):
+        truth = volume(shape=(4, 5, 6))
+        for z in range(4):
+            self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z), RescaleIntercept=-1000 - z))
+        self.assert_same(self.encoded("s")[0], (truth - 1000 - numpy.arange(4)[:, None, None]).astype("int16"))
+
+    @unittest.skipIf(shutil.which("gdcmconv") is None or shutil.which("dcmcjpeg") is None,
+                     "there are no gdcmconv and dcmcjpeg on this machine (libgdcm-tools, dcmtk)")
+    def test_transfer_syntaxes_that_others_make(self):
+        tools = [["gdcmconv", "--raw"], ["gdcmconv", "--implicit"], ["gdcmconv", "--rle"], ["gdcmconv", "--jpeg"],
+                 ["gdcmconv", "--jpegls"], ["gdcmconv", "--j2k"], ["dcmcrle"], ["dcmcjpeg"],
+                 ["dcmcjpeg", "+el"], ["dcmcjpls"], ["dcmconv", "+tb"], ["dcmconv", "+td"], ["dcmconv", "+te", "-F"]]
+        smooth = (numpy.add.outer(numpy.add.outer(numpy.arange(7) * 90, numpy.arange(20) * 20), numpy.arange(31) * 30) + volume(5)) & 4095
+        for signed in (False, True):
+            truth = smooth - 2048 if signed else smooth
+            shutil.rmtree(self.folder / "s", ignore_errors=True)
+            self.write_series(truth & 4095, PixelRepresentation=int(signed), RescaleIntercept=0)
+            for tool in tools:
+                shutil.rmtree(self.folder / "t", ignore_errors=True)
+                (self.folder / "t").mkdir()
+                for file in sorted((self.folder / "s").iterdir()):
+                    self.run_tool(*tool, file, self.folder / "t" / file.name)
+                samples, info = self.encoded("t")
+                self.assert_same(samples, truth.astype("int16"), f"{tool} {signed}")
+
+    def test_many_frames_in_one_file(self):
+        truth = volume()
+        file = data_set(truth, SOPClassUID=ENHANCED_CT, ImageOrientationPatient=None, ImagePositionPatient=None, PixelSpacing=None)
+        Dataset, Sequence = pydicom.Dataset, pydicom.Sequence
+        def of(**attributes):
+            item = Dataset()
+            for name, value in attributes.items():
+                setattr(item, name, value)
+            return Sequence([item])
+        del file.RescaleSlope, file.RescaleIntercept
+        shared = Dataset()
+        shared.PlaneOrientationSequence = of(ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
+        shared.PixelMeasuresSequence = of(PixelSpacing=[0.5, 0.25], SliceThickness=1)
+        shared.PixelValueTransformationSequence = of(RescaleSlope=1, RescaleIntercept=-1024, RescaleType="HU")
+        file.SharedFunctionalGroupsSequence = Sequence([shared])
+        order = [3, 1, 0, 6, 5, 2, 4]
+        frames = []
+        for z in order:
+            frame = Dataset()
+            frame.PlanePositionSequence = of(ImagePositionPatient=[1, 2, 3 + z * 1.5])
+            frame.FrameContentSequence = of(InStackPositionNumber=z + 1, StackID="1")
+            frames.append(frame)
+        file.PerFrameFunctionalGroupsSequence = Sequence(frames)
+        self.save("a.dcm", file)
+        samples, info = self.encoded("a.dcm")
+        expected = numpy.empty_like(truth)
+        expected[order] = truth
+        self.assert_same(samples, (expected - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["directions"], [[0.25, 0, 0], [0, 0.5, 0], [0, 0, 1.5]])
+        self.assertEqual(info["geometry"]["origin"], [1, 2, 3])
+        if shutil.which("gdcmconv"):
+            for option in ("--jpegls", "--rle", "--j2k"):
+                self.run_tool("gdcmconv", option, "a.dcm", "b.dcm")
+                self.assert_same(self.encoded("b.dcm")[0], samples, option)
+        del file.PerFrameFunctionalGroupsSequence[0]
+        self.save("c.dcm", file)
+        self.assert_refused(65, "7 frames, but describes 6", "encode", "c.dcm")
+
+    def test_frames_without_places_of_their_own(self):
+        truth = volume()
+        self.save("a.dcm", data_set(truth, SpacingBetweenSlices=2))
+        samples, info = self.encoded("a.dcm")
+        self.assert_same(samples, (truth - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["directions"][2], [0, 0, 2])
+
+    def test_frames_that_follow_each_other_downwards(self):
+        truth = volume()
+        self.save("a.dcm", data_set(truth, SpacingBetweenSlices=-2, position=(0, 0, 30)))
+        samples, info = self.encoded("a.dcm")
+        self.assert_same(samples, (truth[::-1] - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["origin"], [0, 0, 18])
+        self.assertEqual(info["geometry"]["directions"][2], [0, 0, 2])
+
+    def test_what_is_missing_is_not_invented(self):
+        truth = volume()
+        info = self.encoded(self.write_series(truth, PixelSpacing=None))[1]
+        self.assertIn("PixelSpacing", self.messages)
+        self.assertIsNone(info["geometry"]["directions"])
+        samples, info = self.encoded(self.write_series(truth, "t", RescaleSlope=0))
+        self.assert_same(samples, truth.astype("uint16") if samples.dtype == "uint16" else truth.astype("int16"))
+
+    def test_a_broken_file_of_another_series_does_no_harm(self):
+        truth = volume()
+        self.write_series(truth)
+        self.write_series(truth[:3], series="9.9", names=["x0", "x1", "x2"])
+        broken = self.folder / "s" / "x1"
+        broken.write_bytes(broken.read_bytes()[:-100])
+        self.assert_same(self.encoded("s", "--series", "1.2.3")[0], (truth - 1024).astype("int16"))
+        self.assert_refused(65, "x1: DICOM file: ends within", "encode", "s", "--series", "9.9")
+        with open(self.folder / "s" / "mask.bin", "wb") as file:
+            file.truncate(3 << 30)
+        self.encoded("s", "--series", "1.2.3")
+
+    def test_no_positions_at_all(self):
+        truth = volume()
+        for z in range(7):
+            self.save(f"s/{6 - z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", number=z + 1, position=None))
+        samples, info = self.encoded("s")
+        self.assert_same(samples, (truth - 1024).astype("int16"))
+        self.assertIn("no positions", self.messages)
+        self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 3])
+
+    def test_what_is_no_volume_is_refused_by_name(self):
+        truth = volume(shape=(5, 6))
+        for attributes, text in (({"PhotometricInterpretation": "RGB", "SamplesPerPixel": 3}, "colors (RGB)"),
+                                 ({"PhotometricInterpretation": "PALETTE COLOR"}, "colors (PALETTE COLOR)"),
+                                 ({"HighBit": 13}, "number 13"), ({"BitsStored": 17}, "17 of 16 bits"), ({"Rows": 0}, "6 x 0"),
+                                 ({"Rows": 7}, "have 84")):
+            self.save("a.dcm", data_set(truth, **attributes))
+            self.assert_refused(65, text, "encode", "a.dcm")
+        self.save("a.dcm", data_set(truth))
+        whole = (self.folder / "a.dcm").read_bytes()
+        (self.folder / "short.dcm").write_bytes(whole[:-1])
+        self.assert_refused(65, "short.dcm: DICOM file: ends within its pixels", "encode", "short.dcm")
+        (self.folder / "head.dcm").write_bytes(whole[:400])
+        self.assert_refused(65, "head.dcm: ", "encode", "head.dcm")
+        self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
+        self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm")
+        (self.folder / "empty").mkdir()
+        self.assert_refused(65, "no DICOM image", "encode", "empty", "--from", "dicom")
+
+    def test_a_broken_file_among_others_is_an_error(self):
+        self.write_series(volume())
+        broken = self.folder / "s" / "i003.dcm"
+        broken.write_bytes(broken.read_bytes()[:-100])
+        self.assert_refused(65, "i003.dcm", "encode", "s")
+
+    def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
+        truth = volume(shape=(16, 16))
+        self.save("a.dcm", data_set(truth))
+        files = [(self.folder / "a.dcm").read_bytes()]
+        if shutil.which("gdcmconv"):
+            for option in ("--jpegls", "--rle", "--j2k", "--jpeg"):
+                self.run_tool("gdcmconv", option, "a.dcm", "b.dcm")
+                files.append((self.folder / "b.dcm").read_bytes())
+        random = numpy.random.default_rng(1)
+        for whole in files:
+            for i in range(25):
+                broken = bytearray(whole[:random.integers(140, len(whole))] if i % 4 == 0 else whole)
+                for _ in range(random.integers(0, 6)):
+                    broken[random.integers(140, len(broken))] = random.integers(0, 256)
+                (self.folder / "broken.dcm").write_bytes(broken)
+                run = self.tagrid("encode", "broken.dcm", "-o", "broken.tag", "-f", "-q")
+                # A library that crashes is a failure of the reader, 74.
+                self.assertIn(run.returncode, (0, 64, 65, 74), f"{i}: {run.stderr}")
+                if run.returncode == 74:
+                    self.assertIn("tagrid-read-dicom", run.stderr)
+
+    def test_files_that_others_made(self):
+        folder = pathlib.Path(pydicom.__file__).parent / "data" / "test_files"
+        if not (folder / "MR_small.dcm").exists():
+            print("skipped: pydicom's files are not on this machine")
+            return
+        # One image in many transfer syntaxes.
+        truth = pydicom.dcmread(folder / "MR_small.dcm").pixel_array
+        for name in ("MR_small", "MR_small_implicit", "MR_small_bigendian", "MR_small_expb", "MR_small_RLE", "MR_small_jpeg_ls_lossless",
+                     "MR_small_jp2klossless", "MR_small_padded"):
+            shutil.copy(folder / f"{name}.dcm", self.folder)
+            self.assert_same(self.encoded(f"{name}.dcm")[0], truth[None].astype("int16"), name)
+        for name in ("CT_small", "image_dfl", "rtdose", "rtdose_expb", "rtdose_1frame", "693_J2KI",
+                     "J2K_pixelrep_mismatch", "JPEG2000", "rtdose_rle", "JPGExtended"):
+            shutil.copy(folder / f"{name}.dcm", self.folder)
+            file = pydicom.dcmread(folder / f"{name}.dcm")
+            samples, info = self.encoded(f"{name}.dcm")
+            try:
+                truth = file.pixel_array
+            except (RuntimeError, NotImplementedError, AttributeError):
+                continue  # pydicom has no decoder for it here
+            truth = truth.reshape((-1,) + truth.shape[-2:]).astype("int64")
+            pairs = info["source"]["pairs"]
+            self.assert_same(samples, (truth + int(pairs.get("dicom_added_intercept", 0))).astype(samples.dtype), name)
+        shutil.copy(folder / "MR_truncated.dcm", self.folder)
+        self.assert_refused(65, "ends within its pixels", "encode", "MR_truncated.dcm")
+        shutil.copy(folder / "SC_rgb_rle.dcm", self.folder)
+        self.assert_refused(65, "colors", "encode", "SC_rgb_rle.dcm")
+        shutil.copy(folder / "liver_1frame.dcm", self.folder)
+        self.assert_refused(65, "liver_1frame.dcm: DICOM file: ", "encode", "liver_1frame.dcm")
+        shutil.copy(folder / "rtplan.dcm", self.folder)
+        self.assert_refused(65, "no DICOM image", "encode", "rtplan.dcm")
+
+        root = folder / "dicomdirtests"
+        for series, z in (("98892001/CT5N", 5), ("77654033/CT2", 4)):
+            files = [pydicom.dcmread(path) for path in (root / series).iterdir()]
+            files.sort(key=lambda file: file.ImagePositionPatient[2])
+            samples, info = self.encoded(root / series)
+            self.assertEqual(len(files), z)
+            stored = numpy.stack([file.pixel_array for file in files]).astype("int64")
+            added = int(info["source"]["pairs"].get("dicom_added_intercept", 0))
+            self.assert_same(samples, (stored + added).astype(samples.dtype), series)
+        self.assertIn("elsewhere", self.messages)  # the gap of CT2
+        self.assert_refused(64, "holds 2 volumes", "encode", root / "98892001/CT2N", "-o", "x.tag")
+        self.assert_refused(64, "holds 7 volumes", "encode", root / "98892003/MR700", "-o", "x.tag")
+        if (root / "DICOMDIR").exists():
+            self.assert_refused(64, "volumes", "encode", root / "DICOMDIR", "-o", "x.tag")
+
+
+if __name__ == "__main__":
+    other_readers.main()

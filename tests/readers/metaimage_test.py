@@ -1,0 +1,140 @@
+"""MetaImage: files as MetaIO writes them, and the geometry that ITK reads from them (through plastimatch).
+
+    metaimage_test.py PROGRAM
+"""
+
+import itertools
+import shutil
+import subprocess
+import unittest
+import zlib
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+
+TYPES = {"MET_UCHAR": "uint8", "MET_CHAR": "int8", "MET_USHORT": "uint16", "MET_SHORT": "int16", "MET_UINT": "uint32",
+         "MET_INT": "int32", "MET_ULONG": "uint32", "MET_LONG": "int32", "MET_FLOAT": "float32", "MET_DOUBLE": "float64"}
+MATRIX = "0.96 0.28 0 -0.28 0.96 0 0 0 1"
+
+
+def volume(type, shape=(7, 19, 23)):
+    random = numpy.random.default_rng(1)
+    if type.startswith("float"):
+        return (random.standard_normal(shape) * 1000).astype(type)
+    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+
+
+@unittest.skipIf(numpy is None, "there is no numpy on this machine")
+class MetaImage(ReaderTest):
+    def write(self, name, samples, type, data=b"", file="LOCAL", sign=" = ", **fields):
+        """A header, and `data` behind it."""
+        fields = {"ObjectType": "Image", "NDims": samples.ndim, "BinaryData": "True", "DimSize": " ".join(map(str, samples.shape[::-1])),
+                  "ElementType": type, **fields, "ElementDataFile": file}
+        text = "".join(f"{key}{sign}{value}\n" for key, value in fields.items())
+        (self.folder / name).write_bytes(text.encode() + data)
+        return name
+
+    def test_every_type_byte_order_and_kind_of_file(self):
+        for (met, type), msb, packed, is_pair in itertools.product(TYPES.items(), (False, True), (False, True), (False, True)):
+            truth = volume(type)
+            data = truth.astype(truth.dtype.newbyteorder(">" if msb else "<")).tobytes()
+            data = zlib.compress(data) if packed else data
+            fields = {"ElementByteOrderMSB": msb, "CompressedData": packed, "CompressedDataSize": len(data)}
+            if is_pair:
+                (self.folder / "data.raw").write_bytes(data)
+                name = self.write("a.mhd", truth, met, file="data.raw", **fields)
+            else:
+                name = self.write("a.mha", truth, met, data, **fields)
+            self.assert_same(self.encoded(name)[0], truth, f"{met} {fields} {is_pair}")
+
+    def test_a_pipe_gives_the_same_file(self):
+        truth = volume("int16")
+        for packed in (False, True):
+            data = zlib.compress(truth.tobytes()) if packed else truth.tobytes()
+            name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
+            self.encoded(name)
+            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            self.assertEqual(run.returncode, 0)
+
+    def test_slices_in_many_files(self):
+        truth = volume("int16", (12, 20, 30))
+        for z in range(12):
+            (self.folder / f"s{z + 1:03}.raw").write_bytes(b"head" + truth[z].tobytes())
+        (self.folder / "list").write_bytes(b"")
+        for file in ("s%03d.raw 1 12 1", "LIST\n" + "\n".join(f"s{z + 1:03}.raw" for z in range(12)), "LIST 2\n" + "\n".join(
+                f"s{z + 1:03}.raw" for z in range(12))):
+            for size in (4, -1):
+                name = self.write("a.mhd", truth, "MET_SHORT", file=file, HeaderSize=size)
+                self.assert_same(self.encoded(name)[0], truth, file)
+        two = truth.reshape(2, 6 * 20 * 30)
+        for i in range(2):
+            (self.folder / f"part{i}").write_bytes(two[i].tobytes())
+        self.assert_same(self.encoded(self.write("a.mhd", truth, "MET_SHORT", file="LIST 3\npart0\npart1"))[0], truth)
+
+    def test_geometry(self):
+        truth = volume("int16")
+        fields = {"ElementSpacing": "0.5 0.25 2", "Offset": "-10 20.5 30", "TransformMatrix": MATRIX, "DistanceUnits": "mm",
+                  "Modality": "MET_MOD_CT"}
+        info = self.encoded(self.write("a.mha", truth, "MET_SHORT", truth.tobytes(), **fields))[1]
+        geometry = info["geometry"]
+        self.assertEqual(geometry["space"], "left-posterior-superior")
+        self.assertEqual(geometry["origin"], [-10, 20.5, 30])
+        numpy.testing.assert_allclose(geometry["directions"], [[0.48, 0.14, 0], [-0.07, 0.24, 0], [0, 0, 2]], atol=1e-12)
+        self.assertEqual(info["source"]["pairs"], {"metaimage_DistanceUnits": "mm", "metaimage_Modality": "MET_MOD_CT"})
+        if shutil.which("plastimatch") is None:
+            print("not compared with ITK: there is no plastimatch on this machine")
+            return
+        run = subprocess.run(["plastimatch", "convert", "--input", "a.mha", "--output-img", "itk.nrrd"], cwd=self.folder,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        samples, itk = self.encoded("itk.nrrd")
+        self.assert_same(samples, truth)
+        numpy.testing.assert_allclose(itk["geometry"]["directions"], geometry["directions"], atol=1e-6)
+        numpy.testing.assert_allclose(itk["geometry"]["origin"], geometry["origin"], atol=1e-6)
+        self.assertEqual(itk["geometry"]["space"], geometry["space"])
+
+    def test_spellings_of_others(self):
+        truth = volume("uint8")
+        for fields in ({"Position": "1 2 3"}, {"Origin": "1 2 3", "ElementSize": "1 1 1"}, {"Offset": "1 2 3", "Rotation": "1 0 0 0 1 0 0 0 1"}):
+            for sign in (" = ", "=", ": "):
+                name = self.write("a.mha", truth, "MET_UCHAR", truth.tobytes(), sign=sign, **fields)
+                samples, info = self.encoded(name)
+                self.assert_same(samples, truth)
+                self.assertEqual(info["geometry"]["origin"], [1, 2, 3])
+
+    def test_one_of_several_volumes(self):
+        truth = volume("int16", (3, 7, 8, 9))
+        for packed in (False, True):
+            data = zlib.compress(truth.tobytes()) if packed else truth.tobytes()
+            name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
+            self.assert_refused(64, "--series", "encode", name)
+            for i in range(3):
+                self.assert_same(self.encoded(name, "--series", i + 1)[0], truth[i])
+
+    def test_what_is_no_volume_is_refused_by_name(self):
+        truth = volume("int16")
+        for fields, text in (({"ElementNumberOfChannels": 3}, "ElementNumberOfChannels"), ({"BinaryData": "False"}, "BinaryData"),
+                             ({"ElementType": "MET_LONG_LONG"}, "MET_LONG_LONG"), ({"DimSize": "1 2"}, "DimSize"),
+                             ({"DimSize": "1 2 0"}, "DimSize"), ({"NDims": 7}, "NDims"), ({"ObjectType": "Tube"}, "Tube"),
+                             ({"TransformMatrix": "1 0 0 1 0 0 0 0 1"}, "TransformMatrix"), ({"ElementSpacing": "1 0 1"}, "ElementSpacing"),
+                             ({"Offset": "nan 0 1"}, "Offset"), ({"HeaderSize": -2}, "HeaderSize"),
+                             ({"DimSize": "3000000000 3000000000 3000000000"}, "memory")):
+            name = self.write("a.mha", truth, fields.pop("ElementType", "MET_SHORT"), truth.tobytes(), **fields)
+            self.assert_refused(65, text, "encode", name)
+        for file in ("missing.raw", "/dev/zero", "-", "%03d.raw 1 9 0", "LIST\na\nb", "."):
+            name = self.write("a.mhd", truth, "MET_SHORT", file=file)
+            run = self.tagrid("encode", name)
+            self.assertIn(run.returncode, (65, 74), file)
+        self.write("a.mha", truth, "MET_SHORT", truth.tobytes()[:-1])
+        self.assert_refused(65, "a.mha: ", "encode", "a.mha")
+        self.write("a.mha", truth, "MET_SHORT", zlib.compress(truth.tobytes())[:-3], CompressedData=True)
+        self.assert_refused(65, "a.mha: ", "encode", "a.mha")
+        self.write("a.mha", truth, "MET_SHORT", truth.tobytes() + b"xyz")
+        self.assert_same(self.encoded("a.mha")[0], truth)
+        self.assertIn("3 bytes follow the samples", self.messages)
+
+
+if __name__ == "__main__":
+    other_readers.main()

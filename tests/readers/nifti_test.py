@@ -1,0 +1,215 @@
+"""NIfTI: samples and geometry are those that nibabel writes and reads.
+
+    nifti_test.py PROGRAM
+"""
+
+import gzip
+import itertools
+import json
+import pathlib
+import shutil
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+nibabel = other_readers.library("nibabel", "python3-nibabel")
+
+TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
+
+
+def volume(type, shape=(23, 19, 7)):
+    """An array [x, y, z], as nibabel has it."""
+    random = numpy.random.default_rng(1)
+    if type.startswith("float"):
+        return (random.standard_normal(shape) * 1000).astype(type)
+    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+
+
+def oblique():
+    """An affine transform without symmetries, in float32 as files have it."""
+    return numpy.array([[0.4, 0.1, -0.2, -90.5], [-0.1, 0.5, 0.3, 12.25], [0.05, -0.3, 1.5, 7], [0, 0, 0, 1]], "f4").astype("f8")
+
+
+@unittest.skipIf(nibabel is None, "there is no nibabel on this machine")
+class Nifti(ReaderTest):
+    def write(self, name, samples, affine=numpy and numpy.eye(4), version=1, byteorder="<", edit=None, pair=False):
+        base = {(1, False): nibabel.Nifti1Image, (1, True): nibabel.Nifti1Pair,
+                (2, False): nibabel.Nifti2Image, (2, True): nibabel.Nifti2Pair}[version, pair]
+        header = base.header_class(endianness=byteorder)
+        header.set_data_dtype(samples.dtype)
+        image = base(samples, affine, header)
+        image.header.set_slope_inter(1, 0)
+        if edit:
+            edit(image.header)
+        nibabel.save(image, self.folder / name)
+        return name
+
+    def assert_affine(self, info, affine):
+        geometry = info["geometry"]
+        self.assertEqual(geometry["space"], "right-anterior-superior")
+        numpy.testing.assert_allclose(numpy.array(geometry["directions"]).T, affine[:3, :3], rtol=1e-6, atol=1e-6)
+        numpy.testing.assert_allclose(geometry["origin"], affine[:3, 3], rtol=1e-6, atol=1e-6)
+
+    def test_every_type_version_byte_order_and_kind_of_file(self):
+        for type, version, order, name in itertools.product(TYPES, (1, 2), "<>", ("a.nii", "a.nii.gz", "a.img", "a.img.gz")):
+            truth = volume(type)
+            if type in ("uint8", "int8") and order == ">":
+                continue
+            pair = ".img" in name
+            self.write(name, truth, oblique(), version, order, pair=pair)
+            header = name.replace(".img", ".hdr")
+            if header == "a.hdr.gz" and not (self.folder / header).exists():
+                header = "a.hdr"
+            samples, info = self.encoded(header)
+            self.assert_same(samples, truth.transpose(2, 1, 0), f"{type} {version} {order} {name}")
+            self.assert_affine(info, nibabel.load(self.folder / name).affine)
+            for file in self.folder.glob("a.*"):
+                file.unlink()
+
+    def test_a_pipe_gives_the_same_file(self):
+        for name in ("a.nii", "a.nii.gz"):
+            self.write(name, volume("int16"), oblique())
+            self.encoded(name)
+            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            self.assertEqual(run.returncode, 0)
+
+    def test_sform_goes_before_qform_and_both_are_kept(self):
+        def edit(header):
+            header.set_qform(numpy.diag([-2, 3, 4, 1]), 1)
+            header["descrip"] = b"left as \xff it is"
+        name = self.write("a.nii", volume("int16"), oblique(), edit=edit)
+        header = nibabel.load(self.folder / name).header
+        info = self.encoded(name)[1]
+        self.assert_affine(info, header.get_sform())
+        pairs = info["source"]["pairs"]
+        for field, value in (("srow_x", header["srow_x"]), ("srow_y", header["srow_y"]), ("srow_z", header["srow_z"]),
+                             ("qoffset_xyz", [header[f"qoffset_{axis}"] for axis in "xyz"]),
+                             ("quatern_bcd", [header[f"quatern_{axis}"] for axis in "bcd"]), ("pixdim", header["pixdim"])):
+            kept = numpy.array([float(word) for word in pairs.get("nifti_" + field, "0 0 0").split()], "f4")
+            self.assertEqual(kept.tobytes(), numpy.array(value, "f4").tobytes(), field)
+        self.assertEqual((pairs["nifti_sform_code"], pairs["nifti_qform_code"]), (str(header["sform_code"]), "1"))
+
+        def only_qform(header):
+            header.set_sform(None, 0)
+            header.set_qform(numpy.array([[0, 0, -2, 5], [0, 3, 0, 6], [4, 0, 0, 7], [0, 0, 0, 1]], "f8"), 1)
+        name = self.write("b.nii", volume("int16"), edit=only_qform)
+        image = nibabel.load(self.folder / name)
+        self.assert_affine(self.encoded(name)[1], image.header.get_qform())
+
+        def left_handed(header):
+            header.set_sform(None, 0)
+            header.set_qform(oblique() @ numpy.diag([1, 1, -1, 1]), 1, strip_shears=True)
+        name = self.write("c.nii", volume("int16"), edit=left_handed)
+        self.assert_affine(self.encoded(name)[1], nibabel.load(self.folder / name).header.get_qform())
+
+        def none(header):
+            header.set_zooms((0.5, 0.25, 3))
+            header.set_xyzt_units("micron")
+        info = self.encoded(self.write("d.nii", volume("int16"), None, edit=none))[1]
+        self.assertEqual(info["geometry"]["spacing"], [0.5, 0.25, 3])
+        self.assertEqual(info["geometry"]["units"], ["um"] * 3)
+        self.assertIsNone(info["geometry"]["directions"])
+
+    def test_forms_that_span_no_volume_are_left_out_with_a_word(self):
+        self.write("a.nii", volume("int16"), oblique(), edit=lambda header: header.set_qform(None, 0))
+        broken = bytearray((self.folder / "a.nii").read_bytes())
+        broken[280:328] = bytes(48)
+        (self.folder / "a.nii").write_bytes(broken)
+        info = self.encoded("a.nii")[1]
+        self.assertIn("sform does not span a volume", self.messages)
+        self.assertIsNone(info["geometry"]["directions"])
+
+    def test_one_of_several_volumes(self):
+        truth = volume("int16", (9, 8, 7, 3))
+        for name in ("a.nii", "a.nii.gz"):
+            self.write(name, truth)
+            self.assertIn("--series", self.assert_refused(64, "holds 3 volumes", "encode", name))
+            for i in range(3):
+                self.assert_same(self.encoded(name, "--series", i + 1)[0], truth[..., i].transpose(2, 1, 0))
+            for series in ("0", "4", "x", "1x"):
+                self.assert_refused(64, "1 to 3", "encode", name, "--series", series)
+
+    def test_values_with_a_slope_are_bound_in_their_units(self):
+        def edit(header):
+            header.set_slope_inter(2.5, -1000)
+        truth = volume("int16")
+        samples, info = self.encoded(self.write("a.nii", truth, edit=edit))
+        self.assert_same(samples, truth.transpose(2, 1, 0))
+        self.assertEqual(info["source"]["pairs"]["nifti_scl_slope"], "2.5")
+        self.tagrid("encode", "a.nii", "--max-error", "10", "-o", "b.tag")
+        self.assertEqual(json.loads(self.tagrid("info", "b.tag", "--json").stdout)["max_error"], 4)
+        run = self.tagrid("verify", "b.tag", "--against", "a.nii")
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def test_bytes_behind_the_samples_are_left_out_with_a_word(self):
+        truth = volume("int16")
+        self.write("a.nii", truth)
+        with open(self.folder / "a.nii", "ab") as file:
+            file.write(b"notes")
+        self.assert_same(self.encoded("a.nii")[0], truth.transpose(2, 1, 0))
+        self.assertIn("5 bytes follow the samples", self.messages)
+
+    def test_samples_behind_extensions(self):
+        truth = volume("int16")
+        image = nibabel.Nifti1Image(truth, oblique())
+        image.header.extensions.append(nibabel.nifti1.Nifti1Extension("comment", b"x" * 10000))
+        for name in ("a.nii", "a.nii.gz"):
+            nibabel.save(image, self.folder / name)
+            self.assert_same(self.encoded(name)[0], truth.transpose(2, 1, 0))
+
+    def test_what_is_no_volume_is_refused_by_name(self):
+        for type, word in (("complex64", "complex"), ("int64", "64 bits")):
+            image = nibabel.Nifti1Image(numpy.zeros((3, 3, 3), type), numpy.eye(4), dtype=type)
+            nibabel.save(image, self.folder / "a.nii")
+            self.assert_refused(65, word, "encode", "a.nii")
+        self.write("a.nii", volume("int16"))
+        whole = (self.folder / "a.nii").read_bytes()
+        self.assert_refused(64, "leave out --dims", "encode", "a.nii", "--dims", "23,19,7", "--type", "int16")
+        self.assert_refused(64, "--rm", "encode", "a.nii", "--rm")
+        (self.folder / "short.nii").write_bytes(whole[:-1])
+        self.assert_refused(65, "short.nii: ", "encode", "short.nii")
+        (self.folder / "short.nii.gz").write_bytes(gzip.compress(whole)[:-9])
+        self.assert_refused(65, "short.nii.gz: ", "encode", "short.nii.gz")
+        self.write("pair.img", volume("int16"), pair=True)
+        (self.folder / "pair.img").unlink()
+        self.assert_refused(74, "pair.img", "encode", "pair.hdr")
+
+    def test_damaged_headers_are_errors_or_other_volumes_and_no_more(self):
+        self.write("a.nii", volume("int16"), oblique())
+        whole = (self.folder / "a.nii").read_bytes()
+        random = numpy.random.default_rng(1)
+        for i in range(60):
+            broken = bytearray(whole)
+            for _ in range(random.integers(1, 6)):
+                broken[random.integers(0, 352)] = random.integers(0, 256)
+            name = "broken.nii" if i % 2 else "broken.nii.gz"
+            (self.folder / name).write_bytes(broken if i % 2 else gzip.compress(broken))
+            run = self.tagrid("encode", name, "-o", "broken.tag", "-f", "-q", "--range", "0:1000")
+            self.assertIn(run.returncode, (0, 64, 65), f"{i}: {run.stderr}")
+
+    def test_files_that_others_made(self):
+        folder = pathlib.Path(nibabel.__file__).parent / "tests" / "data"
+        count = 0
+        for name in ("example_nifti2.nii.gz", "example4d.nii.gz", "anatomical.nii", "functional.nii", "standard.nii.gz",
+                     "reoriented_anat_moved.nii"):
+            if not (folder / name).exists():
+                continue
+            image = nibabel.load(folder / name)
+            truth = numpy.asanyarray(image.dataobj.get_unscaled())
+            shutil.copy(folder / name, self.folder)
+            series = []
+            if truth.ndim > 3:
+                truth, series = truth[..., 1], ["--series", "2"]
+            samples, info = self.encoded(name, *series)
+            self.assert_same(samples, truth.transpose(2, 1, 0), name)
+            self.assert_affine(info, image.affine)
+            count += 1
+        if count == 0:
+            print("skipped: nibabel's files are not on this machine")
+
+
+if __name__ == "__main__":
+    other_readers.main()

@@ -1,0 +1,65 @@
+"""What the tests of readers share: volumes go through tagrid and come back as arrays of NumPy.
+
+Files are written and read by other people's libraries, so that tagrid agrees with them, not with itself. A test whose
+library is missing says so and passes.
+"""
+
+import importlib
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = pathlib.Path(sys.argv[1]).resolve()
+
+
+def library(name, package):
+    """The module, or None after a message; its tests are then skipped."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        print(f"skipped: there is no {name} on this machine ({package})", file=sys.stderr)
+        return None
+
+
+def main():
+    """Runs the tests of the calling script, whose first argument is the program."""
+    del sys.argv[1]
+    unittest.main(module="__main__")
+
+
+class ReaderTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def tagrid(self, *arguments):
+        return subprocess.run([PROGRAM, *map(str, arguments)], cwd=self.folder, text=True, errors="replace",
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
+
+    def encoded(self, path, *options):
+        """Encodes a volume without a loss; its samples as an array [z, y, x], and what info says."""
+        import numpy
+
+        run = self.tagrid("encode", path, "-o", "out.tag", "-f", *options)
+        self.assertEqual(run.returncode, 0, f"{path} {options}: {run.stderr}")
+        self.messages = run.stderr
+        info = json.loads(self.tagrid("info", "out.tag", "--json").stdout)
+        run = self.tagrid("decode", "out.tag", "-o", "out.raw", "-f")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return numpy.fromfile(self.folder / "out.raw", numpy.dtype(info["type"])).reshape(info["dims"][::-1]), info
+
+    def assert_same(self, samples, truth, what=""):
+        self.assertEqual(samples.shape, truth.shape, what)
+        self.assertEqual(samples.dtype, truth.dtype.newbyteorder("="), what)
+        self.assertEqual(samples.tobytes(), truth.astype(samples.dtype).tobytes(), what)
+
+    def assert_refused(self, code, text, *arguments):
+        run = self.tagrid(*arguments)
+        self.assertEqual(run.returncode, code, run.stderr)
+        self.assertIn(text, run.stderr)
+        self.assertTrue(run.stderr.startswith("tagrid: "), run.stderr)
+        return run.stderr

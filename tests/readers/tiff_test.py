@@ -1,0 +1,216 @@
+"""TIFF: the samples are those that tifffile wrote, whatever the layout of the file.
+
+    tiff_test.py PROGRAM
+"""
+
+import itertools
+import shutil
+import struct
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+tifffile = other_readers.library("tifffile", "python3-tifffile")
+
+TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
+
+
+def volume(type, shape=(5, 37, 41)):
+    """Any bits, but no NaN whose bits a conversion might change."""
+    random = numpy.random.default_rng(1)
+    if type.startswith("float"):
+        return (random.standard_normal(shape) * 1000).astype(type)
+    return random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+
+
+@unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
+class Tiff(ReaderTest):
+    def write(self, name, samples, **options):
+        tifffile.imwrite(self.folder / name, samples, photometric="minisblack", **options)
+        return name
+
+    def test_every_type_in_either_byte_order_and_size_of_file(self):
+        for type, order, big in itertools.product(TYPES, "<>", (False, True)):
+            truth = volume(type)
+            name = self.write("a.tif", truth, byteorder=order, bigtiff=big)
+            self.assert_same(self.encoded(name)[0], truth, f"{type} {order} {big}")
+
+    def test_tiles_strips_and_compressions(self):
+        for options in ({"tile": (16, 32)}, {"tile": (64, 64)}, {"rowsperstrip": 1}, {"rowsperstrip": 10}, {"compression": "deflate"},
+                        {"compression": "deflate", "tile": (16, 16), "predictor": True}, {"compression": "deflate", "rowsperstrip": 7}):
+            for type in ("uint16", "float32"):
+                truth = volume(type)
+                try:
+                    name = self.write("a.tif", truth, **options)
+                except (ValueError, KeyError) as error:  # predictors of floats need another library
+                    self.assertIn("predictor", options, error)
+                    continue
+                self.assert_same(self.encoded(name)[0], truth, f"{options} {type}")
+
+    @unittest.skipIf(shutil.which("tiffcp") is None, "there is no tiffcp on this machine (libtiff-tools)")
+    def test_what_other_programs_compress(self):
+        for options in ("-c lzw", "-c lzw:2", "-c zip:2 -t -w 16 -l 16", "-c packbits", "-c zstd", "-c zstd:2", "-c zip:3 -8",
+                        "-B -c none -r 3", "-L -8 -c none"):
+            type = "float32" if ":3" in options else "int16"
+            truth = volume(type)
+            self.write("a.tif", truth)
+            run = subprocess.run(["tiffcp", *options.split(), "a.tif", "b.tif"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assert_same(self.encoded("b.tif")[0], truth, options)
+
+    def test_a_folder_in_the_order_of_its_numbers(self):
+        truth = volume("uint16", (12, 20, 30))
+        (self.folder / "s").mkdir()
+        for z in range(12):
+            self.write(f"s/slice{z}.tif", truth[z])
+        (self.folder / "s" / ".hidden.tif").write_text("nothing")
+        (self.folder / "s" / "notes.txt").write_text("nothing")
+        for path in ("s", "s/", self.folder / "s"):
+            self.assert_same(self.encoded(path)[0], truth)
+        run = self.tagrid("encode", "s/")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertTrue((self.folder / "s.tag").exists())
+        self.assertEqual(self.tagrid("verify", "s.tag", "--against", "s").returncode, 0)
+        # Refused, as the tags of the files would be lost.
+        self.assert_refused(64, "--rm", "encode", "s", "--rm", "-f")
+
+    def test_the_log_of_a_skyscan_folder(self):
+        truth = volume("uint8", (4, 20, 30))
+        (self.folder / "s").mkdir()
+        for z in range(4):
+            self.write(f"s/mouse_rec{z:08}.tif", truth[z])
+        (self.folder / "s" / "mouse_rec.log").write_text("[System]\nScanner=SkyScan1172\n[Acquisition]\nImage Pixel Size (um)= 34.5\n"
+                                                         "Source Voltage (kV)= 59\n[Reconstruction]\nPixel Size (um)=17.25\n")
+        samples, info = self.encoded("s")
+        self.assert_same(samples, truth)
+        self.assertEqual(info["geometry"]["spacing"], [17.25] * 3)
+        self.assertEqual(info["geometry"]["units"], ["um"] * 3)
+        self.assertEqual(info["source"]["pairs"]["skyscan_acquisition/source voltage (kv)"], "59")
+
+    def test_a_gap_is_refused_unless_it_is_accepted(self):
+        truth = volume("uint8", (6, 9, 8))
+        (self.folder / "s").mkdir()
+        for z in (0, 1, 2, 4, 5):
+            self.write(f"s/{z:03}.tif", truth[z])
+        self.assertIn("--gaps-ok", self.assert_refused(65, "between 002.tif and 004.tif", "encode", "s"))
+        self.assert_same(self.encoded("s", "--gaps-ok")[0], truth[[0, 1, 2, 4, 5]])
+
+    def test_several_series_in_a_folder(self):
+        truth = volume("uint8", (6, 9, 8))
+        (self.folder / "s").mkdir()
+        for z in range(3):
+            self.write(f"s/a{z}.tif", truth[z])
+            self.write(f"s/b{z}.tif", truth[3 + z])
+        message = self.assert_refused(64, "holds 2 volumes", "encode", "s")
+        self.assertRegex(message, r"\n\s*1  a#.tif  3 files\n\s*2  b#.tif  3 files")
+        self.assertIn("--series", message)
+        self.assert_same(self.encoded("s", "--series", "a#.tif")[0], truth[:3])
+        self.assert_same(self.encoded("s", "--series", "2")[0], truth[3:])
+        self.assert_refused(64, "has no series 3", "encode", "s", "--series", "3")
+
+    def test_slices_that_differ_are_refused(self):
+        (self.folder / "s").mkdir()
+        self.write("s/1.tif", volume("uint8", (9, 8)))
+        self.write("s/2.tif", volume("uint8", (9, 7)))
+        self.assert_refused(65, "2.tif: TIFF file: slice 1 is 7 x 9 uint8, but the first one is 8 x 9 uint8", "encode", "s")
+
+    def test_stacks_of_image_j(self):
+        truth = volume("uint16", (6, 20, 30))
+        name = self.write("a.tif", truth, imagej=True, resolution=(4, 2), metadata={"spacing": 1.5, "unit": "um", "axes": "ZYX"})
+        samples, info = self.encoded(name)
+        self.assert_same(samples, truth)
+        self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 1.5])
+        self.assertEqual(info["geometry"]["units"], ["um"] * 3)
+        hyper = volume("uint16", (2 * 3 * 2, 20, 30)).reshape(2, 3, 2, 20, 30)
+        name = self.write("h.tif", hyper, imagej=True, metadata={"axes": "TZCYX"})
+        self.assert_refused(64, "holds 4 volumes", "encode", name)
+        for t, c in itertools.product(range(2), range(2)):
+            self.assert_same(self.encoded(name, "--series", f"c{c + 1}t{t + 1}")[0], hyper[t, :, c])
+
+    def test_one_page_with_all_slices_behind_it(self):
+        """As ImageJ writes stacks of more than 4 GB."""
+        truth = volume("uint16", (6, 20, 30))
+        (self.folder / "a.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=6\nslices=6\n"))
+        self.assert_same(self.encoded("a.tif")[0], truth)
+        (self.folder / "b.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=7\nslices=7\n"))
+        self.assert_refused(65, "says 7 images, but there are bytes for 6", "encode", "b.tif")
+
+    def test_ome_tiff_in_any_order_of_dimensions(self):
+        for axes, shape in (("ZYX", (5, 20, 30)), ("CZYX", (2, 5, 20, 30)), ("ZCYX", (5, 2, 20, 30)), ("TCZYX", (2, 2, 3, 20, 30))):
+            truth = volume("uint16", shape)
+            name = self.write("a.ome.tif", truth, ome=True,
+                              metadata={"axes": axes, "PhysicalSizeX": 0.5, "PhysicalSizeXUnit": "mm", "PhysicalSizeY": 0.25,
+                                        "PhysicalSizeYUnit": "mm", "PhysicalSizeZ": 2, "PhysicalSizeZUnit": "mm"})
+            for choice in itertools.product(*(range(n) for axis, n in zip(axes, shape) if axis in "CT")):
+                names = dict(zip((axis for axis in axes if axis in "CT"), choice))
+                series = "".join(f"{axis.lower()}{names[axis] + 1}" for axis in "CT" if axis in names)
+                samples, info = self.encoded(name, *(["--series", series] if series else []))
+                part = truth[tuple(names[axis] if axis in names else slice(None) for axis in axes)]
+                self.assert_same(samples, part, f"{axes} {series}")
+                self.assertEqual(info["geometry"]["spacing"], [0.5, 0.25, 2])
+
+    def test_an_ome_tiff_that_was_copied_is_read_itself(self):
+        one, two = volume("uint16", (2, 9, 8)), volume("uint16", (2, 9, 8)) ^ 5
+        for name, truth in (("a.ome.tif", one), ("b.ome.tif", two)):
+            planes = "".join(f'<TiffData FirstZ="{z}" IFD="{z}" PlaneCount="1"><UUID FileName="a.ome.tif">urn:uuid:1</UUID></TiffData>' for z in range(2))
+            text = ('<OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="Image:0"><Pixels ID="Pixels:0" DimensionOrder="XYZCT" '
+                    f'Type="uint16" SizeX="8" SizeY="9" SizeZ="2" SizeC="1" SizeT="1">{planes}</Pixels></Image></OME>')
+            tifffile.imwrite(self.folder / name, truth, description=text, metadata=None, photometric="minisblack")
+            self.assert_same(self.encoded(name)[0], truth, name)
+
+    def test_what_is_no_volume_is_refused_by_name(self):
+        rgb = numpy.zeros((4, 20, 30, 3), "uint8")
+        tifffile.imwrite(self.folder / "rgb.tif", rgb, photometric="rgb")
+        self.assert_refused(65, "rgb.tif: TIFF file: ", "encode", "rgb.tif")
+        self.write("half.tif", numpy.zeros((2, 9, 9), "float16"))
+        self.assert_refused(65, "16", "encode", "half.tif")
+        self.write("a.tif", volume("uint8"))
+        self.assert_refused(64, "leave out --dims", "encode", "a.tif", "--dims", "41,37,5", "--type", "uint8")
+        with open(self.folder / "a.tif", "rb") as file:
+            run = subprocess.run([other_readers.PROGRAM, "encode", "-", "-o", "x.tag"], stdin=file, cwd=self.folder,
+                                 capture_output=True, text=True)
+        # A file as standard input can be sought in, but has no name that a reader could open.
+        self.assertEqual(run.returncode, 64, run.stderr)
+        self.assertIn("save it", run.stderr)
+
+    def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
+        truth = volume("uint16", (4, 40, 30))
+        random = numpy.random.default_rng(1)
+        for options in ({}, {"tile": (16, 16)}, {"compression": "deflate"}):
+            name = self.write("a.tif", truth, **options)
+            whole = (self.folder / name).read_bytes()
+            for i in range(25):
+                broken = bytearray(whole[:random.integers(8, len(whole))] if i % 2 else whole)
+                for _ in range(random.integers(0, 9)):
+                    broken[random.integers(8, len(broken)) if i % 3 else -random.integers(1, 600)] = random.integers(0, 256)
+                (self.folder / "broken.tif").write_bytes(broken)
+                run = self.tagrid("encode", "broken.tif", "-o", "broken.tag", "-f", "-q")
+                self.assertIn(run.returncode, (0, 64, 65), f"{options} {i}: {run.stderr}")
+                self.assertEqual(run.returncode == 0, run.stderr == "", run.stderr)
+
+    def test_memory_is_within_the_limit(self):
+        truth = volume("uint16", (40, 300, 400))
+        name = self.write("a.tif", truth, compression="deflate")
+        run = self.tagrid("encode", name, "-M", "1")
+        self.assertEqual(run.returncode, 64)
+        least = run.stderr.split("give -M ")[-1].split()[0].rstrip(";,.")
+        self.assert_same(self.encoded(name, "-M", least)[0], truth)
+
+
+def one_page(samples, description):
+    """A TIFF file of one page whose strip begins with the first slice, and all other slices behind it."""
+    text = description.encode() + b"\0"
+    z, y, x = samples.shape
+    tags = [(256, 3, 1, x), (257, 3, 1, y), (258, 3, 1, samples.itemsize * 8), (259, 3, 1, 1), (262, 3, 1, 1),
+            (270, 2, len(text), 0), (273, 4, 1, 0), (277, 3, 1, 1), (278, 3, 1, y), (279, 4, 1, x * y * samples.itemsize)]
+    after = 8 + 2 + 12 * len(tags) + 4
+    tags = [(tag, type, count, {270: after, 273: after + len(text)}.get(tag, value)) for tag, type, count, value in tags]
+    head = struct.pack("<2sHI", b"II", 42, 8) + struct.pack("<H", len(tags))
+    return head + b"".join(struct.pack("<HHII", *tag) for tag in tags) + struct.pack("<I", 0) + text + samples.astype("<u2").tobytes()
+
+
+if __name__ == "__main__":
+    other_readers.main()

@@ -1,0 +1,191 @@
+"""What decode writes: other people's libraries read the same samples and the same geometry, and tagrid reads them again.
+
+    written_test.py PROGRAM
+"""
+
+import itertools
+import re
+import shutil
+import struct
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+nibabel = other_readers.library("nibabel", "python3-nibabel")
+tifffile = other_readers.library("tifffile", "python3-tifffile")
+
+TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
+OBLIQUE = [[0.4, 0.3, 0], [-0.3, 0.4, 0], [0, 0, 2.5]]
+SHEARED = [[0.5, 0, 0], [0, 0.5, 0], [0.1, 0.2, 2.5]]
+
+
+@unittest.skipIf(numpy is None, "there is no numpy on this machine")
+class Written(ReaderTest):
+    def encode(self, type="int16", space="left-posterior-superior", directions=OBLIQUE, origin=(10, -20, 30.5), shape=(5, 19, 23), pairs=""):
+        random = numpy.random.default_rng(1)
+        samples = (random.standard_normal(shape) * 100).astype(type)
+        lines = [f"type: {type.replace('float32', 'float').replace('float64', 'double')}", "dimension: 3",
+                 f"sizes: {' '.join(map(str, shape[::-1]))}", "encoding: raw", "endian: little"]
+        if directions is not None:
+            lines += [f"space: {space}" if space else "space dimension: 3",
+                      "space directions: " + " ".join(f"({','.join(map(str, d))})" for d in directions),
+                      f"space origin: ({','.join(map(str, origin))})", 'space units: "mm" "mm" "mm"']
+        elif space == "spacing":
+            lines += ["spacings: 0.5 0.25 3", 'units: "um" "um" "um"']
+        (self.folder / "a.nrrd").write_bytes(("NRRD0005\n" + "\n".join(lines) + "\n" + pairs + "\n").encode() + samples.tobytes())
+        run = self.tagrid("encode", "a.nrrd", "-o", "a.tag", "-f")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return samples
+
+    def decode(self, name, *options):
+        run = self.tagrid("decode", "a.tag", "-o", name, "-f", *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run.stderr
+
+    def test_samples_come_back_from_every_format_and_type(self):
+        for type, name in itertools.product(TYPES, ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.tif", "b.vti")):
+            truth = self.encode(type)
+            self.decode(name)
+            if not name.endswith(".vti"):
+                self.assert_same(self.encoded(name, "--range", "auto")[0], truth, f"{type} {name}")
+            if name.endswith(".tif") and tifffile:
+                self.assert_same(tifffile.imread(self.folder / name), truth, type)
+            if ".nii" in name and nibabel:
+                image = nibabel.load(self.folder / name)
+                self.assert_same(numpy.asanyarray(image.dataobj).transpose(2, 1, 0), truth, type)
+
+    def test_a_pipe_gets_the_same_bytes(self):
+        self.encode()
+        for format, name in (("nifti", "b.nii"), ("nifti.gz", "b.nii.gz"), ("metaimage", "b.mha"), ("tiff", "b.tif"), ("vti", "b.vti")):
+            self.decode(name)
+            run = subprocess.run(f"{other_readers.PROGRAM} decode - -o - --format {format} < a.tag | cmp - {name}", shell=True, cwd=self.folder,
+                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.assertEqual(run.returncode, 0, run.stdout)
+
+    def test_geometry_comes_back(self):
+        for space, directions in itertools.product(("left-posterior-superior", "right-anterior-superior", "LPS", "left-anterior-superior"),
+                                                   (OBLIQUE, SHEARED)):
+            self.encode(space=space, directions=directions)
+            # The signs of the world's axes, as right-anterior-superior has them.
+            signs = numpy.array([-1 if space.lower()[0] == "l" else 1, -1 if "p" in space.lower().replace("superior", "") else 1, 1])
+            affine = numpy.eye(4)
+            affine[:3, :3] = numpy.array(directions).T * signs[:, None]
+            affine[:3, 3] = numpy.array((10, -20, 30.5)) * signs
+            self.decode("b.nii")
+            if nibabel:
+                image = nibabel.load(self.folder / "b.nii")
+                numpy.testing.assert_allclose(image.affine, affine, atol=1e-5)
+                if directions is OBLIQUE:
+                    numpy.testing.assert_allclose(image.header.get_qform(), affine, atol=1e-5)
+            geometry = self.encoded("b.nii")[1]["geometry"]
+            numpy.testing.assert_allclose(numpy.array(geometry["directions"]).T, affine[:3, :3], atol=1e-6)
+            self.assertEqual(geometry["units"], ["mm"] * 3)
+            self.decode("b.mha")
+            geometry = self.encoded("b.mha")[1]["geometry"]
+            lps = numpy.array([-1, -1, 1])
+            numpy.testing.assert_allclose(numpy.array(geometry["directions"]).T, affine[:3, :3] * lps[:, None], atol=1e-12)
+            numpy.testing.assert_allclose(geometry["origin"], affine[:3, 3] * lps, atol=1e-12)
+            if shutil.which("plastimatch") and directions is OBLIQUE:
+                subprocess.run(["plastimatch", "convert", "--input", "b.mha", "--output-img", "itk.nrrd"], cwd=self.folder, check=True,
+                               stdout=subprocess.DEVNULL)
+                itk = self.encoded("itk.nrrd")[1]["geometry"]
+                numpy.testing.assert_allclose(itk["directions"], geometry["directions"], atol=1e-6)
+
+    def test_a_mirrored_volume_in_nifti(self):
+        self.encode(space="right-anterior-superior", directions=[[0.4, 0.3, 0], [-0.3, 0.4, 0], [0, 0, -2.5]])
+        self.decode("b.nii")
+        if nibabel:
+            header = nibabel.load(self.folder / "b.nii").header
+            numpy.testing.assert_allclose(header.get_qform(), header.get_sform(), atol=1e-5)
+
+    def test_spacing_alone(self):
+        self.encode(directions=None, space="spacing")
+        for name in ("b.nii", "b.mha", "b.tif"):
+            self.decode(name)
+            geometry = self.encoded(name)[1]["geometry"]
+            numpy.testing.assert_allclose(geometry["spacing"], [0.5, 0.25, 3], rtol=1e-6, err_msg=name)
+            self.assertEqual(geometry["units"], ["um"] * 3, name)
+            self.assertIsNone(geometry["directions"], name)
+
+    def test_what_is_lost_is_said(self):
+        self.encode(space="")
+        self.assertIn("not known", self.decode("b.nii"))
+        self.assertIn("not known", self.decode("b.mha"))
+        self.assertIn("no place for positions", self.decode("b.tif"))
+        self.assertEqual(self.decode("b.vti"), "")
+        self.encode(pairs="rescale_slope:=2.5\nrescale_intercept:=0\n")
+        for name in ("b.tif", "b.vti"):
+            self.assertIn("slope", self.decode(name))
+        self.encode(pairs="metaimage_ElementDataFile:=other.raw\nmetaimage_DimSize:=1 1 1\nmetaimage_headersize:=9\n")
+        self.decode("b.mha")
+        self.assertNotIn(b"other.raw", (self.folder / "b.mha").read_bytes())
+        self.encoded("b.mha")
+        self.encode()
+        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.nrrd"):
+            self.assertEqual(self.decode(name), "", name)
+
+    def test_fields_of_the_same_format_come_back(self):
+        self.encode(pairs="metaimage_Modality:=MET_MOD_CT\nrescale_slope:=2.5\nrescale_intercept:=-7\nnifti_descrip:=a scan\nnifti_cal_max:=9\n")
+        self.decode("b.mha")
+        text = (self.folder / "b.mha").read_bytes()
+        self.assertIn(b"\nModality = MET_MOD_CT\n", text)
+        self.assertIn(b"\nElementToIntensityFunctionSlope = 2.5\nElementToIntensityFunctionOffset = -7\n", text)
+        self.decode("b.nii")
+        pairs = self.encoded("b.nii")[1]["source"]["pairs"]
+        self.assertEqual((pairs["rescale_slope"], pairs["rescale_intercept"], pairs["nifti_descrip"], pairs["nifti_cal_max"]),
+                         ("2.5", "-7", "a scan", "9"))
+
+    def test_wide_volumes_in_nifti_2(self):
+        truth = self.encode(shape=(1, 2, 40000))
+        self.decode("b.nii")
+        self.assertEqual((self.folder / "b.nii").read_bytes()[:4], struct.pack("<i", 540))
+        self.assert_same(self.encoded("b.nii")[0], truth)
+        if nibabel:
+            self.assertEqual(nibabel.load(self.folder / "b.nii").shape, (40000, 2, 1))
+
+    def test_image_data_of_vtk(self):
+        truth = self.encode()
+        self.decode("b.vti")
+        text = (self.folder / "b.vti").read_bytes()
+        start = text.index(b"<AppendedData encoding=\"raw\">\n_") + 31
+        self.assertEqual(struct.unpack("<Q", text[start:start + 8])[0], truth.nbytes)
+        self.assertEqual(text[start + 8:start + 8 + truth.nbytes], truth.tobytes())
+        self.assertEqual(text[start + 8 + truth.nbytes:], b"\n</AppendedData>\n</VTKFile>\n")
+        head = text[:start].decode()
+        self.assertIn('WholeExtent="0 22 0 18 0 4" Origin="10 -20 30.5" Spacing="0.5 0.5 2.5"', head)
+        direction = [float(n) for n in re.search(r'Direction="([^"]*)"', head)[1].split()]
+        numpy.testing.assert_allclose(numpy.array(direction).reshape(3, 3), [[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]], atol=1e-12)
+        self.assertIn('type="Int16" Name="value"', head)
+
+    def test_regions_and_steps(self):
+        truth = self.encode()
+        for name in ("b.nii", "b.mha", "b.tif"):
+            self.decode(name, "--region", "2:12,4:10,1:4", "--step", "2")
+            samples, info = self.encoded(name)
+            self.assert_same(samples, truth[2:4:2, 4:10:2, 2:12:2], name)
+
+    def test_big_tiff_beyond_4_gb(self):
+        """By a volume of one value, whose samples are holes in a file of 4.3 GB."""
+        run = subprocess.run(f"head -c {1100 * 2000 * 2000} /dev/zero | {other_readers.PROGRAM} encode -q --grid derived --dims 2000,2000,1100 --type uint8 - -o big.tag",
+                             shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        run = subprocess.run(f"{other_readers.PROGRAM} decode big.tag -o - --format tiff | head -c 1000000 > head.tif", shell=True,
+                             cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        head = (self.folder / "head.tif").read_bytes()
+        self.assertEqual(head[:8], b"II\x2b\0\x08\0\0\0")
+        at, offsets = struct.unpack("<Q", head[8:16])[0], []
+        while at:
+            count = struct.unpack("<Q", head[at:at + 8])[0]
+            fields = {struct.unpack("<H", head[at + 8 + 20 * i:at + 10 + 20 * i])[0]: struct.unpack("<Q", head[at + 20 + 20 * i:at + 28 + 20 * i])[0]
+                      for i in range(count)}
+            offsets.append(fields[273])
+            at = struct.unpack("<Q", head[at + 8 + 20 * count:at + 16 + 20 * count])[0]
+        self.assertEqual(len(offsets), 1100)
+        self.assertEqual({b - a for a, b in zip(offsets, offsets[1:])}, {4000000})
+
+
+if __name__ == "__main__":
+    other_readers.main()

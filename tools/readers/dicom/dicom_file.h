@@ -1,0 +1,68 @@
+// What one DICOM file says, without its samples. The standard: https://dicom.nema.org
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/volume/volume_info.h"
+
+namespace tagrid {
+
+using Vector3 = std::array<double, 3>;
+
+/// One image: a whole file, or a frame of it.
+struct DicomFrame {
+  std::optional<Vector3> position;  ///< of the first sample, in mm, left-posterior-superior
+  /// Unit vectors along a row and along a column.
+  std::optional<std::array<Vector3, 2>> orientation;
+  std::optional<std::array<double, 2>> spacing;  ///< along x and along y, in mm
+  double thickness = 0;                          ///< or the distance of slices, if that is said; 0: unknown
+  double step = 0;                               ///< the distance of slices with its sign; 0: unknown
+  Rescale rescale;
+  /// Numbers that tell images at one place from each other: moment, echo, acquisition.
+  std::array<std::int64_t, 3> moments = {};
+  std::int64_t number = 0;  ///< of the image in its series
+};
+
+/// The vector at right angles to an image. REQUIRES: orientation.
+Vector3 normal_of(const DicomFrame& frame);
+
+/// How the samples of a file are stored.
+struct DicomPixels {
+  std::int64_t columns = 0, rows = 0;
+  int allocated = 0, stored = 0;  ///< bits of a sample, and those that count
+  bool is_signed = false;
+  std::string photometric;  ///< "MONOCHROME2"
+  std::string syntax, syntax_name;
+  /// The byte of the file at which samples lie plainly; nothing if they must be decoded.
+  std::optional<std::uint64_t> offset;
+  bool big_endian = false;
+  std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
+
+  std::uint64_t frame_bytes() const {
+    return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);
+  }
+};
+
+struct DicomFile {
+  std::string path;
+  std::string series, instance;  ///< UIDs
+  std::string image_type;        ///< the third value: "AXIAL", "LOCALIZER"
+  DicomPixels pixels;
+  std::vector<DicomFrame> frames;
+  /// Texts by the standard's names of attributes, "PatientName", in UTF-8.
+  std::map<std::string, std::string> texts;
+};
+
+/// Reads the header of a file. Nothing if the file is not one of DICOM, or has no image. Throws BrokenInput if it is broken,
+/// and WorldError.
+std::optional<DicomFile> read_dicom_file(const std::string& path);
+
+/// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.
+std::optional<std::vector<std::string>> files_of_dicomdir(const std::string& path);
+
+}  // namespace tagrid

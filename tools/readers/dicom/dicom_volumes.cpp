@@ -1,0 +1,280 @@
+#include "tools/readers/dicom/dicom_volumes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "io/files/errors.h"
+#include "io/files/natural_order.h"
+#include "io/files/text.h"
+#include "io/samples/stored_bits.h"
+#include "tools/readers/dicom/decoder.h"
+#include "tools/readers/dicom/dicom_file.h"
+#include "tools/readers/dicom/series.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Files = std::vector<DicomFile>;
+
+const DicomFrame& frame_of(const Files& files, const DicomSlice& slice) {
+  return files[slice.file].frames[slice.frame];
+}
+
+SampleType stored_type(const DicomPixels& pixels) {
+  switch (pixels.allocated) {
+    case 8:
+      return pixels.is_signed ? SampleType::int8 : SampleType::uint8;
+    case 16:
+      return pixels.is_signed ? SampleType::int16 : SampleType::uint16;
+    default:
+      return pixels.is_signed ? SampleType::int32 : SampleType::uint32;
+  }
+}
+
+/// Samples of all slices, and what they mean.
+struct Meaning {
+  SampleType type = SampleType::uint8;
+  std::vector<std::int32_t> added;  ///< to the stored integers of each slice
+  Rescale rescale;
+  KeyValues pairs;
+  std::vector<std::string> warnings;
+};
+
+/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such integers.
+std::optional<SampleType> type_of_values(const std::vector<DicomSlice>& slices, const Files& files) {
+  double least = 0, most = 0;
+  for (const DicomSlice& slice : slices) {
+    const DicomPixels& pixels = files[slice.file].pixels;
+    const Rescale& rescale = frame_of(files, slice).rescale;
+    if (pixels.allocated != 16 || rescale.slope != 1 || rescale.intercept != std::round(rescale.intercept) ||
+        std::abs(rescale.intercept) > 65536)
+      return std::nullopt;
+    const double span = std::exp2(pixels.stored);
+    const double low = pixels.is_signed ? -span / 2 : 0;
+    least = std::min(least, low + rescale.intercept);
+    most = std::max(most, low + span - 1 + rescale.intercept);
+  }
+  if (least >= -32768 && most <= 32767) return SampleType::int16;
+  if (least >= 0 && most <= 65535) return SampleType::uint16;
+  return std::nullopt;
+}
+
+/// "1 1 2.5 ...", one number a slice.
+template <class Number>
+std::string listed(const std::vector<DicomSlice>& slices, Number number) {
+  std::string text;
+  for (const DicomSlice& slice : slices) text += fmt::format("{}{}", text.empty() ? "" : " ", number(slice));
+  return text;
+}
+
+Meaning meaning_of(const std::vector<DicomSlice>& slices, const Files& files, const std::string& name) {
+  Meaning meaning;
+  meaning.added.assign(slices.size(), 0);
+  const Rescale& first = frame_of(files, slices.front()).rescale;
+  const bool is_one = std::ranges::all_of(
+      slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale == first; });
+  const auto slope = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.slope; };
+  const auto intercept = [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.intercept; };
+  if (const auto type = type_of_values(slices, files)) {
+    meaning.type = *type;
+    for (std::size_t i = 0; i < slices.size(); ++i)
+      meaning.added[i] = static_cast<std::int32_t>(intercept(slices[i]));
+    if (!first.units.empty()) meaning.pairs.emplace_back("rescale_units", first.units);
+    if (!is_one || first.intercept != 0)
+      meaning.pairs.emplace_back("dicom_added_intercept",
+                                 is_one ? fmt::format("{}", first.intercept) : listed(slices, intercept));
+    return meaning;
+  }
+  meaning.type = stored_type(files[slices.front().file].pixels);
+  meaning.rescale = first;
+  if (is_one) return meaning;
+  // Bounds hold for the values of every slice.
+  meaning.rescale.intercept = 0;
+  for (const DicomSlice& slice : slices)
+    meaning.rescale.slope = std::max(std::abs(meaning.rescale.slope), std::abs(slope(slice)));
+  meaning.pairs.emplace_back("slice_slopes", listed(slices, slope));
+  meaning.pairs.emplace_back("slice_intercepts", listed(slices, intercept));
+  meaning.warnings.push_back(name +
+                             ": slices have slopes and intercepts of their own; samples are kept as they are "
+                             "stored, and slice_slopes and "
+                             "slice_intercepts with them; bounds are for the largest slope");
+  return meaning;
+}
+
+/// What all files of the series say alike.
+KeyValues common_texts(const std::vector<DicomSlice>& slices, const Files& files) {
+  std::map<std::string, std::string> common = files[slices.front().file].texts;
+  for (const DicomSlice& slice : slices)
+    std::erase_if(common, [&](const auto& text) {
+      const auto& others = files[slice.file].texts;
+      const auto found = others.find(text.first);
+      return found == others.end() || found->second != text.second;
+    });
+  KeyValues pairs;
+  for (const auto& [key, value] : common) pairs.emplace_back("dicom_" + key, value);
+  return pairs;
+}
+
+class DicomVolume final : public ServedVolume {
+ public:
+  DicomVolume(Files all, const DicomSeries& series, const std::string& name) {
+    take_files(std::move(all), series);
+    const DicomPixels& pixels = files_[slices_.front().file].pixels;
+    dims = {pixels.columns, pixels.rows, static_cast<std::int64_t>(slices_.size())};
+    DicomPlaces where = places_of({series.choice, slices_}, files_, name);
+    Meaning meaning = meaning_of(slices_, files_, name);
+    geometry = std::move(where.geometry);
+    type = meaning.type;
+    rescale = meaning.rescale;
+    added_ = std::move(meaning.added);
+    for (auto* more : {&where.warnings, &meaning.warnings})
+      warnings.insert(warnings.end(), more->begin(), more->end());
+    pairs = common_texts(slices_, files_);
+    for (DicomFile& file : files_) file.texts.clear();
+    for (auto* more : {&where.pairs, &meaning.pairs}) pairs.insert(pairs.end(), more->begin(), more->end());
+    pairs.emplace_back("slice_sop_instance_uids",
+                       listed(slices_, [&](const DicomSlice& slice) { return files_[slice.file].instance; }));
+    if (pixels.photometric == "MONOCHROME1")
+      warnings.push_back(
+          name + ": small numbers mean white in these images (MONOCHROME1); numbers are kept as they are");
+    add_places();
+    for (const DicomFile& file : files_) texts_.push_back(file.path);
+    files = texts_;
+  }
+
+  void read_slice(std::int64_t z, std::byte* out) override {
+    const DicomSlice& slice = slices_[static_cast<std::size_t>(z)];
+    if (!decoder_ || &decoder_->file() != &files_[slice.file]) {
+      decoder_.reset();
+      decoder_.emplace(files_[slice.file]);
+    }
+    const int bits = decoder_->read_frame(slice.frame, out);
+    apply(stored_bits(static_cast<std::size_t>(z), bits), type, out,
+          static_cast<std::size_t>(dims.x * dims.y));
+  }
+
+ private:
+  /// Keeps the files of the series only, in the order of its slices.
+  void take_files(Files all, const DicomSeries& series) {
+    std::map<std::size_t, std::size_t> numbers;
+    for (const DicomSlice& slice : series.slices) {
+      const auto [found, is_new] = numbers.emplace(slice.file, files_.size());
+      if (is_new) files_.push_back(std::move(all[slice.file]));
+      slices_.push_back({found->second, slice.frame});
+    }
+    for (const DicomFile& file : files_)
+      if (!file.pixels.unsupported.empty())
+        throw BrokenInput(fmt::format("{}: DICOM file: {}", file.path, file.pixels.unsupported));
+  }
+
+  StoredBits stored_bits(std::size_t z, int bits) const {
+    const DicomPixels& pixels = files_[slices_[z].file].pixels;
+    return {bits == pixels.allocated ? 0 : bits, pixels.is_signed, added_[z]};
+  }
+
+  void add_places() {
+    std::vector<SliceRun> runs;
+    for (std::size_t z = 0; z < slices_.size(); ++z) {
+      const DicomSlice& slice = slices_[z];
+      const DicomPixels& pixels = files_[slice.file].pixels;
+      memory = std::max(memory, 6 * pixels.frame_bytes() + (std::uint64_t{16} << 20));
+      if (!pixels.offset) return;
+      SliceRun run{slice.file,
+                   *pixels.offset + slice.frame * pixels.frame_bytes(),
+                   1,
+                   pixels.frame_bytes(),
+                   pixels.big_endian,
+                   stored_bits(z, pixels.stored)};
+      SliceRun* last = runs.empty() ? nullptr : &runs.back();
+      if (last != nullptr && last->file == run.file && last->stored == run.stored &&
+          run.offset == last->offset + static_cast<std::uint64_t>(last->slices) * last->step)
+        ++last->slices;
+      else
+        runs.push_back(run);
+    }
+    places = std::move(runs);
+  }
+
+  Files files_;
+  std::vector<std::string> texts_;
+  std::vector<DicomSlice> slices_;
+  std::vector<std::int32_t> added_;
+  std::optional<DicomDecoder> decoder_;
+};
+
+std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (!entry->path().filename().string().starts_with('.') && entry->is_regular_file(error))
+      files.push_back(entry->path());
+  if (error) throw world_error("cannot read", folder, error.value());
+  std::ranges::sort(files, comes_before);
+  return files;
+}
+
+Files images_of(const std::vector<std::string>& names) {
+  Files files;
+  for (const std::string& name : names) {
+    say_working();
+    if (auto file = read_dicom_file(name)) files.push_back(std::move(*file));
+  }
+  return files;
+}
+
+Files images_in_folder(const std::string& folder) {
+  std::vector<std::string> names;
+  std::string directory;
+  for (const std::string& file : files_in(folder))
+    if (lower_case(fs::path(file).filename().string()) == "dicomdir")
+      directory = file;
+    else
+      names.push_back(file);
+  Files files = images_of(names);
+  // Beside a directory, there is often a text to read first.
+  if (files.empty() && !directory.empty())
+    if (const auto listed = files_of_dicomdir(directory)) files = images_of(*listed);
+  return files;
+}
+
+Files read_files(const std::string& path) {
+  std::error_code unknown;
+  Files files = fs::is_directory(path, unknown)
+                    ? images_in_folder(path)
+                    : images_of(files_of_dicomdir(path).value_or(std::vector<std::string>{path}));
+  if (files.empty()) throw BrokenInput(path + ": has no DICOM image");
+  return files;
+}
+
+/// The number of the series that is wanted. The UID of several parts lists them alone.
+std::size_t number_of(const std::string& path, const std::string& wanted,
+                      const std::vector<DicomSeries>& series) {
+  std::vector<Choice> all, with_uid;
+  for (const DicomSeries& one : series) {
+    all.push_back(one.choice);
+    if (!wanted.empty() && one.choice.name.starts_with(wanted + ":")) with_uid.push_back(one.choice);
+  }
+  if (!with_uid.empty()) throw SeveralVolumes{"series", with_uid};
+  return chosen(path, "series", wanted, all);
+}
+
+}  // namespace
+
+std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
+  Files files = read_files(path);
+  const std::vector<DicomSeries> series = series_of(files);
+  const auto wanted = options.find("series");
+  const std::size_t number = number_of(path, wanted == options.end() ? "" : wanted->second, series);
+  return std::make_unique<DicomVolume>(std::move(files), series[number], path);
+}
+
+}  // namespace tagrid

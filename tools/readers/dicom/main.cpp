@@ -1,0 +1,14 @@
+// tagrid-read-dicom: reads DICOM series with DCMTK and OpenJPEG.
+
+#include <dcmtk/config/osconfig.h>
+// The configuration comes first.
+#include <dcmtk/oflog/oflog.h>
+
+#include "io/readers/serve.h"
+#include "tools/readers/dicom/dicom_volumes.h"
+
+int main() {
+  // What is wrong is said in answers.
+  OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+  return tagrid::serve_volumes("dicom", tagrid::open_dicom);
+}

@@ -1,0 +1,16 @@
+// Volumes in HDF5 files: https://docs.hdfgroup.org/hdf5
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "io/readers/serve.h"
+
+namespace tagrid {
+
+/// Opens a data set of three axes (z, y, x): the one that the option "dataset" names, otherwise the default one of NeXus,
+/// otherwise the only one. Attributes "spacing" (x, y, z), "origin", "directions", or element_size_um (z, y, x) give
+/// its geometry.
+std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOptions& options);
+
+}  // namespace tagrid

@@ -1,0 +1,15 @@
+// Volumes whose slices are files of JPEG 2000.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "io/readers/serve.h"
+
+namespace tagrid {
+
+/// Opens a folder of slices, in the order of their numbers, or a file as a volume of one slice. Of several series, the option
+/// "series" chooses one.
+std::unique_ptr<ServedVolume> open_jp2(const std::string& path, const ReaderOptions& options);
+
+}  // namespace tagrid

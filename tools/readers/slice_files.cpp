@@ -1,0 +1,93 @@
+#include "tools/readers/slice_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "io/files/errors.h"
+#include "io/files/natural_order.h"
+#include "io/files/text.h"
+#include "io/vendors/sections.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t longest_log = 1 << 20;
+
+std::vector<std::string> files_in(const std::string& folder, const std::vector<std::string>& extensions) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const fs::path& path = entry->path();
+    const bool is_meant =
+        std::ranges::find(extensions, lower_case(path.extension().string())) != extensions.end();
+    if (is_meant && !path.filename().string().starts_with('.')) files.push_back(path.string());
+  }
+  if (error) throw world_error("cannot read", folder, error.value());
+  if (files.empty())
+    throw BrokenInput(fmt::format("{}: is a folder without files whose names end in {}", folder,
+                                  fmt::join(extensions, ", ")));
+  return files;
+}
+
+}  // namespace
+
+NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
+                          const ReaderOptions& options) {
+  std::vector<NumberedFiles> series = numbered_files(files_in(folder, extensions));
+  std::vector<Choice> choices;
+  for (const NumberedFiles& files : series)
+    choices.push_back(
+        {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())});
+  NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
+  if (files.gap && option(options, "gaps-ok").empty())
+    throw BrokenInput(fmt::format("{}: between {} and {}, slices are missing by their numbers", folder,
+                                  fs::path(files.gap->first).filename().string(),
+                                  fs::path(files.gap->second).filename().string()),
+                      Problem::slices_missing);
+  return std::move(files);
+}
+
+SliceLog log_of_slices(const std::string& folder) {
+  SliceLog log;
+  std::error_code error;
+  std::vector<std::string> candidates;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (lower_case(entry->path().extension().string()) == ".log" && entry->is_regular_file(error))
+      candidates.push_back(entry->path());
+  std::ranges::sort(candidates, comes_before);
+  for (const std::string& path : candidates) {
+    FileBytes file(path);
+    if (file.size().value_or(0) > longest_log) continue;
+    const Sections sections = read_sections(file);
+    // Other sections speak of the camera.
+    const auto size = sections.find("reconstruction/pixel size (um)");
+    const auto number = size == sections.end() ? std::nullopt : number_of(size->second);
+    if (!number || !std::isfinite(*number) || *number <= 0) continue;
+    log.geometry.spacing.fill(*number);
+    log.geometry.has_spacing = true;
+    log.geometry.units.fill("um");
+    for (const auto& [key, value] : sections)
+      if (!value.empty()) log.pairs.emplace_back("skyscan_" + key, value);
+    return log;
+  }
+  return log;
+}
+
+std::pair<std::string, std::string> pair_of(const NumberedFiles& files) {
+  return {"slice files", fmt::format("{} to {} ({})", fs::path(files.paths.front()).filename().string(),
+                                     fs::path(files.paths.back()).filename().string(), files.paths.size())};
+}
+
+std::string option(const ReaderOptions& options, const std::string& name) {
+  const auto found = options.find(name);
+  return found == options.end() ? "" : found->second;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,31 @@
+// Folders whose files are slices.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/files/numbered_names.h"
+#include "io/readers/serve.h"
+
+namespace tagrid {
+
+/// The files of one series in a folder, in the order of their numbers. Only names with one of the extensions (in lower case:
+/// ".tif") count, and none that begins with a dot. Of several series, the option "series" chooses one. Throws BrokenInput
+/// if there are no such files, or if numbers are missing without the option "gaps-ok"; SeveralVolumes, UsageError, WorldError.
+NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
+                          const ReaderOptions& options);
+
+/// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as pairs.
+struct SliceLog {
+  Geometry geometry;
+  KeyValues pairs;
+};
+SliceLog log_of_slices(const std::string& folder);
+
+/// What the names of the files say, as a pair for VolumeInfo.
+std::pair<std::string, std::string> pair_of(const NumberedFiles& files);
+
+/// The value of an option; "" if it is not given.
+std::string option(const ReaderOptions& options, const std::string& name);
+
+}  // namespace tagrid

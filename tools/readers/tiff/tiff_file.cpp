@@ -1,0 +1,252 @@
+#include "tools/readers/tiff/tiff_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+/// libtiff gives its reasons to a function.
+std::string last_reason;
+
+void keep_reason(const char* /*where*/, const char* format, va_list values) {
+  std::array<char, 500> text = {};
+  std::vsnprintf(text.data(), text.size(), format, values);
+  last_reason = text.data();
+}
+
+template <class T>
+T value_of(TIFF* tiff, std::uint32_t tag, T otherwise) {
+  T value = otherwise;
+  return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
+}
+
+std::string name_of_compression(std::uint16_t scheme) {
+  switch (scheme) {
+    case COMPRESSION_JPEG:
+    case COMPRESSION_OJPEG:
+      return "JPEG";
+    case COMPRESSION_LERC:
+      return "LERC";
+    case COMPRESSION_WEBP:
+      return "WebP";
+    case COMPRESSION_JXL:
+      return "JPEG XL";
+    case 33003:
+    case 33005:
+    case COMPRESSION_JP2000:
+      return "JPEG 2000";
+    default:
+      return fmt::format("scheme {}", scheme);
+  }
+}
+
+/// Whether decoding gives the numbers that were stored.
+bool is_lossless(std::uint16_t scheme) {
+  constexpr std::array schemes = {COMPRESSION_NONE,    COMPRESSION_LZW,      COMPRESSION_ADOBE_DEFLATE,
+                                  COMPRESSION_DEFLATE, COMPRESSION_PACKBITS, COMPRESSION_LZMA,
+                                  COMPRESSION_ZSTD};
+  return std::ranges::find(schemes, scheme) != schemes.end();
+}
+
+}  // namespace
+
+TiffFile::TiffFile(const std::string& path) : path_(path) {
+  TIFFSetErrorHandler(keep_reason);
+  TIFFSetWarningHandler(nullptr);  // of tags that it does not know
+  last_reason.clear();
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) throw world_error("cannot open", path, errno);
+  struct stat status = {};
+  const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  // m: without mapping the file, whose damage would end the program
+  if (is_file) tiff_.reset(TIFFFdOpen(descriptor, path.c_str(), "rm"));
+  if (!tiff_) {
+    close(descriptor);
+    if (!is_file) throw BrokenInput(path + ": is not a regular file");
+    fail(last_reason);
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+void TiffFile::fail(const std::string& why) const {
+  throw BrokenInput(fmt::format("{}: TIFF file: {}", path_, why.empty() ? "cannot be read" : why));
+}
+
+std::vector<TiffPage> TiffFile::pages() {
+  std::vector<TiffPage> pages;
+  do {
+    // Small images for previews are no slices.
+    constexpr std::uint32_t not_full = FILETYPE_REDUCEDIMAGE | FILETYPE_MASK;
+    const bool is_slice = (value_of<std::uint32_t>(tiff_.get(), TIFFTAG_SUBFILETYPE, 0) & not_full) == 0;
+    if (is_slice) pages.push_back(current_page());
+    last_reason.clear();
+  } while (TIFFReadDirectory(tiff_.get()) == 1);
+  if (!last_reason.empty()) fail(last_reason);
+  if (pages.empty()) fail("has no image");
+  return pages;
+}
+
+TiffPage TiffFile::current_page() {
+  TIFF* tiff = tiff_.get();
+  TiffPage page;
+  page.directory = TIFFCurrentDirOffset(tiff);
+  page.width = value_of<std::uint32_t>(tiff, TIFFTAG_IMAGEWIDTH, 0);
+  page.height = value_of<std::uint32_t>(tiff, TIFFTAG_IMAGELENGTH, 0);
+  require_readable(page);
+  page.type = type_of_samples();
+  page.zero_is_white =
+      value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;
+  const char* description = nullptr;
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &description) == 1 && description != nullptr)
+    page.description = description;
+  page.x_resolution = value_of<float>(tiff, TIFFTAG_XRESOLUTION, 0);
+  page.y_resolution = value_of<float>(tiff, TIFFTAG_YRESOLUTION, 0);
+  page.plain = plain_place(page);
+  page.big_endian = TIFFIsBigEndian(tiff) != 0;
+  page.memory = memory_for_page();
+  return page;
+}
+
+void TiffFile::require_readable(const TiffPage& page) const {
+  TIFF* tiff = tiff_.get();
+  if (page.width == 0 || page.height == 0) fail("an image without width or height");
+  constexpr std::uint32_t most = std::numeric_limits<std::int32_t>::max();
+  if (page.width > most || page.height > most)
+    fail(fmt::format("an image of {} x {} pixels is too large", page.width, page.height));
+  const auto colors = value_of<std::uint16_t>(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+  const auto meaning = value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+  if (colors != 1 || (meaning != PHOTOMETRIC_MINISBLACK && meaning != PHOTOMETRIC_MINISWHITE))
+    fail(
+        "its pixels are colours, not single numbers; convert it to greyscale first, in the program that "
+        "knows what the colours "
+        "mean");
+  const auto scheme = value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+  if (!is_lossless(scheme))
+    fail(fmt::format(
+        "is compressed by {}, which is not read; save it uncompressed, or by deflate, LZW or zstd",
+        name_of_compression(scheme)));
+  if (TIFFIsCODECConfigured(scheme) == 0)
+    fail(fmt::format("scheme {} of compression is missing in libtiff", scheme));
+  if (value_of<std::uint32_t>(tiff, TIFFTAG_IMAGEDEPTH, 1) != 1)
+    fail("an image of several slices (ImageDepth) is not read");
+}
+
+SampleType TiffFile::type_of_samples() const {
+  const auto bits = value_of<std::uint16_t>(tiff_.get(), TIFFTAG_BITSPERSAMPLE, 1);
+  const auto format = value_of<std::uint16_t>(tiff_.get(), TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
+  const bool is_unsigned = format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_VOID;
+  if (is_unsigned && bits == 8) return SampleType::uint8;
+  if (is_unsigned && bits == 16) return SampleType::uint16;
+  if (is_unsigned && bits == 32) return SampleType::uint32;
+  if (format == SAMPLEFORMAT_INT && bits == 8) return SampleType::int8;
+  if (format == SAMPLEFORMAT_INT && bits == 16) return SampleType::int16;
+  if (format == SAMPLEFORMAT_INT && bits == 32) return SampleType::int32;
+  if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return SampleType::float32;
+  if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return SampleType::float64;
+  const char* kind = is_unsigned                     ? "unsigned integers"
+                     : format == SAMPLEFORMAT_INT    ? "integers"
+                     : format == SAMPLEFORMAT_IEEEFP ? "floats"
+                                                     : "complex numbers";
+  fail(fmt::format(
+      "samples are {} of {} bits; integers of 8, 16 and 32 bits and floats of 32 and 64 can be read", kind,
+      bits));
+}
+
+std::optional<std::uint64_t> TiffFile::plain_place(const TiffPage& page) const {
+  TIFF* tiff = tiff_.get();
+  if (value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE ||
+      TIFFIsTiled(tiff) != 0 ||
+      value_of<std::uint16_t>(tiff, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) != FILLORDER_MSB2LSB)
+    return std::nullopt;
+  const std::uint32_t strips = TIFFNumberOfStrips(tiff);
+  if (strips == 0) return std::nullopt;
+  const std::uint64_t begin = TIFFGetStrileOffset(tiff, 0);
+  std::uint64_t next = begin, left = page.bytes();
+  for (std::uint32_t strip = 0; strip < strips; ++strip) {
+    const std::uint64_t wanted =
+        std::min<std::uint64_t>(left, static_cast<std::uint64_t>(TIFFStripSize64(tiff)));
+    // The last strip may be longer than its samples.
+    if (TIFFGetStrileOffset(tiff, strip) != next || TIFFGetStrileByteCount(tiff, strip) < wanted ||
+        (TIFFGetStrileByteCount(tiff, strip) != wanted && left != wanted))
+      return std::nullopt;
+    next += wanted;
+    left -= wanted;
+  }
+  if (left > 0 || next > size_) return std::nullopt;
+  return begin;
+}
+
+void TiffFile::read(const TiffPage& page, std::byte* out) {
+  last_reason.clear();
+  if (TIFFCurrentDirOffset(tiff_.get()) != page.directory &&
+      TIFFSetSubDirectory(tiff_.get(), page.directory) != 1)
+    fail(last_reason);
+  if (TIFFIsTiled(tiff_.get()) != 0)
+    read_tiles(page, out);
+  else
+    read_strips(page, out);
+}
+
+void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
+  TIFF* tiff = tiff_.get();
+  const std::uint32_t strips = TIFFNumberOfStrips(tiff);
+  std::uint64_t left = page.bytes();
+  for (std::uint32_t strip = 0; strip < strips && left > 0; ++strip) {
+    const std::uint64_t wanted =
+        std::min<std::uint64_t>(left, static_cast<std::uint64_t>(TIFFStripSize64(tiff)));
+    if (TIFFReadEncodedStrip(tiff, strip, out, static_cast<tmsize_t>(wanted)) !=
+        static_cast<tmsize_t>(wanted))
+      fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+    out += wanted;
+    left -= wanted;
+  }
+  if (left > 0) fail("its samples end too soon");
+}
+
+void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
+  TIFF* tiff = tiff_.get();
+  const auto width = value_of<std::uint32_t>(tiff, TIFFTAG_TILEWIDTH, 0),
+             height = value_of<std::uint32_t>(tiff, TIFFTAG_TILELENGTH, 0);
+  const std::size_t sample = size_of(page.type), row = std::size_t{page.width} * sample;
+  if (width == 0 || height == 0 || TIFFTileSize64(tiff) != std::uint64_t{width} * height * sample)
+    fail("its tiles have no size");
+  std::vector<std::byte> tile(TIFFTileSize64(tiff));
+  for (std::uint32_t y = 0; y < page.height; y += std::min(height, page.height - y))
+    for (std::uint32_t x = 0; x < page.width; x += std::min(width, page.width - x)) {
+      const std::uint32_t number = TIFFComputeTile(tiff, x, y, 0, 0);
+      const auto size = static_cast<tmsize_t>(tile.size());
+      if (TIFFReadEncodedTile(tiff, number, tile.data(), size) != size)
+        fail(last_reason.empty() ? "its samples end too soon" : last_reason);
+      const std::size_t columns = std::min(width, page.width - x) * sample;
+      for (std::uint32_t i = 0; i < std::min(height, page.height - y); ++i)
+        std::memcpy(out + (std::size_t{y} + i) * row + x * sample,
+                    tile.data() + std::size_t{i} * width * sample, columns);
+    }
+}
+
+std::uint64_t TiffFile::memory_for_page() const {
+  TIFF* tiff = tiff_.get();
+  // libtiff keeps the compressed bytes, and those of which a predictor makes samples; a tile is copied from.
+  const bool is_tiled = TIFFIsTiled(tiff) != 0;
+  const std::uint32_t count = is_tiled ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+  std::uint64_t compressed = 0;
+  for (std::uint32_t i = 0; i < count; ++i)
+    compressed = std::max<std::uint64_t>(compressed, TIFFGetStrileByteCount(tiff, i));
+  const std::uint64_t samples = is_tiled ? TIFFTileSize64(tiff) : TIFFStripSize64(tiff);
+  return 2 * std::min(compressed, size_) + 2 * samples + 16 * std::uint64_t{count};
+}
+
+}  // namespace tagrid

@@ -1,0 +1,44 @@
+// The volumes in TIFF files: what programs wrote of their order, and what follows from pages and names.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/readers/serve.h"
+#include "tools/readers/tiff/tiff_file.h"
+
+namespace tagrid {
+
+/// A slice: a page of one of the files.
+struct TiffPlane {
+  std::size_t file = 0;
+  TiffPage page;
+};
+
+/// One of the volumes in the files, with its planes from front to back.
+struct TiffVolume {
+  Choice choice;
+  std::vector<TiffPlane> planes;
+};
+
+/// All volumes in some files, and what is known of all of them.
+struct TiffVolumes {
+  std::vector<std::string> files;
+  std::vector<TiffVolume> list;
+  Geometry geometry;
+  KeyValues pairs;
+  std::vector<std::string> warnings;
+};
+
+/// The volumes in a file: its pages, in the order that ImageJ or OME-XML gives them, or in that of the file. Each channel
+/// and each moment is a volume. Throws BrokenInput, WorldError.
+TiffVolumes volumes_of_file(const std::string& path);
+
+/// The volume whose slices are these files, with one page each.
+TiffVolumes volume_of_files(const std::vector<std::string>& paths);
+
+/// Opens a file, or a folder of slices.
+std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOptions& options);
+
+}  // namespace tagrid
