@@ -4,18 +4,43 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
+#include "io/files/text.h"
 #include "io/formats/other_formats.h"
+#include "io/metaimage/header.h"
+#include "io/metaimage/sink.h"
+#include "io/metaimage/source.h"
+#include "io/nifti/header.h"
+#include "io/nifti/sink.h"
+#include "io/nifti/source.h"
 #include "io/nrrd/header.h"
-#include "io/nrrd/line.h"
 #include "io/nrrd/sink.h"
 #include "io/nrrd/source.h"
+#include "io/readers/find.h"
+#include "io/tiff/sink.h"
 #include "io/vdb/reader.h"
+#include "io/vendors/vendors.h"
+#include "io/vti/sink.h"
 
 namespace tagrid {
 namespace {
 
 using Sink = std::unique_ptr<VolumeSink>;
+
+bool begins_tiff(std::string_view b) {
+  using namespace std::string_view_literals;
+  // Of 32 and of 64 bits, in either byte order.
+  for (const std::string_view magic : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
+    if (b.starts_with(magic)) return true;
+  return false;
+}
+
+bool begins_jpeg2000(std::string_view b) {
+  using namespace std::string_view_literals;
+  // A code stream, or a file with boxes.
+  return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
+}
 
 std::vector<Format> all_formats() {
   std::vector<Format> rows = {
@@ -59,6 +84,116 @@ std::vector<Format> all_formats() {
        },
        .has_grids = true,
        .memory = memory_of_vdb_writer},
+      {.name = "nifti",
+       .extensions = {".nii"},
+       .help = "NIfTI",
+       .what = "a NIfTI file",
+       .peek = 348,
+       .is_mine = begins_nifti,
+       .in_gzip = true,
+       .open = open_nifti,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nifti(path, info, options.files);
+       },
+       .any_order = true,
+       .lost = lost_in_nifti},
+      // The row "nifti" reads these files.
+      {.name = "nifti.gz",
+       .extensions = {".nii.gz"},
+       .help = "NIfTI in gzip",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_nifti_gz(path, info, options.files);
+       },
+       .lost = lost_in_nifti},
+      {.name = "metaimage",
+       .extensions = {".mha"},
+       .help = "MetaImage",
+       .what = "a MetaImage file",
+       .peek = 14,
+       .is_mine = begins_meta_image,
+       .open = open_meta_image,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_mha(path, info, options.files);
+       },
+       .any_order = true,
+       .lost = lost_in_meta_image},
+      // The row "metaimage" reads these files.
+      {.name = "mhd",
+       .extensions = {".mhd"},
+       .help = "MetaImage header, with samples in a .raw file beside it",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_mhd(path, samples_path(path, format_named("mhd")), info, options.files);
+       },
+       .any_order = true,
+       .samples_extension = ".raw",
+       .lost = lost_in_meta_image},
+      // Before TIFF: a DICOM file may begin as one of TIFF does.
+      {.name = "dicom",
+       .extensions = {".dcm", ".ima"},
+       .help = "DICOM",
+       .what = "a DICOM file",
+       .peek = 132,
+       .is_mine = [](std::string_view b) { return b.size() >= 132 && b.substr(128, 4) == "DICM"; },
+       .reader = "dicom",
+       .has_folders = true},
+      {.name = "tiff",
+       .extensions = {".tif", ".tiff"},
+       .help = "TIFF",
+       .what = "a TIFF file",
+       .peek = 4,
+       .is_mine = begins_tiff,
+       .reader = "tiff",
+       .has_folders = true,
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_tiff(path, info, options.files);
+       },
+       .any_order = true,
+       .lost = lost_in_tiff,
+       .memory = memory_of_tiff},
+      {.name = "vti",
+       .extensions = {".vti"},
+       .help = "VTK image data",
+       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
+         return create_vti(path, info, options.files);
+       },
+       .any_order = true,
+       .lost = lost_in_vti},
+      {.name = "vgi",
+       .extensions = {".vgi"},
+       .help = "VGStudio, with samples in a .vol file",
+       .what = "a VGStudio file",
+       .peek = 64,
+       .is_mine = begins_vgi,
+       .open = open_vgi},
+      {.name = "xtekct",
+       .extensions = {".xtekct"},
+       .help = "Nikon, with samples in a .vol file",
+       .what = "a Nikon file",
+       .peek = 16,
+       .is_mine = begins_xtekct,
+       .open = open_xtekct},
+      {.name = "isq",
+       .extensions = {".isq"},
+       .help = "Scanco",
+       .what = "a Scanco file",
+       .peek = 16,
+       .is_mine = begins_isq,
+       .open = open_isq},
+      {.name = "hdf5",
+       .extensions = {".h5", ".hdf5", ".nxs"},
+       .help = "HDF5",
+       .what = "an HDF5 file",
+       .peek = 8,
+       .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
+       .reader = "hdf5"},
+      {.name = "jp2",
+       .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
+       .help = "JPEG 2000",
+       .what = "a JPEG 2000 file",
+       .peek = 12,
+       .is_mine = begins_jpeg2000,
+       .reader = "jp2",
+       .has_folders = true},
   };
   for (Format& other : other_formats()) rows.push_back(std::move(other));
   return rows;
@@ -109,12 +244,25 @@ const Format& format_from_name(const std::string& path) {
   throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
 }
 
+const Format* read_format_named(std::string_view name) {
+  for (const Format& format : formats())
+    if (format.name == name && format.is_read()) return &format;
+  return nullptr;
+}
+
+std::vector<std::string> read_format_names() {
+  std::set<std::string> names;
+  for (const Format& format : formats())
+    if (format.is_read()) names.emplace(format.name);
+  for (const ReaderProgram& reader : all_readers()) names.insert(reader.name);
+  return {names.begin(), names.end()};
+}
+
 std::size_t bytes_to_recognise() { return std::ranges::max(formats(), {}, &Format::peek).peek; }
 
 const Format* format_of(std::string_view beginning, bool is_read) {
   for (const Format& format : formats())
-    if (format.is_mine != nullptr && (format.open != nullptr) == is_read && format.is_mine(beginning))
-      return &format;
+    if (format.is_mine != nullptr && format.is_read() == is_read && format.is_mine(beginning)) return &format;
   return nullptr;
 }
 

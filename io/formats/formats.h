@@ -23,8 +23,8 @@ struct WriteOptions {
   VdbOptions vdb = {};
 };
 
-/// A format without `open` cannot be read; one without `create` cannot be written. A format with neither is
-/// only recognised, so that a message can say what to do with the file.
+/// A format with neither `open` nor `reader` cannot be read; one without `create` cannot be written. A format with none
+/// of them is only recognised, so that a message can say what to do with the file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
@@ -38,9 +38,16 @@ struct Format {
   /// file is.
   std::size_t peek = 0;
   bool (*is_mine)(std::string_view beginning) = nullptr;
+  bool in_gzip = false;  ///< The whole file may be in gzip; then `is_mine` gets what is in it.
   /// Reads `file`, which was opened at `path` and is at its beginning.
   std::unique_ptr<VolumeSource> (*open)(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) = nullptr;
+
+  /// The program tagrid-read-READER reads it; "" if tagrid does so itself.
+  std::string_view reader = "";
+  bool has_folders = false;  ///< A folder of such files can be one volume, or hold several.
+
+  bool is_read() const { return open != nullptr || !reader.empty(); }
 
   /// Begins a volume at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
   /// not be overwritten, or if the format cannot be written there; WorldError if it cannot be created.
@@ -50,6 +57,8 @@ struct Format {
   bool has_grids = false;  ///< SourceDescription::vdb_grid and VdbOptions apply to it.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
   std::string_view samples_extension = "";
+  /// What a file of this format cannot say of the volume; "" if nothing is lost.
+  std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
   /// Bytes of memory that writing takes, besides the samples that are passed in.
   std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
 };
@@ -65,6 +74,11 @@ const Format& format_named(std::string_view name);
 const Format* format_with_extension(const std::string& path);
 /// The same, but raw for "-". Throws UsageError if there is none.
 const Format& format_from_name(const std::string& path);
+
+/// The format with this name, if it can be read; nullptr if there is none.
+const Format* read_format_named(std::string_view name);
+/// The names of all formats that can be read, by tagrid itself or by a program that is there.
+std::vector<std::string> read_format_names();
 
 /// The number of bytes of a file that format_of() needs.
 std::size_t bytes_to_recognise();

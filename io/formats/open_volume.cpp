@@ -2,40 +2,244 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+
 #include "io/files/errors.h"
+#include "io/files/gzip_bytes.h"
+#include "io/files/natural_order.h"
+#include "io/files/numbered_names.h"
+#include "io/files/system_call.h"
+#include "io/files/text.h"
 #include "io/formats/formats.h"
+#include "io/nrrd/geometry.h"
+#include "io/readers/find.h"
+#include "io/readers/program_source.h"
 #include "io/samples/file_samples.h"
+#include "io/samples/placed.h"
 
 namespace tagrid {
 namespace {
+
+namespace fs = std::filesystem;
+
+/// How a volume will be read: by tagrid itself, or by a program.
+struct Way {
+  const Format* format = nullptr;  ///< nullptr: a program that somebody added
+  std::string program;             ///< "": tagrid itself
+};
+
+Way way_of(const Format& format, const std::string& name) {
+  if (format.reader.empty()) return {&format, ""};
+  if (const auto program = find_reader(format.reader)) return {&format, *program};
+  throw WorldError(
+      fmt::format("{}: is {}, which tagrid-read-{} reads; that program is not installed (looked for in {})",
+                  name, format.what, format.reader, fmt::join(reader_folders(), ", ")));
+}
+
+Way way_named(const std::string& from, const std::string& name) {
+  if (const Format* format = read_format_named(from)) return way_of(*format, name);
+  if (const auto program = find_reader(from)) return {nullptr, *program};
+  throw UsageError(Sentence{
+      "{}: \"{}\" is not a format that can be read; known are {}",
+      {Setting{"from", "its format"}, from, fmt::format("{}", fmt::join(read_format_names(), ", "))}});
+}
+
+/// What a volume is that a program reads.
+std::string in_words(const Way& way) {
+  return way.format != nullptr ? std::string(way.format->what) : "read by " + way.program;
+}
+
+ReaderOptions options_of(const SourceDescription& source) {
+  ReaderOptions options;
+  for (const auto& [name, value] :
+       {std::pair("series", source.series), {"dataset", source.dataset}, {"grid", source.vdb_grid}})
+    if (!value.empty()) options.emplace(name, value);
+  if (source.gaps_ok) options.emplace("gaps-ok", "yes");
+  return options;
+}
+
+std::string known_formats() {
+  std::string known;
+  for (const Format& format : formats())
+    if (format.is_read() && format.is_mine != nullptr)
+      known += fmt::format("{}{}", known.empty() ? "" : " or ", format.what);
+  return known;
+}
 
 BrokenInput no_volume(FileBytes& file) {
   const std::string_view beginning = file.peek(bytes_to_recognise());
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
   if (const Format* other = format_of(beginning, false))
     return BrokenInput(fmt::format("{}: {}", file.name(), other->what), other->problem);
-  std::string known;
-  for (const Format& format : formats())
-    if (format.open != nullptr && format.is_mine != nullptr)
-      known += fmt::format("{}{}", known.empty() ? "" : " or ", format.what);
-  return BrokenInput(fmt::format("{}: not {}", file.name(), known), Problem::no_known_format);
+  return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
 }
 
-}  // namespace
+/// The format that a program reads from files with the extension of `path`; nullptr if there is none.
+const Format* format_of_name(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  for (const Format& format : formats())
+    if (!format.reader.empty() && std::ranges::find(format.extensions, extension) != format.extensions.end())
+      return &format;
+  return nullptr;
+}
 
-std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) try {
-  auto file = std::make_unique<FileBytes>(path);
+/// The program that somebody added for files with the extension of `path`.
+std::optional<std::string> reader_of_extension(const std::string& path) {
+  const std::string extension = lower_case(fs::path(path).extension().string());
+  return extension.empty() ? std::nullopt : find_reader(extension.substr(1));
+}
+
+/// The format that the content of a file says, if it can be read; otherwise nullptr.
+const Format* recognised(FileBytes& file) {
+  if (const Format* format = format_of(file.peek(bytes_to_recognise()), true)) return format;
+  if (!begins_gzip(file)) return nullptr;
+  const Format* format = format_of(beginning_of_gzip(file, bytes_to_recognise()), true);
+  return format != nullptr && format->in_gzip ? format : nullptr;
+}
+
+Way way_of_file(FileBytes& file, const std::string& path, const SourceDescription& source) {
+  if (!source.from.empty()) return way_named(source.from, file.name());
   const bool is_described = source.raw && source.raw->offset > 0;
-  const Format* format = is_described ? nullptr : format_of(file->peek(bytes_to_recognise()), true);
-  if (!source.vdb_grid.empty() && (format == nullptr || !format->has_grids))
+  if (const Format* format = is_described ? nullptr : recognised(file)) return way_of(*format, file.name());
+  if (source.raw) return {&format_named("raw"), ""};
+  if (!file.peek(1).empty()) {
+    if (const Format* format = format_of_name(path)) return way_of(*format, file.name());
+    if (const auto program = reader_of_extension(path)) return {nullptr, *program};
+  }
+  throw no_volume(file);
+}
+
+std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
+  auto file = std::make_unique<FileBytes>(path);
+  const Way way = way_of_file(*file, path, source);
+  if (!source.vdb_grid.empty() && (way.format == nullptr || !way.format->has_grids))
     throw UsageError(file->name() + ": is not an OpenVDB file", Problem::not_openvdb);
-  if (format == nullptr && source.raw) format = &format_named("raw");
-  if (format == nullptr) throw no_volume(*file);
-  return format->open(std::move(file), path, source);
+  if (way.program.empty()) {
+    if (way.format->name == "raw" && !source.raw)
+      throw UsageError(
+          Sentence{"{}: samples without a header need {} and {}",
+                   {file->name(), Setting{"dims", "their size"}, Setting{"type", "their type"}}});
+    const bool has_series = way.format->name == "nifti" || way.format->name == "metaimage";
+    if ((!source.series.empty() && !has_series) || !source.dataset.empty())
+      throw UsageError(Sentence{"{}: is one volume; leave out {}",
+                                {file->name(), source.dataset.empty() ? Setting{"series", "the series"}
+                                                                      : Setting{"dataset", "the data set"}}});
+    return way.format->open(std::move(file), path, source);
+  }
+  if (source.raw)
+    throw UsageError(fmt::format("{}: is {}", file->name(), in_words(way)), Problem::describes_itself);
+  if (path == "-" || !file->size())
+    throw UsageError(fmt::format("{}: is {}, which can only be read from a file; save it to one first",
+                                 file->name(), in_words(way)));
+  file.reset();
+  return open_with_reader(way.program, path, options_of(source));
 } catch (const WrongSize& wrong) {
   const Format* other = format_of(wrong.beginning, false);
   if (other == nullptr) throw;
   throw BrokenInput(fmt::format("{}; it {}", wrong.what(), other->what), other->problem);
+}
+
+/// The files of a folder that may be slices, in natural order: not hidden ones, nor those of deeper folders.
+std::vector<std::string> files_in(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (!entry->path().filename().string().starts_with('.') && entry->is_regular_file(error))
+      files.push_back(entry->path().string());
+  if (error) throw world_error("cannot read", folder, error.value());
+  std::ranges::sort(files, comes_before);
+  return files;
+}
+
+/// The format of which a folder holds files. Looks into the first ones only, as there may be very many.
+Way way_of_folder(const std::string& folder, const SourceDescription& source) {
+  constexpr std::size_t most_looks = 100;
+  if (!source.from.empty()) return way_named(source.from, folder);
+  std::vector<std::string> files = files_in(folder);
+  if (files.size() > most_looks) files.resize(most_looks);
+  for (const std::string& file : files) {
+    const Format* format = format_of(FileBytes(file).peek(bytes_to_recognise()), true);
+    if (format == nullptr) format = format_of_name(file);
+    if (format != nullptr && format->has_folders) return way_of(*format, folder);
+  }
+  std::string known;
+  for (const Format& format : formats())
+    if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
+  throw BrokenInput(fmt::format("{}: is a folder, and its first files are not slices of {}", folder, known));
+}
+
+/// A folder of samples without headers: equally many slices in each file.
+std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
+  const RawDescription& raw = *source.raw;
+  std::vector<NumberedFiles> series = numbered_files(files_in(folder));
+  if (series.empty()) throw BrokenInput(folder + ": has no files");
+  if (!source.series.empty()) {
+    std::vector<NumberedFiles> meant;
+    for (std::size_t i = 0; i < series.size(); ++i)
+      if (series[i].pattern == source.series || std::to_string(i + 1) == source.series) meant = {series[i]};
+    if (meant.empty())
+      throw UsageError(Sentence{"{}: has no series {}; without {}, those that it has are listed",
+                                {folder, source.series, Setting{"series", "this setting"}}});
+    series = std::move(meant);
+  }
+  if (series.size() != 1) {
+    std::vector<Choice> choices;
+    for (const NumberedFiles& files : series)
+      choices.push_back({files.pattern, fmt::format("{} files", files.paths.size())});
+    const Sentence sentence{"{}: holds {} series of files; choose one with {}, by its number or its name:",
+                            {folder, choices.size(), Setting{"series", "the series"}}};
+    throw UsageError(sentence, std::move(choices));
+  }
+  NumberedFiles& files = series.front();
+  if (files.gap && !source.gaps_ok)
+    throw BrokenInput(fmt::format("{}: between {} and {}, slices are missing by their numbers", folder,
+                                  fs::path(files.gap->first).filename().string(),
+                                  fs::path(files.gap->second).filename().string()),
+                      Problem::slices_missing);
+  const auto count = static_cast<std::int64_t>(files.paths.size());
+  if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
+    throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}", folder, count,
+                                  described(raw.dims, raw.type)));
+  const std::int64_t slices = raw.dims.z / count;
+  const std::uint64_t slice = *sample_bytes({raw.dims.x, raw.dims.y, 1}, raw.type);
+  std::vector<SliceRun> runs;
+  for (std::size_t i = 0; i < files.paths.size(); ++i) {
+    const auto status = status_of(files.paths[i]);
+    const std::uint64_t wanted = raw.offset + slice * static_cast<std::uint64_t>(slices);
+    if (status && static_cast<std::uint64_t>(status->st_size) != wanted)
+      throw BrokenInput(fmt::format("{}: has {} bytes, but {} are expected ({} of {} slices)", files.paths[i],
+                                    status->st_size, wanted, slices, described(raw.dims, raw.type)));
+    runs.push_back({i, raw.offset, slices, slice, raw.big_endian.value_or(false)});
+  }
+  SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
+                    .files = std::move(files.paths)};
+  facts.holds_other_bytes = raw.offset > 0;
+  facts.headerless = true;
+  return placed_samples(std::move(facts), std::move(runs));
+}
+
+std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const SourceDescription& source) {
+  if (source.raw) return open_raw_folder(folder, source);
+  const Way way = way_of_folder(folder, source);
+  if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
+    throw UsageError(fmt::format("{}: is a folder, not {}", folder, way.format->what));
+  return open_with_reader(way.program, folder, options_of(source));
+}
+
+}  // namespace
+
+const Format* readable_format(const std::string& path) {
+  FileBytes file(path);
+  if (const Format* format = recognised(file)) return format;
+  return file.peek(1).empty() ? nullptr : format_of_name(path);
+}
+
+std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
+  const auto status = path == "-" ? std::nullopt : status_of(path);
+  return status && S_ISDIR(status->st_mode) ? open_folder(path, source) : open_file(path, source);
 }
 
 }  // namespace tagrid

@@ -1,5 +1,7 @@
 #include "io/formats/other_formats.h"
 
+#include "io/nifti/header.h"
+
 namespace tagrid {
 namespace {
 
@@ -31,46 +33,18 @@ std::vector<Format> other_formats() {
              return has<0>(b, "\x1f\x8b") || has<0>(b, "\x28\xb5\x2f\xfd") || has<0>(b, "\xfd\x37zXZ") ||
                     has<0>(b, "BZh");
            }},
-      {.name = "dicom",
-       .extensions = {".dcm"},
-       .help = "DICOM",
-       .what = "is a DICOM file; convert its series to an NRRD volume first, for example with 3D Slicer or "
-               "plastimatch",
-       .peek = 132,
-       .is_mine = [](std::string_view b) { return has<128>(b, "DICM"); }},
-      {.name = "nifti-header",
-       .extensions = {".hdr"},
-       .help = "NIfTI of two files",
-       .what = "is the header of a NIfTI volume",
-       .problem = Problem::nifti_header,
-       .peek = 347,
-       .is_mine = [](std::string_view b) { return has<344>(b, "ni1"); }},
-      {.name = "nifti",
-       .extensions = {".nii"},
-       .help = "NIfTI",
-       .what = "is a NIfTI file",
-       .problem = Problem::nifti_file,
-       .peek = 347,
-       .is_mine = [](std::string_view b) { return has<344>(b, "n+1"); }},
-      {.name = "metaimage",
-       .extensions = {".mha", ".mhd"},
-       .help = "MetaImage",
-       .what = "is a MetaImage header",
-       .problem = Problem::meta_image_header,
-       .peek = 10,
-       .is_mine = [](std::string_view b) { return has<0>(b, "ObjectType") || has<0>(b, "NDims"); }},
-      {.name = "hdf5",
-       .extensions = {".h5", ".hdf5"},
-       .help = "HDF5",
-       .what = "is an HDF5 file; convert it to an NRRD volume first",
-       .peek = 4,
-       .is_mine = [](std::string_view b) { return has<0>(b, "\x89HDF"); }},
-      {.name = "tiff",
-       .extensions = {".tif", ".tiff"},
-       .help = "TIFF",
-       .what = "is a TIFF file; convert it to an NRRD volume first",
-       .peek = 4,
-       .is_mine = [](std::string_view b) { return has<0>(b, "II*\0"sv) || has<0>(b, "MM\0*"sv); }},
+      {.name = "analyze",
+       .extensions = {".img"},
+       .help = "Analyze 7.5",
+       .what = "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it "
+               "to NIfTI "
+               "first",
+       .peek = 348,
+       .is_mine =
+           [](std::string_view b) {
+             return has<38>(b, "r") && (b.starts_with("\x5c\1\0\0"sv) || b.starts_with("\0\0\1\x5c"sv)) &&
+                    !begins_nifti(b);
+           }},
   };
 }
 

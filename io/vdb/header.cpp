@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "io/nrrd/header.h"
-#include "io/nrrd/line.h"
 #include "io/vdb/format.h"
 
 namespace tagrid {

@@ -8,8 +8,8 @@
 #include <limits>
 
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "io/nrrd/geometry.h"
-#include "io/nrrd/line.h"
 #include "io/vdb/format.h"
 #include "io/vdb/header.h"
 #include "io/vdb/slices.h"
@@ -162,7 +162,7 @@ bool begins_vdb(std::string_view bytes) { return bytes.starts_with(vdb::magic); 
 
 std::unique_ptr<VolumeSource> open_vdb(std::unique_ptr<FileBytes> file, const std::string& path,
                                        const SourceDescription& source) {
-  if (source.raw) throw UsageError(file->name() + ": is an OpenVDB file", Problem::openvdb_described);
+  if (source.raw) throw UsageError(file->name() + ": is an OpenVDB file", Problem::describes_itself);
   if (!file->size())
     throw UsageError(file->name() + ": an OpenVDB file cannot be read from a pipe; give the file");
   auto open = std::make_unique<OpenVdb>(std::move(file));

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/nrrd/line.h"
+#include "io/files/text.h"
 #include "io/vdb/format.h"
 
 namespace tagrid {
@@ -133,7 +133,7 @@ VdbTransform vdb_transform_of(const Geometry& geometry, const Index3& low) {
     if (geometry.has_directions)
       transform.directions[axis] = geometry.directions[axis];
     else
-      transform.directions[axis][axis] = std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
+      transform.directions[axis][axis] = spacing_or_1(geometry, axis);
   }
   transform.origin = geometry.origin;
   transform.origin = position_of(transform, {-low.x, -low.y, -low.z});

@@ -14,7 +14,6 @@
 #include "io/bytes/checksum.h"
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
-#include "io/nrrd/line.h"
 #include "io/vdb/format.h"
 #include "io/vdb/metadata.h"
 #include "io/vdb/transform.h"

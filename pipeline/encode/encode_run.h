@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/tag/header.h"
 #include "io/tag/index.h"
@@ -46,12 +47,13 @@ inline std::optional<OriginalAccess> original_access(const EncodeRun& run, const
 struct EncodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;    ///< read, headers included
-  std::uint64_t file_bytes = 0;  ///< written
-  std::string temporary;         ///< the file's path before it gets its name; "" for pipes and devices
-  std::uint64_t memory = 0;      ///< the plan's upper limit
-  std::string reason_of_bound;   ///< how the largest error follows from the samples; see PlainBound
-  double times_read = 0;         ///< how often a sample was read for encoding, on average
+  std::uint64_t bytes_in = 0;         ///< read, headers included
+  std::uint64_t file_bytes = 0;       ///< written
+  std::string temporary;              ///< the file's path before it gets its name; "" for pipes and devices
+  std::uint64_t memory = 0;           ///< the plan's upper limit
+  std::vector<std::string> warnings;  ///< of the source
+  std::string reason_of_bound;        ///< how the largest error follows from the samples; see PlainBound
+  double times_read = 0;              ///< how often a sample was read for encoding, on average
 };
 
 using FinishedEncode = Finished<EncodeResult>;

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
 #include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
 #include "io/tag/header.h"
 #include "stages/grid/lattice.h"
 #include "stages/volume/bound.h"
@@ -177,6 +179,34 @@ void EncodeOptions::validate() const {
   require(
       !range || (std::isfinite(range->first) && std::isfinite(range->second) && range->first < range->second),
       {"{} must be lo:hi with lo < hi", {set::range}});
+}
+
+std::string kept_fields(const EncodeOptions& options, const VolumeInfo& info) {
+  return options.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
+}
+
+OptionsForSamples for_samples(const EncodeOptions& options, const Rescale& rescale) {
+  OptionsForSamples result{options, ""};
+  EncodeOptions& o = result.options;
+  const double slope = std::abs(rescale.slope);
+  if (slope != 1)
+    for (const auto bound :
+         {&EncodeOptions::max_error, &EncodeOptions::surface_error, &EncodeOptions::mesh_error}) {
+      if (!(o.*bound)) continue;
+      double error = *(o.*bound) / slope;
+      while (error * slope > *(options.*bound)) error = std::nextafter(error, 0.0);
+      o.*bound = error;
+      if (error > 0)
+        result.reason += fmt::format("{}an error of {} is one of {} in the samples, of which {} is one step",
+                                     result.reason.empty() ? "" : "; ", *(options.*bound), error, slope);
+    }
+  if (o.range) {
+    const double a = (o.range->first - rescale.intercept) / rescale.slope,
+                 b = (o.range->second - rescale.intercept) / rescale.slope;
+    o.range = std::minmax(a, b);
+  }
+  if (o.field_scale) *o.field_scale *= slope;
+  return result;
 }
 
 CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "io/files/errors.h"
@@ -41,6 +42,7 @@ struct ErrorRule {
 };
 
 struct EncodeOptions {
+  bool strip = false;  ///< The file keeps only what is needed to understand the samples; see stripped().
   bool grid_only = false;
   GridOrigin grid = GridOrigin::stored;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
@@ -59,6 +61,16 @@ struct EncodeOptions {
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;
 };
+
+/// Options whose bounds, range and scale are for samples, where those given are for values.
+struct OptionsForSamples {
+  EncodeOptions options;
+  std::string reason;  ///< how a bound follows from that of values; "" if it is the same
+};
+OptionsForSamples for_samples(const EncodeOptions& options, const Rescale& rescale);
+
+/// The metadata of the source that the file keeps.
+std::string kept_fields(const EncodeOptions& options, const VolumeInfo& info);
 
 /// The parameters of the encoding of a volume, except those that may depend on its samples: the value range
 /// and the field scale. Throws as resolve() does.

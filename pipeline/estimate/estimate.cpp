@@ -11,6 +11,7 @@
 #include <mutex>
 #include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "io/files/errors.h"
@@ -254,7 +255,9 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     throw UsageError(fmt::format("{} bounds are too many to try at once; give at most {}",
                                  run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
-  EncodeOptions options = run.options;
+  const Rescale rescale = source->facts().rescale;
+  const EncodeOptions given = for_samples(run.options, rescale).options;
+  EncodeOptions options = given;
   // Any that the other options allow.
   if (!options.grid_only) options.max_error = options.surface_error ? 2 * *options.surface_error + 1 : 0;
   // Checked before anything is read.
@@ -270,8 +273,12 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   }
   const CodingParameters first = resolve(options, *source);
   const double noise = noise_of(*source);
-  std::vector<std::optional<double>> errors(run.max_errors.begin(), run.max_errors.end());
-  if (errors.empty()) errors = usual_errors(noise, run.options, first);
+  std::vector<std::optional<double>> errors;
+  for (const double error : run.max_errors) {
+    options.max_error = error;
+    errors.push_back(for_samples(options, rescale).options.max_error);
+  }
+  if (errors.empty()) errors = usual_errors(noise, given, first);
   std::vector<CodingParameters> parameters;
   for (const std::optional<double>& error : errors) {
     options.max_error = error;
@@ -284,7 +291,15 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   EstimateResult result;
   oneapi::tbb::task_arena arena(threads);
   arena.execute([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
-  result.noise = noise;
+  // In units of values, as they were given.
+  const double slope = std::abs(rescale.slope);
+  result.noise = noise * slope;
+  std::tie(result.low, result.high) = std::minmax(
+      {result.low * rescale.slope + rescale.intercept, result.high * rescale.slope + rescale.intercept});
+  for (Estimate& estimate : result.estimates) {
+    if (estimate.max_error > 0) estimate.max_error *= slope;
+    estimate.rmse *= slope;
+  }
   result.threads = threads;
   return result;
 }

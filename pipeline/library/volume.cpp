@@ -28,7 +28,7 @@ tagrid_geometry geometry_of_volume(const Geometry& geometry) {
     if (geometry.has_directions)
       std::copy(geometry.directions[axis].begin(), geometry.directions[axis].end(), result.directions[axis]);
     else
-      result.directions[axis][axis] = std::isnan(geometry.spacing[axis]) ? 1 : geometry.spacing[axis];
+      result.directions[axis][axis] = spacing_or_1(geometry, axis);
   }
   result.has_spacing = geometry.has_spacing;
   result.has_origin = geometry.has_origin;

@@ -59,6 +59,9 @@ class RunInParts {
  public:
   RunInParts(Ranks& ranks, const EncodeRun& run)
       : ranks_(ranks), run_(run), volume_(open_volume(run.input, run.source)) {
+    OptionsForSamples given = for_samples(run.options, volume_->facts().rescale);
+    options_ = std::move(given.options);
+    reason_of_bound_ = std::move(given.reason);
     for (const std::string& file : volume_->files()) refuse_same_file(file, run.output);
     for (const std::string& file : volume_->files()) record_.inputs.push_back(identity_of(file));
     record_.program = run.program;
@@ -69,15 +72,15 @@ class RunInParts {
     // written it already, so a run that continues checks later.
     if (!run_.resume || !status_of(part_folder_of(run_.output))) check_output(run_.output, run_.overwrite);
     // Checked before anything is read: a limit that cannot be kept is reported at once.
-    plan_ = plan_encoding(parameters_but_scale(run_.options, volume_->info()),
-                          of_this_rank(ranks_, run_.resources), true, memory_besides_parts(*volume_),
-                          original_access(run_, *volume_));
+    plan_ =
+        plan_encoding(parameters_but_scale(options_, volume_->info()), of_this_rank(ranks_, run_.resources),
+                      true, memory_besides_parts(*volume_), original_access(run_, *volume_));
     const auto output = std::make_shared<FileOfParts>();
     output->folder = std::make_unique<PartFolder>(run_.output, run_.resume);
     PartFolder& folder = *output->folder;
     const bool goes_on = run_.resume && read_earlier_record(folder);
     if (!goes_on) check_output(run_.output, run_.overwrite);
-    settle(goes_on ? known_range(run_.options) : run_.options);
+    settle(goes_on ? known_range(options_) : options_);
     if (goes_on) {
       require_same_run(folder);
       // Only the record of the run remains to be removed.
@@ -130,9 +133,9 @@ class RunInParts {
 
   void settle(const EncodeOptions& options) {
     const PlainBound plain = with_plain_bound(options, *volume_, plan_.budget.threads);
-    reason_of_bound_ = plain.reason;
+    if (!plain.reason.empty()) reason_of_bound_ = plain.reason;
     range_was_read_ = takes_range_from_data(plain.options, *volume_);
-    header_ = {resolve(plain.options, *volume_), volume_->info().nrrd_fields};
+    header_ = {resolve(plain.options, *volume_), kept_fields(plain.options, volume_->info())};
     record_.settings = settings_of(parameters(), run_.source);
     record_.header = serialize_header(header_);
   }
@@ -216,6 +219,7 @@ class RunInParts {
     result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
     // For all parts, including those of earlier runs.
+    result.warnings = volume_->facts().warnings;
     result.reason_of_bound = reason_of_bound_;
     result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", run_.output, {}};
@@ -252,6 +256,7 @@ class RunInParts {
   RunRecord record_, earlier_;
   Bytes record_bytes_;
   bool range_was_read_ = false;
+  EncodeOptions options_;  // for samples
   std::string reason_of_bound_;
 };
 

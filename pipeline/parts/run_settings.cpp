@@ -7,6 +7,8 @@ namespace {
 
 std::string bound(double value) { return value < 0 ? "none" : fmt::format("{}", value); }
 
+std::string given(const std::string& value) { return value.empty() ? "not given" : value; }
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> settings_of(const CodingParameters& p,
@@ -17,7 +19,10 @@ std::vector<std::pair<std::string, std::string>> settings_of(const CodingParamet
       {"type", std::string(name_of(p.type))},
       {"endian", source.raw && source.raw->big_endian.value_or(false) ? "big" : "little"},
       {"offset", fmt::format("{}", source.raw ? source.raw->offset : 0)},
-      {"vdb-grid", source.vdb_grid.empty() ? "not given" : source.vdb_grid},
+      {"vdb-grid", given(source.vdb_grid)},
+      {"from", given(source.from)},
+      {"series", given(source.series)},
+      {"dataset", given(source.dataset)},
       {"grid-only", p.mode == FileMode::grid ? "given" : "not given"},
       {"grid", std::string(name_of(p.grid))},
       {"max-error", bound(p.max_error)},

@@ -28,7 +28,9 @@ inline constexpr std::size_t member_count<Term> = 2;
 template <>
 inline constexpr std::size_t member_count<Sentence> = 2;
 template <>
-inline constexpr std::size_t member_count<ErrorDetail> = 4;
+inline constexpr std::size_t member_count<Choice> = 2;
+template <>
+inline constexpr std::size_t member_count<ErrorDetail> = 5;
 template <>
 inline constexpr std::size_t member_count<SortedError> = 3;
 template <>

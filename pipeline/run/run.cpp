@@ -25,9 +25,9 @@
 namespace tagrid {
 namespace {
 
-// True if parts can be read and written independently: from a file to a file.
+// True if parts can be read and written independently: from a file or a folder to a file.
 bool parts_are_possible(const std::string& input, const std::string& output) {
-  return attributes_of(input).has_value() && is_regular_output(output);
+  return is_file_or_folder(input) && is_regular_output(output);
 }
 
 FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) {
@@ -36,16 +36,18 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const SourceTraits& traits = volume->traits();
-  const EncodePlan plan = plan_encoding(parameters_but_scale(run.options, volume->info()), resources,
+  const auto [options, reason] = for_samples(run.options, volume->facts().rescale);
+  const EncodePlan plan = plan_encoding(parameters_but_scale(options, volume->info()), resources,
                                         traits.any_rows, traits.memory, original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
-  const bool copied = run.options.error_rule && !traits.any_rows && !resources.spool.empty();
+  const bool copied = options.error_rule && !traits.any_rows && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);
-  const PlainBound plain = with_plain_bound(run.options, *volume, plan.budget.threads);
-  result.reason_of_bound = plain.reason;
+  const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads);
+  result.warnings = volume->facts().warnings;
+  result.reason_of_bound = plain.reason.empty() ? reason : plain.reason;
   const bool reads_range = takes_range_from_data(plain.options, *volume);
-  result.header = {resolve(plain.options, *volume), volume->info().nrrd_fields};
+  result.header = {resolve(plain.options, *volume), kept_fields(plain.options, volume->info())};
   const CodingParameters& parameters = result.header.parameters;
   const OutputFileOptions like = {.like = attributes_of(volume->files().back())};
   const auto file = std::make_shared<OutputFile>(run.output, run.overwrite, like);

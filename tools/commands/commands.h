@@ -20,6 +20,7 @@ Action add_verify_command(CLI::App& app);
 Action add_mesh_command(CLI::App& app);
 Action add_convert_command(CLI::App& app);
 Action add_estimate_command(CLI::App& app);
+Action add_formats_command(CLI::App& app);
 Action add_phantom_command(CLI::App& app);
 
 }  // namespace tagrid

@@ -12,6 +12,7 @@
 #include "io/files/system_call.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/conversion.h"
+#include "tools/conversion/find_volumes.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/human_bytes.h"
@@ -39,8 +40,13 @@ struct ConvertCommand {
   EncodingOptions encoding;
   ConversionOptions options;
   bool remove_verified = false, keep_folders = false;
+  std::string find;
 
   void execute(Ranks& ranks, const OptionTexts& given) const {
+    if (!find.empty()) return list_volumes();
+    for (const auto& [name, value] :
+         {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
+      if (value->empty()) throw UsageError(fmt::format("{} is required", name));
     options.run.obey_memory_limit();
     if (options.trust_description && !remove_verified)
       throw UsageError(
@@ -83,6 +89,30 @@ struct ConvertCommand {
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
+  }
+
+  // Writes a list for --manifest to the standard output.
+  void list_volumes() const {
+    std::size_t count = 0, broken = 0;
+    find_volumes(find, [&](const FoundVolume& volume) {
+      std::string text = volume.text;
+      for (char& c : text)
+        if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+      if (volume.is_broken) {
+        ++broken;
+        fmt::print("# not listed: {}\n", text);
+        warn(options.run, text);
+        return;
+      }
+      ++count;
+      fmt::print("# {}\n{}", text, volume.path);
+      for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
+      fmt::print("\toutput={}\n", volume.output);
+      std::fflush(stdout);
+    });
+    if (!options.run.quiet)
+      say_line(
+          fmt::format("volumes: {}{}", count, broken > 0 ? fmt::format(", {} cannot be read", broken) : ""));
   }
 
   // A line may have the bound that the command lacks. If a line asks for a grid without a bound, only its own
@@ -166,12 +196,15 @@ Action add_convert_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("convert", "Encode the volumes of a list, and verify each");
   const char* group = "The list";
   command->add_option("--manifest", state->manifest, "List of volumes, one per line, or - for standard input")
-      ->required()
       ->option_text("FILE")
       ->group(group);
   command->add_option("--output-dir", state->options.output_dir, "Folder for the outputs and their records")
-      ->required()
       ->option_text("DIR")
+      ->group(group);
+  command
+      ->add_option("--find", state->find,
+                   "Encode nothing; write a list of all volumes below a folder to standard output")
+      ->option_text("ROOT")
       ->group(group);
   command
       ->add_flag("--keep-folders", state->keep_folders,

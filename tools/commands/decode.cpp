@@ -63,6 +63,8 @@ struct DecodeCommand {
     decoded.commit();
     report.keep();
     if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
+    if (const std::string lost = chosen.lost(volume_info_of(result.header)); !lost.empty())
+      warn(run, fmt::format("{}: {}", path, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory));

@@ -40,7 +40,7 @@ struct EncodeCommand {
       throw UsageError(input +
                        ": has the name of an encoded volume; use tagrid decode to decode it, or give -o FILE "
                        "if it is a volume");
-    const std::string path = output.path.empty() ? output_beside(input, ".tag") : output.path;
+    const std::string path = output.path.empty() ? output_for(input) : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "compressed bytes");
     const Encoding asked = encoding.checked();
@@ -67,6 +67,7 @@ struct EncodeCommand {
                   result.file_bytes, achieved_json(result.index)});
     encoded.commit();
     report.keep();
+    for (const std::string& warning : result.warnings) warn(run, warning);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     warn_of_range(run, input, asked.options, result);
     if (run.verbosity > 0 && !run.quiet) {
@@ -76,11 +77,22 @@ struct EncodeCommand {
     remove_files(removed_after);
   }
 
+  // "scan.tag" for "scan.nrrd", and for the folders "scan" and "scan/".
+  static std::string output_for(std::string input) {
+    if (!fs::is_directory(input)) return output_beside(input, ".tag");
+    while (input.size() > 1 && input.ends_with('/')) input.pop_back();
+    if (const fs::path name = fs::path(input).filename();
+        name == "." || name == ".." || name == "/" || name.empty())
+      throw UsageError(input + ": is a folder without a name of its own; give -o FILE");
+    return input + ".tag";
+  }
+
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
     auto files = removable_volume(input, asked.source, path, advice);
     const auto volume = open_volume(input, asked.source);
-    const double max_error = parameters_but_scale(asked.options, volume->info()).max_error;
+    const EncodeOptions options = for_samples(asked.options, volume->facts().rescale).options;
+    const double max_error = parameters_but_scale(options, volume->info()).max_error;
     require_replaceable(input, {max_error, volume->facts().headerless, trust_description}, advice);
     return files;
   }
@@ -127,8 +139,8 @@ struct EncodeCommand {
   void require_resumable(const std::string& path) const {
     if (!is_regular_output(path)) throw UsageError("--resume: the output must be a file; give -o FILE");
     // If the input does not exist, opening it gives the message.
-    if (input == "-" || (status_of(input) && !attributes_of(input)))
-      throw UsageError("--resume: the input must be a file, which can be read again");
+    if (input == "-" || (status_of(input) && !is_file_or_folder(input)))
+      throw UsageError("--resume: the input must be a file or a folder, which can be read again");
     keep_report_apart(part_folder_of(path));
     end_signals_with(exit_resumable,
                      run.quiet ? "" : "tagrid: interrupted; the same command continues from here\n");
@@ -140,7 +152,9 @@ struct EncodeCommand {
 Action add_encode_command(CLI::App& app) {
   auto state = std::make_shared<EncodeCommand>();
   CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
-  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for standard input")
+  command
+      ->add_option("INPUT", state->input,
+                   "Volume: a file, a folder of slices, or - for standard input; see tagrid formats")
       ->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);

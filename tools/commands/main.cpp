@@ -39,7 +39,9 @@ int fail(int code, const std::string& message) {
 }
 
 int fail(const Failure& failure) {
-  return failure.message.empty() ? failure.code : fail(failure.code, failure.message);
+  if (!failure.message.empty()) fail(failure.code, failure.message);
+  for (const std::string& line : failure.list) say_line("  " + line);
+  return failure.code;
 }
 
 /// The arguments from last to first, as CLI11 wants them. `help COMMAND` is `COMMAND --help`, as in git and others.
@@ -63,8 +65,9 @@ int run(Ranks& ranks, int argc, char** argv) {
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   std::vector<std::pair<CLI::App*, Action>> commands;
-  for (auto* add : {add_encode_command, add_decode_command, add_info_command, add_verify_command,
-                    add_mesh_command, add_convert_command, add_estimate_command, add_phantom_command}) {
+  for (auto* add :
+       {add_encode_command, add_decode_command, add_info_command, add_verify_command, add_mesh_command,
+        add_convert_command, add_estimate_command, add_formats_command, add_phantom_command}) {
     Action action = add(app);
     commands.emplace_back(app.get_subcommands({}).back(), std::move(action));
   }

@@ -5,9 +5,8 @@
 #include "io/files/errors.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
-#include "tools/options/raw_rows.h"
 #include "tools/options/shared_options.h"
-#include "tools/options/vdb_options.h"
+#include "tools/options/source_rows.h"
 #include "tools/report/printable.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -19,21 +18,20 @@ struct VerifyCommand {
   std::string input, original;
   RunOptions run;
   bool overwrite = false;
-  RawOptions raw;
-  std::string vdb_grid;
+  SourceOptions source;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    const auto description = raw.description();
-    if (original.empty() && (description || !vdb_grid.empty()))
+    const SourceDescription description = source.description();
+    if (original.empty() && !source.empty())
       throw UsageError(
-          "--dims and the other options that describe samples are for the original; give it with --against");
+          "--dims, --from and the other options of an input are for the original; give it with --against");
     if (input == "-" && original == "-")
       throw UsageError("--against -: standard input is already the .tag file; give a file");
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
-    const VerifyResult result = verify(ranks, SourceDescription(description, vdb_grid));
+    const VerifyResult result = verify(ranks, description);
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
@@ -49,11 +47,11 @@ struct VerifyCommand {
     if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
   }
 
-  VerifyResult verify(Ranks& ranks, const SourceDescription& source) const {
+  VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {
     ProgressMeter meter(run.progress, run.quiet, "verifying", 1);
     return verify_file(ranks, {.input = input,
                                .original = original,
-                               .source = source,
+                               .source = description,
                                .resources = run.resources_of_each_rank(),
                                .progress = meter.progress()});
   }
@@ -68,8 +66,7 @@ Action add_verify_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   command->add_option("--against", state->original, "Compare every voxel with this volume")
       ->option_text("ORIGINAL");
-  add_raw_options(*command, state->raw);
-  add_vdb_grid_option(*command, state->vdb_grid);
+  add_source_options(*command, state->source);
   add_report_options(*command, state->run, state->overwrite);
   return [state](Ranks& ranks) { state->execute(ranks); };
 }

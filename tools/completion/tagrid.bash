@@ -4,21 +4,23 @@ _tagrid_options() {
   local run='-h --help -T --threads -q --quiet -v --verbose --progress --json'
   local output='-o --output -f --force' removal='-k --keep --rm' memory='-M --memory'
   local headerless='--dims --type --endian --spacing --offset'
+  local source="$headerless --from --series --dataset --gaps-ok --vdb-grid"
   local error='--max-error --relative-error --psnr'
-  local encoding="$headerless --surface-error --grid-only --grid --mesh-error --effort --accuracy
-    --cube --max-level --range --field-scale --brick --vdb-grid"
+  local encoding="$source --strip --surface-error --grid-only --grid --mesh-error --effort --accuracy
+    --cube --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
     decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-background
       --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
-    verify) echo "$run $memory --spool $headerless --against --vdb-grid -f --force" ;;
+    verify) echo "$run $memory --spool $source --against -f --force" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
-      echo "$run $memory --spool $error $encoding --manifest --output-dir --keep-folders --shard --skip-done
+      echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
       ;;
     estimate) echo "$run $memory --spool $encoding --errors -f --force" ;;
+    formats) echo "-h --help --json" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
   esac
@@ -35,7 +37,7 @@ _tagrid() {
   [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
-    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb' -- "$current") && return ;;
+    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti' -- "$current") && return ;;
     --grid) mapfile -t COMPREPLY < <(compgen -W 'stored derived' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
@@ -48,7 +50,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert estimate phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

@@ -71,7 +71,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   const bool is_there = known && has_size(*known, volume.output);
   if (known && skip_removed(*known, volume.input, volume.output, record)) return;
   require_own_folders(options_.output_dir, line.output);
-  look_at({volume.input});  // opening a pipe would block
+  require_file_or_folder(volume.input);
   const auto source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(source->files());
   volume.headerless = source->facts().headerless;
@@ -124,6 +124,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
+  for (const std::string& warning : result.warnings) warn(options_.run, warning);
   if (!result.reason_of_bound.empty() && !options_.run.quiet)
     say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
@@ -136,10 +137,11 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const EncodePlan plan = plan_encoding(parameters_but_scale(volume.asked.options, original->info()),
-                                          resources_, original->traits().any_rows, original->traits().memory);
-    const PlainBound plain = with_plain_bound(volume.asked.options, *original, plan.budget.threads);
-    const TagHeader header{resolve(plain.options, *original), original->info().nrrd_fields};
+    const EncodeOptions options = for_samples(volume.asked.options, original->facts().rescale).options;
+    const EncodePlan plan = plan_encoding(parameters_but_scale(options, original->info()), resources_,
+                                          original->traits().any_rows, original->traits().memory);
+    const PlainBound plain = with_plain_bound(options, *original, plan.budget.threads);
+    const TagHeader header{resolve(plain.options, *original), kept_fields(plain.options, original->info())};
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");
     Ranks alone;

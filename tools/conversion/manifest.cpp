@@ -1,6 +1,7 @@
 #include "tools/conversion/manifest.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <set>
@@ -42,8 +43,11 @@ std::string absolute_name(const fs::path& path) {
 ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path& folder,
                         const OptionTexts& given, OutputNaming naming) {
   ManifestLine line;
-  const fs::path path = folder / columns[0];
-  if (path.filename().empty()) throw UsageError(fmt::format("{}: is not the name of a file", columns[0]));
+  std::string listed = columns[0];
+  while (listed.size() > 1 && listed.ends_with('/')) listed.pop_back();
+  const fs::path path = folder / listed;
+  if (path.filename().empty() || path.filename() == "." || path.filename() == "..")
+    throw UsageError(fmt::format("{}: is not the name of a file or a folder", columns[0]));
   line.input = absolute_name(path);
   const bool looks_like_columns = columns.size() == 1 && columns[0].find(' ') < columns[0].rfind('=') &&
                                   columns[0].rfind('=') != columns[0].npos;
@@ -65,9 +69,13 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
     else
       line.options[name] = value;
   }
+  // A folder may have dots in its name.
+  const auto status = status_of(path);
+  const bool is_folder = status && S_ISDIR(status->st_mode);
   if (line.output.empty())
-    line.output =
-        naming == OutputNaming::with_folders ? output_mirroring(columns[0]) : path.stem().string() + ".tag";
+    line.output = naming == OutputNaming::with_folders
+                      ? output_mirroring(listed, is_folder)
+                      : (is_folder ? path.filename() : path.stem()).string() + ".tag";
   return line;
 }
 

@@ -66,7 +66,7 @@ std::string output_called(const std::string& name) {
   return output.string();
 }
 
-std::string output_mirroring(const std::string& listed) {
+std::string output_mirroring(const std::string& listed, bool is_folder) {
   const fs::path path = listed;
   // ".." may lead through a link, so the name would not show the folder of the volume.
   if (path.is_absolute() || goes_up(path))
@@ -74,7 +74,8 @@ std::string output_mirroring(const std::string& listed) {
         "{}: --keep-folders needs a relative path without ..; name its output in a column output=NAME",
         listed));
   const fs::path normal = path.lexically_normal();
-  const fs::path output = normal.parent_path() / (normal.stem().string() + ending);
+  const fs::path output =
+      normal.parent_path() / ((is_folder ? normal.filename() : normal.stem()).string() + ending);
   refuse_records(listed, output);
   return output.string();
 }

@@ -13,8 +13,8 @@ namespace tagrid {
 std::string output_called(const std::string& name);
 
 /// The output that keeps the folders of `listed`, a path as written in the list: 2019/knee.nhdr becomes
-/// 2019/knee.tag. Throws UsageError if the path is absolute or contains "..".
-std::string output_mirroring(const std::string& listed);
+/// 2019/knee.tag. All of a folder's name is kept: 2019/1.2.3 becomes 2019/1.2.3.tag. Throws UsageError if the path is absolute or contains "..".
+std::string output_mirroring(const std::string& listed, bool is_folder);
 
 /// The outputs of a list so far. No two may be the same file, and none may be a folder of another.
 class TakenOutputs {

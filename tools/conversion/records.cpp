@@ -49,6 +49,13 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
 
 }  // namespace
 
+void require_file_or_folder(const std::string& path) {
+  const auto status = status_of(path);
+  if (!status) throw world_error("cannot open", path, ENOENT);
+  if (!S_ISREG(status->st_mode) && !S_ISDIR(status->st_mode))
+    throw UsageError(path + ": is neither a file nor a folder");
+}
+
 std::vector<InputFile> look_at(const std::vector<std::string>& files) {
   std::vector<InputFile> result;
   for (const std::string& file : files) {

@@ -26,6 +26,10 @@ struct InputFile {
 /// The files as they are now. Throws WorldError if one is missing, and UsageError if one is not a file.
 std::vector<InputFile> look_at(const std::vector<std::string>& files);
 
+/// Throws WorldError if there is nothing at the path of a volume, and UsageError if it is neither a file nor a folder:
+/// opening a pipe would block.
+void require_file_or_folder(const std::string& path);
+
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
 
 /// An output that was encoded and verified, and its state: the newest record that describes it.

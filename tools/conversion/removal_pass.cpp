@@ -30,7 +30,7 @@ std::string canonical_name(const std::string& path) {
 /// The files of a volume; only the path in its line if they cannot be found out.
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
   try {
-    look_at({line.input});
+    require_file_or_folder(line.input);
     return open_volume(line.input, encoding_of(known ? known->options : line.options).source)->files();
   } catch (const std::exception&) {
     return {line.input};
@@ -54,7 +54,7 @@ std::string RemovalPass::output_path(const ManifestLine& line) const {
 std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
   const KnownOutput* known = known_.find(line.output);
   if (known && skip_removed(*known, line.input, output_path(line), record)) return {};
-  if (!known) look_at({line.input});  // what is not there is not kept
+  if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
   if (!known)
     throw UsageError(
@@ -90,7 +90,7 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
 }
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
-  look_at({line.input});
+  require_file_or_folder(line.input);
   auto files =
       removable_volume(line.input, encoding_of(known.options).source, output_path(line), "it is kept");
   for (const std::string& file : files)

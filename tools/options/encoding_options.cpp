@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <tuple>
 #include <vector>
 
@@ -32,7 +33,7 @@ std::optional<ErrorRule> EncodingOptions::error_rule() const {
 }
 
 Encoding EncodingOptions::checked() const {
-  Encoding encoding{options, SourceDescription(raw.description(), vdb_grid)};
+  Encoding encoding{options, source.description()};
   if (range == "auto") {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
@@ -82,14 +83,14 @@ Encoding encoding_of(const OptionTexts& texts) {
 
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {
   const auto settings = [&](const EncodeOptions& options) {
-    return std::pair(
-        settings_json(parameters_but_scale(options, volume.info())),
-        std::tuple(options.range, options.range_from_data, options.field_scale, options.error_rule));
+    return std::pair(settings_json(parameters_but_scale(options, volume.info())),
+                     std::tuple(options.range, options.range_from_data, options.field_scale,
+                                options.error_rule, options.strip));
   };
   const auto source = [](const SourceDescription& given) {
     const RawDescription raw = given.raw.value_or(RawDescription{});
     return std::tuple(given.raw.has_value(), raw.dims, raw.type, raw.big_endian.value_or(false), raw.spacing,
-                      raw.offset, given.vdb_grid);
+                      raw.offset, given.vdb_grid, given.from, given.series, given.dataset, given.gaps_ok);
   };
   return source(a.source) == source(b.source) && settings(a.options) == settings(b.options);
 }
@@ -123,7 +124,8 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
 }  // namespace
 
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
-  if (run.quiet) return;
+  std::error_code unknown;
+  if (run.quiet || std::filesystem::is_directory(input, unknown)) return;
   // If samples are misread, no order of dims looks better than another.
   if (const auto reading = likelier_reading(input, description))
     return warn(run, input + ": " + doubt(description, *reading));

@@ -10,6 +10,7 @@
 #include "pipeline/encode/options.h"
 #include "pipeline/run/run.h"
 #include "tools/options/shared_options.h"
+#include "tools/options/source_rows.h"
 
 namespace tagrid {
 
@@ -23,8 +24,7 @@ struct EncodingOptions {
   EncodeOptions options;
   std::optional<double> times_noise, relative_error, psnr;  ///< instead of max_error
   std::string range;
-  RawOptions raw;
-  std::string vdb_grid;
+  SourceOptions source;
 
   /// Throws UsageError if values are out of range or cannot be combined.
   Encoding checked() const;
@@ -33,7 +33,7 @@ struct EncodingOptions {
   std::optional<ErrorRule> error_rule() const;
 };
 
-/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and the like, --vdb-grid.
+/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and other options of the input.
 /// Without those that are named `but`.
 void add_encoding_options(CLI::App& command, EncodingOptions& options,
                           const std::vector<std::string>& but = {});

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "tools/options/raw_rows.h"
-
 namespace tagrid {
 namespace {
 
@@ -27,6 +25,12 @@ Row text_row(std::string_view name, const char* group, const char* value, const 
              std::string EncodingOptions::*member) {
   return {std::string(name), group, value, help,
           [member](EncodingOptions& o, const std::string& text) { o.*member = text; }};
+}
+
+void set_strip(EncodingOptions& o, const std::string& text) {
+  if (text != "true" && text != "false")
+    throw UsageError(fmt::format("--strip: {}: must be true or false", text));
+  o.options.strip = text == "true";
 }
 
 void set_grid_only(EncodingOptions& o, const std::string& text) {
@@ -80,6 +84,8 @@ std::vector<Row> all_rows() {
                &EncodingOptions::psnr),
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
+      {"strip", kept, "",
+       "Leave out what the source says besides its samples and their place: names, dates, ...", set_strip},
       {"grid-only", kept, "", "Store the adaptive grid alone; voxels are interpolated", set_grid_only},
       {"grid",
        kept,
@@ -110,12 +116,10 @@ std::vector<Row> all_rows() {
       number_row(setting::brick, grid, "N", "Edge of a brick in root cubes; default max(2, 64/S)",
                  &E::brick_edge),
   };
-  for (const auto& row : raw_rows()) {
-    const auto set = [set = row.set](EncodingOptions& o, const std::string& text) { set(o.raw, text); };
+  for (const auto& row : source_rows()) {
+    const auto set = [set = row.set](EncodingOptions& o, const std::string& text) { set(o.source, text); };
     rows.push_back({row.name, row.group, row.value, row.help, set, row.words});
   }
-  rows.push_back(text_row("vdb-grid", "", "NAME", "Name of the grid of an OpenVDB file, if it has several",
-                          &EncodingOptions::vdb_grid));
   return rows;
 }
 

@@ -20,8 +20,4 @@ const std::vector<OptionRow<RawOptions>>& raw_rows() {
   return rows;
 }
 
-void add_raw_options(CLI::App& command, RawOptions& options) {
-  for (const auto& row : raw_rows()) add_row(command, row, options);
-}
-
 }  // namespace tagrid

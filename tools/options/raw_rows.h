@@ -9,6 +9,4 @@ namespace tagrid {
 
 const std::vector<OptionRow<RawOptions>>& raw_rows();
 
-void add_raw_options(CLI::App& command, RawOptions& options);
-
 }  // namespace tagrid

@@ -7,11 +7,6 @@
 
 namespace tagrid {
 
-void add_vdb_grid_option(CLI::App& command, std::string& name) {
-  command.add_option("--vdb-grid", name, "Name of the grid of an OpenVDB file, if it has several")
-      ->option_text("NAME");
-}
-
 void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
   const char* group = "OpenVDB output";
   command.add_option("--vdb-grid", options.grid, "Name of the grid; default: the name it had, or density")

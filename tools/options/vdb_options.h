@@ -11,9 +11,6 @@
 
 namespace tagrid {
 
-/// --vdb-grid of an input
-void add_vdb_grid_option(CLI::App& command, std::string& name);
-
 /// --vdb-grid, --vdb-background, --vdb-tolerance of an output
 void add_vdb_output_options(CLI::App& command, VdbOptions& options);
 

@@ -27,16 +27,9 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; decompress it into a pipe: zcat FILE | tagrid encode - -o NAME.tag (or tagrid verify "
              "NAME.tag --against -), or into a file: zcat FILE > OTHER; samples without a header need --dims "
              "and --type; use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
-    case Problem::nifti_header:
-      return "; give its .img file with --dims, --type and --endian";
-    case Problem::nifti_file:
-      return "; read its samples with --offset (352, unless vox_offset says otherwise), --dims and --type, "
-             "or convert it to an NRRD volume";
-    case Problem::meta_image_header:
-      return "; give the file with its samples, with --dims and --type, or convert it to an NRRD volume";
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
-    case Problem::openvdb_described:
+    case Problem::describes_itself:
       return "; leave out --dims and the other options that describe samples";
     case Problem::endian_differs:
       return "; leave out --endian";
@@ -48,6 +41,8 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; choose one with --vdb-grid";
     case Problem::mesh_fills_no_space:
       return "; give --padded for the mesh of whole root cubes";
+    case Problem::slices_missing:
+      return "; give --gaps-ok if it is meant to be so";
   }
   return "";
 }

@@ -14,8 +14,12 @@ namespace tagrid {
 Failure current_failure(const std::string& memory_advice) {
   const SortedError error = sorted_error(std::current_exception());
   switch (error.kind) {
-    case ErrorKind::usage:
-      return {exit_usage, words_of(error)};
+    case ErrorKind::usage: {
+      std::vector<std::string> list;
+      for (const Choice& choice : error.detail.choices)
+        list.push_back(fmt::format("{}  {}  {}", list.size() + 1, choice.name, choice.text));
+      return {exit_usage, words_of(error), std::move(list)};
+    }
     case ErrorKind::broken_input:
       return {exit_broken_input, words_of(error)};
     case ErrorKind::closed_pipe:

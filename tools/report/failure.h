@@ -2,12 +2,14 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace tagrid {
 
 struct Failure {
-  int code = 0;         ///< see exit_codes.h
-  std::string message;  ///< "" if no message is needed
+  int code = 0;                        ///< see exit_codes.h
+  std::string message;                 ///< "" if no message is needed
+  std::vector<std::string> list = {};  ///< lines that follow the message
 };
 
 /// For the exception that is being handled. Call it in a catch block. `memory_advice` says what needs less

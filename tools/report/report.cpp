@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 
+#include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 #include "stages/grid/lattice.h"
@@ -39,13 +41,32 @@ nlohmann::ordered_json number_or_null(double value, bool present) {
 
 std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("{}", bound); }
 
+/// The positions of slices at unequal distances: "x y z; x y z"; null if there are none.
+nlohmann::ordered_json slice_positions(const TagHeader& header) {
+  using nlohmann::ordered_json;
+  for (const auto& [key, value] : key_values_of(header.nrrd_fields)) {
+    if (key != "slice_positions") continue;
+    ordered_json positions = ordered_json::array();
+    for (std::string_view rest = value; !rest.empty();) {
+      const std::size_t end = std::min(rest.find(';'), rest.size());
+      ordered_json position = ordered_json::array();
+      for (const std::string_view word : tagrid::words_of(rest.substr(0, end))) {
+        const auto number = number_of(word);
+        position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
+      }
+      positions.push_back(std::move(position));
+      rest.remove_prefix(std::min(end + 1, rest.size()));
+    }
+    return positions;
+  }
+  return nullptr;
+}
+
 nlohmann::ordered_json geometry_json(const TagHeader& header) {
   using nlohmann::ordered_json;
-  ordered_json json = {{"spacing", nullptr},
-                       {"directions", nullptr},
-                       {"origin", nullptr},
-                       {"space", nullptr},
-                       {"units", nullptr}};
+  ordered_json json = {{"spacing", nullptr}, {"directions", nullptr},
+                       {"origin", nullptr},  {"space", nullptr},
+                       {"units", nullptr},   {"slice_positions", slice_positions(header)}};
   const Geometry g = geometry_of(header.nrrd_fields);
   // An unknown spacing is a NaN, which becomes null.
   if (g.has_spacing) json["spacing"] = g.spacing;
@@ -122,6 +143,23 @@ void print_geometry(const TagHeader& header, const Line& line) {
                                    vector_text(g.directions[2])));
   if (g.has_origin) line("origin", vector_text(g.origin));
   if (!g.space.empty()) line("space", printable(g.space));
+}
+
+/// What people should know of the source: what samples mean, whose they are, and that there is more.
+void print_source(const TagHeader& header, const Line& line) {
+  const auto listed = key_values_of(header.nrrd_fields);
+  const std::map<std::string, std::string> pairs(listed.begin(), listed.end());
+  const auto text = [&](const char* key) {
+    const auto found = pairs.find(key);
+    return found == pairs.end() ? std::string() : printable(found->second);
+  };
+  if (pairs.contains("rescale_slope"))
+    line("values", fmt::format("{} * sample + {} {}", text("rescale_slope"), text("rescale_intercept"),
+                               text("rescale_units")));
+  if (pairs.contains("slice_positions")) line("slices", "at unequal distances; --json has their positions");
+  if (pairs.contains("dicom_PatientName"))
+    line("patient", fmt::format("{} ({})", text("dicom_PatientName"), text("dicom_PatientID")));
+  if (!pairs.empty()) line("metadata", fmt::format("{} key/value pairs, which --json shows", pairs.size()));
 }
 
 std::uint64_t voxels(const TagHeader& header) {
@@ -221,6 +259,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   line("volume",
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   print_geometry(header, line);
+  print_source(header, line);
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");

@@ -1,0 +1,69 @@
+#include "tools/options/source_rows.h"
+
+#include <fmt/format.h>
+
+#include "tools/options/raw_rows.h"
+
+namespace tagrid {
+namespace {
+
+using SourceRow = OptionRow<SourceOptions>;
+
+void set_gaps_ok(SourceOptions& o, const std::string& text) {
+  if (text != "true" && text != "false")
+    throw UsageError(fmt::format("--gaps-ok: {}: must be true or false", text));
+  o.gaps_ok = text == "true";
+}
+
+std::vector<SourceRow> all_source_rows() {
+  constexpr const char* group = "Input of other formats";
+  const auto row = [](const char* name, const char* value, const char* help,
+                      std::string SourceOptions::*member) {
+    return SourceRow{name, group, value, help,
+                     [member](SourceOptions& o, const std::string& text) { o.*member = text; }};
+  };
+  std::vector<SourceRow> rows;
+  for (const auto& raw : raw_rows()) {
+    const auto set = [set = raw.set](SourceOptions& o, const std::string& text) { set(o.raw, text); };
+    rows.push_back({raw.name, raw.group, raw.value, raw.help, set, raw.words});
+  }
+  rows.push_back(row("from", "FORMAT",
+                     "Format of the input, if its content does not say it; see tagrid formats",
+                     &SourceOptions::from));
+  rows.push_back(row("series", "NAME|N", "Which one of several series or volumes, by its name or number",
+                     &SourceOptions::series));
+  rows.push_back(
+      row("dataset", "PATH", "Which data set of a file that has several", &SourceOptions::dataset));
+  rows.push_back({"gaps-ok", group, "",
+                  "Read a folder although numbers are missing in the names of its files", set_gaps_ok});
+  rows.push_back(row("vdb-grid", "NAME", "Name of the grid of an OpenVDB file, if it has several",
+                     &SourceOptions::vdb_grid));
+  return rows;
+}
+
+}  // namespace
+
+SourceDescription SourceOptions::description() const {
+  SourceDescription description(raw.description(), vdb_grid);
+  description.from = from;
+  description.series = series;
+  description.dataset = dataset;
+  description.gaps_ok = gaps_ok;
+  return description;
+}
+
+bool SourceOptions::empty() const {
+  return !raw.description() && vdb_grid.empty() && from.empty() && series.empty() && dataset.empty() &&
+         !gaps_ok;
+}
+
+const std::vector<SourceRow>& source_rows() {
+  static const std::vector<SourceRow> rows = all_source_rows();
+  return rows;
+}
+
+void add_source_options(CLI::App& command, SourceOptions& options) {
+  for (const auto& row : source_rows()) add_row(command, row, options);
+}
+
+}  // namespace tagrid
