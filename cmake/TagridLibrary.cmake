@@ -54,7 +54,8 @@ install(TARGETS tagrid_shared tagrid_static EXPORT tagridTargets
 install(DIRECTORY include/tagrid DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT libtagrid-dev)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libtagrid COMPONENT libtagrid)
 install(FILES docs/library.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libtagrid-dev COMPONENT libtagrid-dev)
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libtagrid-dev COMPONENT libtagrid-dev)
+install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libtagrid-dev COMPONENT libtagrid-dev
+        PATTERN readers EXCLUDE)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tagrid)
 install(EXPORT tagridTargets NAMESPACE tagrid:: DESTINATION ${package} COMPONENT libtagrid-dev)

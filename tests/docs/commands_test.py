@@ -11,6 +11,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -60,6 +61,19 @@ def commands(text):
                 yield line
 
 
+def tiff(pages, description):
+    """A TIFF file of 40 x 30 samples a page."""
+    file, text = bytearray(b"II*\0\x08\0\0\0"), description.encode() + b"\0" * 5
+    for page in range(pages):
+        after = len(file) + 2 + 12 * 8 + 4
+        tags = ((256, 4, 1, 40), (257, 4, 1, 30), (258, 4, 1, 8), (259, 4, 1, 1), (262, 4, 1, 1), (270, 2, len(text), after),
+                (273, 4, 1, after + len(text)), (279, 4, 1, 1200))
+        last = page + 1 == pages
+        file += struct.pack("<H", 8) + b"".join(struct.pack("<HHII", *tag) for tag in tags)
+        file += struct.pack("<I", 0 if last else after + len(text) + 1200) + text + bytes([page]) * 1200
+    return bytes(file)
+
+
 def without_memory(text):
     """Removes the memory that a run took, which is different each time."""
     return re.sub(r"[\d.]+ MiB", "# MiB", text)
@@ -73,7 +87,7 @@ class Commands(unittest.TestCase):
         (self.folder / "bin" / "tagrid").symlink_to(PROGRAM)
 
     def run_in(self, folder, command):
-        path = f"PATH={self.folder / 'bin'}:$PATH\n"
+        path = f"PATH={self.folder / 'bin'}:$PATH\nexport TAGRID_READER_PATH={ROOT / 'examples' / 'readers'}\n"
         return subprocess.run(["bash", "-o", "pipefail", "-c", path + command], cwd=folder, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
@@ -117,6 +131,8 @@ class Commands(unittest.TestCase):
             for command in commands(document.read_text()):
                 if command.startswith("tagrid convert"):
                     continue  # They need records of earlier runs, which the session above has.
+                if "series/" in command or "DICOMDIR" in command:
+                    continue  # tests/readers/dicom_test.py has series.
                 for large, small in SMALLER.items():
                     command = command.replace(large, small)
                 folder = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
@@ -134,6 +150,21 @@ class Commands(unittest.TestCase):
             if not command.startswith("tagrid phantom"):
                 (folder / name).write_text((volumes / "scan.nhdr").read_text().replace("scan.raw", "samples.raw"))
                 os.link(volumes / "scan.raw", folder / "samples.raw")
+        if " slices/" in command:
+            (folder / "slices").mkdir()
+            for number in range(8, 12):
+                (folder / "slices" / f"slice{number}.tif").write_bytes(tiff(1, ""))
+        if "raw_slices/" in command:
+            (folder / "raw_slices").mkdir()
+            for number in range(1, 49):
+                (folder / "raw_slices" / f"{number}.raw").write_bytes(bytes(96 * 96 * 2))
+        if "stack.tif" in command:
+            (folder / "stack.tif").write_bytes(tiff(3, ""))
+        if "hyperstack.tif" in command:
+            (folder / "hyperstack.tif").write_bytes(tiff(4, "ImageJ=1\nimages=4\nchannels=2\nslices=2\nhyperstack=true\n"))
+        if "array.npy" in command:
+            header = "{'descr': '<u2', 'fortran_order': False, 'shape': (4, 5, 6)}\n".encode()
+            (folder / "array.npy").write_bytes(b"\x93NUMPY\x01\0" + struct.pack("<H", len(header)) + header + bytes(240))
         if "smoke.vdb" in command:
             shutil.copy(volumes / "smoke.vdb", folder)
         if not re.search(r"\btagrid (encode|phantom)\b", command):
@@ -148,6 +179,10 @@ class Commands(unittest.TestCase):
         self.assertTrue({"tools/quickstart.sh", "tools/test.sh"} <= scripts, scripts)
         for script in scripts:
             self.assertTrue(os.access(ROOT / script, os.X_OK), script)
+
+    def test_the_reader_in_the_document_is_the_one_of_the_examples(self):
+        program = (ROOT / "examples/readers/tagrid-read-npy").read_text()
+        self.assertIn(f"\n```python\n{program}```\n", (ROOT / "docs/readers.md").read_text())
 
     def test_a_command_that_does_not_work_is_found(self):
         self.assertEqual(list(commands("```\ntagrid a |\n    tagrid b\nother\n```\n")), ["tagrid a | tagrid b"])

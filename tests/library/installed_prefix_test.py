@@ -152,15 +152,20 @@ class InstalledLibrary(unittest.TestCase):
                 self.assertNotIn(str(ROOT), text, file)
 
     @unittest.skipUnless(shutil.which("dpkg-deb") and shutil.which("dpkg-shlibdeps"), "there are no tools for Debian packages")
-    def test_there_are_three_debian_packages(self):
+    def test_there_are_four_debian_packages(self):
         folder = self.folder / "packages"
         run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
         packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
-        self.assertEqual(set(packages), {"tagrid", "libtagrid", "libtagrid-dev"})
+        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "libtagrid", "libtagrid-dev"})
         content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
             self.assertIn(path, content["tagrid"])
+        for format in ("dicom", "hdf5", "jp2", "tiff"):
+            self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
+        self.assertNotIn("tagrid-read-tiff", content["tagrid"])
+        self.assertRegex(field["tagrid-readers"], r"Depends: .*libtiff")
+        self.assertNotRegex(field["tagrid"], r"Depends: .*libtiff")
         self.assertIn("libtagrid.so.0 ->", content["libtagrid"])
         for path in ("include/tagrid/tagrid.h\n", "include/tagrid/tagrid.hpp", "libtagrid.so ->", "libtagrid.a", "tagrid.pc",
                      "tagridConfig.cmake", "examples/read_region.c"):

@@ -23,10 +23,16 @@ std::map<std::string, std::vector<std::string>> beginnings() {
           {"tag", {"\x89TAG\r\n"}},
           {"compressed", {"\x1f\x8b\b", "\x28\xb5\x2f\xfd", "\xfd\x37zXZ", "BZh9"}},
           {"dicom", {at(128, "DICM")}},
-          {"nifti-header", {at(344, "ni1")}},
-          {"nifti", {at(344, "n+1")}},
+          {"analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
+          {"nifti",
+           {"\x5c\1\0\0"s + at(344, "n+1\0"s).substr(4), "\0\0\1\x5c"s + at(344, "ni1\0"s).substr(4),
+            "\x1c\2\0\0n+2\0\r\n\032\n"s, "\0\0\2\x1cni2\0\r\n\032\n"s}},
           {"metaimage", {"ObjectType = Image\n", "NDims = 3\n"}},
-          {"hdf5", {"\x89HDF\r\n"}},
+          {"hdf5", {"\x89HDF\r\n\x1a\n"}},
+          {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
+          {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
+          {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
+          {"isq", {"CTDATA-HEADER_V1"}},
           {"tiff", {"II*\0"s, "MM\0*"s}}};
 }
 
@@ -42,8 +48,8 @@ TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {
         if (name != format.name) continue;
         EXPECT_TRUE(format.is_mine(longer.substr(0, format.peek))) << "its peek is enough: " << format.name;
         EXPECT_LE(format.peek, bytes_to_recognise());
-        EXPECT_EQ(format_of(longer, format.open != nullptr), &format);
-        EXPECT_EQ(format_of(longer, format.open == nullptr), nullptr);
+        EXPECT_EQ(format_of(longer, format.is_read()), &format);
+        EXPECT_EQ(format_of(longer, !format.is_read()), nullptr);
         for (std::size_t size = 0; size < 2; ++size)
           EXPECT_FALSE(format.is_mine(longer.substr(0, std::min(size, text.size() - 1)))) << format.name;
       }
@@ -89,7 +95,11 @@ TEST(Formats, UnknownNamesListWhatThereIs) {
   }
 }
 
-class FormatFiles : public TemporaryFolder {};
+class FormatFiles : public TemporaryFolder {
+ protected:
+  FormatFiles() { setenv("TAGRID_READER_PATH", TAGRID_READERS, 1); }
+  ~FormatFiles() override { unsetenv("TAGRID_READER_PATH"); }
+};
 
 TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
   const VolumeInfo info{{2, 3, 4}, SampleType::int16, {}, ""};
@@ -103,6 +113,7 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
     EXPECT_TRUE(std::filesystem::exists(samples_path(name, *format))) << name;
     SourceDescription description;
     if (format->name == "raw") description.raw = RawDescription{info.dims, info.type, {}, {}, 0};
+    if (format->name == "vti") continue;  // only written
     const auto source = open_volume(name, description);
     std::vector<std::byte> read(48);
     source->read_slices(read.data(), 4);

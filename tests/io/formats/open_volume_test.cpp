@@ -205,7 +205,14 @@ TEST_F(OpenVolumeTest, MissingFilesAndFoldersAreErrorsOfTheWorld) {
               open_volume(file("a.nhdr", little + "encoding: raw\ndata file: gone.raw\n"));
             }).find("it is the data file that " + path("a.nhdr") + " names"),
             std::string::npos);
-  message_of<WorldError>([&] { open_volume(folder_.string(), SourceDescription(raw_int16())); });
+}
+
+TEST_F(OpenVolumeTest, FilesOfAFolderAreEqualPartsOfSamplesWithoutAHeader) {
+  file("s1.raw", "xx");
+  EXPECT_NE(message_of<BrokenInput>([&] {
+              open_volume(folder_.string(), SourceDescription(raw_int16()));
+            }).find("s1.raw: has 2 bytes"),
+            std::string::npos);
 }
 
 // Headers may come from anywhere: they must not make a program wait, or read from standard input or devices.

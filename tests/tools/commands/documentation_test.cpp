@@ -109,7 +109,7 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
   for (const std::string& command : commands())
     EXPECT_EQ(completed(command + " -"), options(command)) << command;
   EXPECT_EQ(completed("encode --ma"), (Words{"--max-error", "--max-level"}));
-  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr"}));
+  EXPECT_EQ(completed("decode x.tag --format n"), (Words{"nrrd", "nhdr", "nifti", "nifti.gz"}));
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
 }
 
@@ -140,8 +140,8 @@ TEST_F(Documentation, ZshCompletesEveryOptionAndNoOther) {
   };
   for (const std::string& command : commands()) {
     std::string body = part("_tagrid_" + command + "() {", "}");
-    for (const char* array :
-         {"run", "memory", "spool", "report", "output", "removal", "error", "encoding", "headerless"})
+    for (const char* array : {"run", "memory", "spool", "report", "output", "removal", "error", "encoding",
+                              "source", "headerless"})
       if (body.find("$_tagrid_" + std::string(array)) != body.npos)
         body += array == std::string("report") ? part("_tagrid_report=(", "_tagrid_removal")
                                                : part("_tagrid_" + std::string(array) + "=(", ")");

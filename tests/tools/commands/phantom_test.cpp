@@ -46,7 +46,7 @@ TEST_F(PhantomCommand, WrongRequestsAreRefused) {
   expect_error(tagrid({"phantom", "-o", "x.raw"}), usage, "--dims is required");
   expect_error(tagrid({"phantom", "--dims", "4,4,4", "--type", "int64"}), usage, "int64");
   expect_error(tagrid({"phantom", "--dims", "4,4,4", "--seed", "-1"}), usage, "--seed");
-  expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "x.tiff"}), usage, "x.tiff");
+  expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "x.png"}), usage, "x.png");
   expect_error(tagrid({"phantom", "--dims", "4,4,4", "-o", "no/x.raw"}), world, "no/x.raw");
   EXPECT_EQ(names(), std::vector<std::string>{});
 }

@@ -183,7 +183,7 @@ TEST_F(RoundTrip, AFormatThatContradictsTheNameIsRefused) {
   // The advice works.
   expect_ok(tagrid({"decode", "volume.tag", "--format", "nrrd", "-o", "x.nrrd"}));
   expect_ok(tagrid({"decode", "volume.tag", "-o", "x.raw"}));
-  expect_error(tagrid({"decode", "volume.tag", "-o", "x.tiff"}), usage, "must end in .nrrd");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "x.png"}), usage, "must end in .nrrd");
 }
 
 TEST_F(RoundTrip, ThinVolumes) {

@@ -215,7 +215,8 @@ TEST_F(Options, MessagesOnValuesSayWhatTheyMayBe) {
       {{"encode", "x", "--progress=foo"}, "--progress: foo: must be one of auto, bar, plain, none;"},
       {{"encode", "x", "--progress", "1"}, "--progress: 1: must be one of"},
       {{"encode", "x", "--endian", "middle"}, "--endian: middle: must be one of little, big;"},
-      {{"decode", "x", "--format", "tiff"}, "--format: tiff: must be one of nrrd, nhdr, raw, vdb;"}};
+      {{"decode", "x", "--format", "png"},
+       "--format: png: must be one of nrrd, nhdr, raw, vdb, nifti, nifti.gz, metaimage, mhd, tiff, vti;"}};
   for (const auto& [arguments, message] : wrong) {
     const Ending ending = tagrid(arguments);
     expect_error(ending, usage, message);
@@ -321,15 +322,11 @@ TEST_F(Options, AnotherOrderOfDimsIsSuspected) {
 // Files that people have: the message says what they are and what to do with them.
 TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
   make_tag();
-  expect_ok(script(
-      "gzip -c volume.nrrd > a.gz; (head -c 128 /dev/zero; echo DICM) > a.dcm; (head -c 344 /dev/zero; "
-      "echo n+1) > a.nii; echo ObjectType = Image > a.mha; printf 'II*\\0....' > a.tif"));
-  const std::pair<const char*, const char*> files[] = {{"volume.tag", "is already a .tag file"},
-                                                       {"a.gz", "zcat FILE | tagrid encode -"},
-                                                       {"a.dcm", "is a DICOM file"},
-                                                       {"a.nii", "is a NIfTI file"},
-                                                       {"a.mha", "is a MetaImage header"},
-                                                       {"a.tif", "TIFF"}};
+  expect_ok(script("gzip -c volume.nrrd > a.gz"));
+  const std::pair<const char*, const char*> files[] = {
+      {"volume.tag", "is already a .tag file"},
+      {"a.gz", "zcat FILE | tagrid encode -"},
+  };
   for (const auto& [name, advice] : files) {
     expect_error(tagrid({"encode", name, "-o", "x.tag"}), broken_input, advice);
     expect_error(tagrid({"encode", "-"}, content(name)), broken_input, advice);
