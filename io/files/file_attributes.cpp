@@ -41,6 +41,11 @@ bool is_regular_input(const std::string& path) {
   return status && S_ISREG(status->st_mode);
 }
 
+bool is_folder(const std::string& path) {
+  const auto status = path == "-" ? std::nullopt : status_of(path);
+  return status && S_ISDIR(status->st_mode);
+}
+
 bool is_file_or_folder(const std::string& path) {
   const auto status = path == "-" ? std::nullopt : status_of(path);
   return status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode));

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/gzip_bytes.h"
 #include "io/files/natural_order.h"
 #include "io/files/numbered_names.h"
@@ -238,8 +239,7 @@ const Format* readable_format(const std::string& path) {
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
-  const auto status = path == "-" ? std::nullopt : status_of(path);
-  return status && S_ISDIR(status->st_mode) ? open_folder(path, source) : open_file(path, source);
+  return is_folder(path) ? open_folder(path, source) : open_file(path, source);
 }
 
 }  // namespace tagrid

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/volume/vtk_names.h"
 
 namespace tagrid {
 namespace {

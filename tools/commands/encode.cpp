@@ -79,7 +79,7 @@ struct EncodeCommand {
 
   // "scan.tag" for "scan.nrrd", and for the folders "scan" and "scan/".
   static std::string output_for(std::string input) {
-    if (!fs::is_directory(input)) return output_beside(input, ".tag");
+    if (!is_folder(input)) return output_beside(input, ".tag");
     while (input.size() > 1 && input.ends_with('/')) input.pop_back();
     if (const fs::path name = fs::path(input).filename();
         name == "." || name == ".." || name == "/" || name.empty())

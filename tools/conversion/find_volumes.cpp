@@ -8,8 +8,10 @@
 #include <set>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/natural_order.h"
 #include "io/files/numbered_names.h"
+#include "io/files/system_call.h"
 #include "io/formats/open_volume.h"
 #include "tools/report/advice.h"
 
@@ -136,9 +138,8 @@ class Finder {
   /// "2019/knee" for 2019/knee.nrrd; longer if that is taken.
   std::string output_of(const FoundVolume& volume) {
     const fs::path relative = fs::path(volume.path).lexically_relative(root_);
-    std::error_code unknown;
-    const bool is_folder = fs::is_directory(volume.path, unknown);
-    fs::path name = is_folder ? relative : relative.parent_path() / relative.stem();
+    const bool has_suffix = !is_folder(volume.path);
+    fs::path name = has_suffix ? relative.parent_path() / relative.stem() : relative;
     if (name == ".") name = root_.filename();
     for (const char* option : {"series", "dataset"})
       if (const auto found = volume.options.find(option); found != volume.options.end()) {
@@ -148,7 +149,7 @@ class Finder {
         name /= part.empty() ? "volume" : part;
       }
     if (taken_.insert(name.string()).second) return name;
-    if (!is_folder && taken_.insert(relative.string()).second) return relative;
+    if (has_suffix && taken_.insert(relative.string()).second) return relative;
     for (int i = 2;; ++i)
       if (const std::string other = fmt::format("{}-{}", name.string(), i); taken_.insert(other).second)
         return other;
@@ -162,9 +163,7 @@ class Finder {
 }  // namespace
 
 void find_volumes(const std::string& root, const std::function<void(const FoundVolume&)>& use) {
-  std::error_code unknown;
-  if (!fs::is_directory(root, unknown))
-    throw world_error("cannot read", root, fs::exists(root, unknown) ? ENOTDIR : ENOENT);
+  if (!is_folder(root)) throw world_error("cannot read", root, status_of(root) ? ENOTDIR : ENOENT);
   Finder finder(root, use);
   finder.search(finder.root());
 }

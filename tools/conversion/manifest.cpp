@@ -1,7 +1,6 @@
 #include "tools/conversion/manifest.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <filesystem>
 #include <set>
@@ -70,12 +69,11 @@ ManifestLine parse_line(const std::vector<std::string>& columns, const fs::path&
       line.options[name] = value;
   }
   // A folder may have dots in its name.
-  const auto status = status_of(path);
-  const bool is_folder = status && S_ISDIR(status->st_mode);
+  const bool has_suffix = !is_folder(path);
   if (line.output.empty())
     line.output = naming == OutputNaming::with_folders
-                      ? output_mirroring(listed, is_folder)
-                      : (is_folder ? path.filename() : path.stem()).string() + ".tag";
+                      ? output_mirroring(listed, !has_suffix)
+                      : (has_suffix ? path.stem() : path.filename()).string() + ".tag";
   return line;
 }
 

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <tuple>
 #include <vector>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "pipeline/encode/dims_order.h"
 #include "pipeline/encode/likelier_reading.h"
 #include "tools/options/encoding_rows.h"
@@ -124,8 +124,7 @@ std::string doubt(const RawDescription& given, const LikelierReading& likelier) 
 }  // namespace
 
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description) {
-  std::error_code unknown;
-  if (run.quiet || std::filesystem::is_directory(input, unknown)) return;
+  if (run.quiet || is_folder(input)) return;
   // If samples are misread, no order of dims looks better than another.
   if (const auto reading = likelier_reading(input, description))
     return warn(run, input + ": " + doubt(description, *reading));
