@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/readers/reader_process.h"
-#include "io/samples/placed.h"
+#include "io/volume/slice_run.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {

@@ -8,6 +8,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
+#include "io/samples/placed.h"
 
 namespace tagrid {
 namespace {

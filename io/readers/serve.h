@@ -11,7 +11,7 @@
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "io/readers/conversation.h"
-#include "io/samples/placed.h"
+#include "io/volume/slice_run.h"
 
 namespace tagrid {
 
