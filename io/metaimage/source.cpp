@@ -54,7 +54,7 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
   if (!header.is_compressed) {
     place.start += before;
     if (is_last) allow_more(*file, place, facts);
-    return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+    return plain_samples(std::move(facts), std::move(file), place);
   }
   return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place, before);
 }

@@ -63,7 +63,7 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
     return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place, before);
   place.start = before;
   if (is_last) allow_more(*file, place, facts);
-  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+  return plain_samples(std::move(facts), std::move(file), place);
 }
 
 }  // namespace tagrid

@@ -83,7 +83,7 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
                                          static_cast<std::uint64_t>(header.byte_skip));
   }
   place.start = start_of_samples(*file, header, facts.info);
-  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+  return plain_samples(std::move(facts), std::move(file), place);
 }
 
 /// The samples in all the files that the header names.
@@ -135,8 +135,8 @@ std::unique_ptr<VolumeSource> open_raw(std::unique_ptr<FileBytes> file, const st
                     .traits = {},
                     .holds_other_bytes = raw.offset > 0,
                     .headerless = true};
-  return std::make_unique<PlainSamples>(std::move(facts), std::move(file),
-                                        SamplesPlace{raw.offset, raw.big_endian.value_or(false), 0});
+  return plain_samples(std::move(facts), std::move(file),
+                       SamplesPlace{raw.offset, raw.big_endian.value_or(false), 0});
 }
 
 }  // namespace tagrid

@@ -84,6 +84,19 @@ void PlainSamples::seek(std::int64_t z) {
   file_->seek(place_.start + static_cast<std::uint64_t>(z) * slice_bytes());
 }
 
+std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                            const SamplesPlace& place) {
+  if (file->size() && facts.files.back() != "-") {
+    const Index3& dims = facts.info.dims;
+    facts.places = {{.file = facts.files.size() - 1,
+                     .offset = place.start,
+                     .slices = dims.z,
+                     .step = *sample_bytes({dims.x, dims.y, 1}, facts.info.type),
+                     .big_endian = place.big_endian}};
+  }
+  return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+}
+
 GzipSamples::GzipSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
                          std::uint64_t skipped)
     : FileSamples(std::move(facts), std::move(file), place, false), gzip_(*file_), skipped_(skipped) {

@@ -68,6 +68,11 @@ class PlainSamples : public FileSamples {
   void seek(std::int64_t z) override;
 };
 
+/// The uncompressed samples at this place of a file, which is the last one of `facts`. A regular file's facts then say
+/// where they lie.
+std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                            const SamplesPlace& place);
+
 /// Samples in a gzip stream that extends to the end of the file, after `skipped` decompressed bytes. The
 /// constructor throws BrokenInput if the file is too small for them.
 class GzipSamples final : public FileSamples {

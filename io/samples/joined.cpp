@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -31,12 +32,22 @@ class Joined final : public VolumeSource {
     assert(parts > 0 && facts.info.dims.z % parts == 0);
     const std::uint64_t own = facts.traits.memory;
     facts.traits = {.again = true, .any_rows = true, .whole_slices = false, .memory = own};
+    bool are_plain = true;
+    std::map<std::string, std::size_t> numbers;
+    for (const std::string& file : facts.files) numbers.emplace(file, numbers.size());
     for (std::int64_t i = 0; i < parts; ++i) {
-      const SourceTraits part = open(i)->traits();
-      assert(part.again && !part.whole_slices);
-      facts.traits.any_rows = facts.traits.any_rows && part.any_rows;
-      facts.traits.memory = std::max(facts.traits.memory, own + part.memory);
+      const SourceFacts part = open(i)->facts();
+      assert(part.traits.again && !part.traits.whole_slices);
+      facts.traits.any_rows = facts.traits.any_rows && part.traits.any_rows;
+      facts.traits.memory = std::max(facts.traits.memory, own + part.traits.memory);
+      are_plain = are_plain && !part.places.empty();
+      for (SliceRun run : part.places) {
+        run.file = numbers.at(part.files[run.file]);
+        facts.places.push_back(run);
+      }
     }
+    if (!are_plain) facts.places.clear();
+    facts.traits.memory += facts.places.size() * sizeof(SliceRun);
     return facts;
   }
 

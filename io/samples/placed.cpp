@@ -11,6 +11,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/samples/stored_bits.h"
 
 namespace tagrid {
 namespace {
@@ -26,10 +27,9 @@ std::optional<std::uint64_t> end_of(const SliceRun& run, std::uint64_t slice_byt
 
 class Placed final : public VolumeSource {
  public:
-  Placed(SourceFacts facts, std::vector<SliceRun> runs)
-      : VolumeSource(with_traits(std::move(facts), runs.size())), runs_(std::move(runs)) {
+  explicit Placed(SourceFacts facts) : VolumeSource(with_traits(std::move(facts))) {
     std::int64_t slices = 0;
-    for (const SliceRun& run : runs_) {
+    for (const SliceRun& run : runs()) {
       assert(run.slices > 0 && run.file < files().size());
       ends_.push_back(slices += run.slices);
     }
@@ -40,19 +40,21 @@ class Placed final : public VolumeSource {
   std::uint64_t bytes_read() const override { return bytes_read_; }
 
  private:
-  static SourceFacts with_traits(SourceFacts facts, std::size_t runs) {
+  const std::vector<SliceRun>& runs() const { return facts().places; }
+
+  static SourceFacts with_traits(SourceFacts facts) {
     std::uint64_t names = 0;
     for (const std::string& file : facts.files) names += sizeof file + file.size();
     facts.traits = {.again = true,
                     .any_rows = true,
                     .whole_slices = false,
-                    .memory = names + runs * (sizeof(SliceRun) + sizeof(std::int64_t))};
+                    .memory = names + facts.places.size() * (sizeof(SliceRun) + sizeof(std::int64_t))};
     return facts;
   }
 
   /// What is wrong with one of the files is found before anything is written.
   void check_files() {
-    for (const SliceRun& run : runs_) {
+    for (const SliceRun& run : runs()) {
       const FileSource& source = file(run.file);
       const auto end = end_of(run, slice_bytes());
       if (!end || *end > source.size())
@@ -75,7 +77,7 @@ class Placed final : public VolumeSource {
     while (count > 0) {
       const std::int64_t z = first / slice_samples(), in_slice = first % slice_samples();
       const auto at = static_cast<std::size_t>(std::ranges::upper_bound(ends_, z) - ends_.begin());
-      const SliceRun& run = runs_[at];
+      const SliceRun& run = runs()[at];
       const bool is_gapless = run.step == slice_bytes();
       const std::int64_t left = (is_gapless ? ends_[at] - z : 1) * slice_samples() - in_slice;
       const std::int64_t n = std::min(count, left);
@@ -97,7 +99,6 @@ class Placed final : public VolumeSource {
   }
   void end() override {}  // other bytes may follow
 
-  std::vector<SliceRun> runs_;
   std::vector<std::int64_t> ends_;  // the slice after each run
   std::uint64_t bytes_read_ = 0;
   std::optional<FileSource> file_;
@@ -107,7 +108,8 @@ class Placed final : public VolumeSource {
 }  // namespace
 
 std::unique_ptr<VolumeSource> placed_samples(SourceFacts facts, std::vector<SliceRun> runs) {
-  return std::make_unique<Placed>(std::move(facts), std::move(runs));
+  facts.places = std::move(runs);
+  return std::make_unique<Placed>(std::move(facts));
 }
 
 }  // namespace tagrid

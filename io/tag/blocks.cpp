@@ -75,6 +75,53 @@ std::vector<std::byte> file_end(const CodingParameters& parameters, const TagInd
   return std::move(section.bytes());
 }
 
+void EnvelopeBlocks::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const std::size_t n = std::min(bytes.size(), largest_envelope_block - waiting_.size());
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n));
+    bytes = bytes.subspan(n);
+    if (waiting_.size() == largest_envelope_block) finish();
+  }
+}
+
+void EnvelopeBlocks::finish() {
+  if (waiting_.empty()) return;
+  const std::vector<std::byte> packed = zstd_compress(waiting_);
+  FieldWriter block;
+  block.put(envelope_marker);
+  block.put(static_cast<std::uint32_t>(waiting_.size()));
+  block.put(static_cast<std::uint32_t>(packed.size()));
+  block.put_bytes(packed);
+  checksum_ = chained_checksum(checksum_of({block.bytes()}), checksum_);
+  block.put(checksum_);
+  use_(block.bytes());
+  waiting_.clear();
+}
+
+Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest) {
+  FieldReader reader(head);
+  const auto marker = reader.get<std::uint32_t>(), size = reader.get<std::uint32_t>(),
+             packed_size = reader.get<std::uint32_t>();
+  if (marker != envelope_marker || size == 0 || size > largest_envelope_block ||
+      packed_size > size + size / 128 + 1024)
+    return Status::broken("an impossible size");
+  rest = std::uint64_t{packed_size} + 8;
+  return {};
+}
+
+Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
+                            std::vector<std::byte>* content) {
+  const auto fields = block.first(block.size() - 8);
+  const auto in_file = load_little_endian<std::uint64_t>(block.last(8).data());
+  if (!checksums_agree(in_file, chained_checksum(checksum_of({fields}), checksum)))
+    return Status::broken(
+        "the checksum does not match: the envelope is damaged, or it belongs to another file");
+  checksum = in_file;
+  if (content == nullptr) return {};
+  const auto size = load_little_endian<std::uint32_t>(block.data() + 4);
+  return zstd_decompress(fields.subspan(envelope_head_size), size, *content);
+}
+
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
                    std::uint64_t& checksum, BrickBytes& brick) {
   FieldReader reader(block);
@@ -123,7 +170,7 @@ Status FileEnd::parse_head(std::span<const std::byte> head, std::uint64_t& rest)
   return {};
 }
 
-Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
+Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::uint64_t& envelope) const {
   const auto packed = bytes.subspan(index_head_size, bytes.size() - index_head_size - 8 - footer_size);
   const auto tail = bytes.last(8 + footer_size);
   if (!checksums_agree(load_little_endian<std::uint64_t>(tail.data()),
@@ -142,20 +189,22 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index) const {
   std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index.bricks)
     bricks_size += std::uint64_t{brick.activity_bytes} + brick.value_bytes;
-  if (header_size + bricks_size != start)
+  if (header_size + bricks_size > start)
     return Status::broken("the sizes of the bricks do not add up to the size of the file");
+  envelope = start - header_size - bricks_size;
   return {};
 }
 
-TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, const TagIndex& index) {
+TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index) {
   TagSizes sizes;
   sizes.file = file;
   sizes.header = header;
+  sizes.envelope = envelope;
   for (const IndexEntry& brick : index.bricks) {
     sizes.activity += brick.activity_bytes;
     sizes.values += brick.value_bytes;
   }
-  sizes.index = sizes.file - sizes.header - sizes.activity - sizes.values;
+  sizes.index = sizes.file - sizes.header - sizes.envelope - sizes.activity - sizes.values;
   return sizes;
 }
 

@@ -63,9 +63,39 @@ void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickB
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
                    std::uint64_t& checksum, BrickBytes& brick);
 
+/// The first field of a block of the envelope, where a brick has its length, which is never 1.
+inline constexpr std::uint32_t envelope_marker = 1;
+/// Bytes of a block of the envelope before its compressed part: that field and two sizes.
+inline constexpr std::size_t envelope_head_size = 4 + 4 + 4;
+/// The most bytes that a block of the envelope holds, before they are compressed.
+inline constexpr std::size_t largest_envelope_block = std::size_t{1} << 20;
+
+/// Cuts the bytes of an envelope into blocks.
+class EnvelopeBlocks {
+ public:
+  /// `checksum` is that of the last block of the file; it is continued. It must outlive this object.
+  EnvelopeBlocks(std::uint64_t& checksum, std::function<void(const std::vector<std::byte>& block)> use)
+      : checksum_(checksum), use_(std::move(use)) {}
+
+  void write(std::span<const std::byte> bytes);
+  /// Makes a block of what is left.
+  void finish();
+
+ private:
+  std::uint64_t& checksum_;
+  std::function<void(const std::vector<std::byte>&)> use_;
+  std::vector<std::byte> waiting_;
+};
+
+/// Reads the first envelope_head_size bytes of a block. `rest` receives the number of bytes that follow.
+Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest);
+/// Reads a whole block; see envelope_block(). `content` may be null: then only the checksum is read and checked.
+Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
+                            std::vector<std::byte>* content);
+
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
-/// Index and footer of a file whose blocks end at byte `start`; `last_checksum` is that of the last block.
+/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`; `last_checksum` is that of the last block.
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);
@@ -89,14 +119,16 @@ struct FileEnd {
   /// footer.
   Status parse_head(std::span<const std::byte> head, std::uint64_t& rest) const;
   /// Reads all of it, from the index's first byte to the file's last.
-  Status parse(std::span<const std::byte> bytes, TagIndex& index) const;
+  /// `envelope` receives the size of the envelope, which lies between the bricks and the index.
+  Status parse(std::span<const std::byte> bytes, TagIndex& index, std::uint64_t& envelope) const;
 };
 
 /// The sizes of the parts of a file; they sum to the size of the file.
 struct TagSizes {
   std::uint64_t file = 0, header = 0, activity = 0, values = 0;
+  std::uint64_t envelope = 0;
   std::uint64_t index = 0;  ///< the index, the footer, and the frames of the bricks
 };
-TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, const TagIndex& index);
+TagSizes tag_sizes(std::uint64_t file, std::uint64_t header, std::uint64_t envelope, const TagIndex& index);
 
 }  // namespace tagrid

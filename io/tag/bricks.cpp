@@ -55,7 +55,7 @@ void TagBricks::read_end() {
   if (rest < present - index_head_size) throw BrokenInput(name() + ": " + bytes_follow);
   if (rest > present - index_head_size)
     throw broken_part(name(), "the index", size, "the file ends in it; it is truncated");
-  if (Status status = end.parse(bytes_at(start, present), index_); !status.ok())
+  if (Status status = end.parse(bytes_at(start, present), index_, envelope_size_); !status.ok())
     throw broken_part(name(), "the index", size, status.what());
 }
 
@@ -71,6 +71,24 @@ BrickBytes TagBricks::read(std::int64_t brick) const {
       !status.ok())
     throw broken_part(name(), "brick " + std::to_string(brick), start(brick + 1), status.what());
   return result;
+}
+
+std::function<bool(std::vector<std::byte>&)> TagBricks::envelope() const {
+  const std::uint64_t start = starts_.back(), end = start + envelope_size_;
+  auto checksum = load_little_endian<std::uint64_t>(bytes_at(start - 8, 8).data());
+  return [this, position = start, end, checksum](std::vector<std::byte>& content) mutable {
+    if (position == end) return false;
+    const auto require = [&](const Status& status) {
+      if (!status.ok()) throw broken_part(name(), "the envelope", position, status.what());
+    };
+    if (end - position < envelope_head_size) require(Status::broken("an impossible size"));
+    std::uint64_t rest = 0;
+    require(parse_envelope_head(bytes_at(position, envelope_head_size), rest));
+    if (rest > end - position - envelope_head_size) require(Status::broken("an impossible size"));
+    require(parse_envelope_block(bytes_at(position, envelope_head_size + rest), checksum, &content));
+    position += envelope_head_size + rest;
+    return true;
+  };
 }
 
 BrickStream TagBricks::bricks_from(std::int64_t first) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,7 +26,7 @@ class TagBricks {
   const CodingParameters& parameters() const { return header_.parameters; }
   const TagIndex& index() const { return index_; }
   const std::string& name() const { return source_->name(); }
-  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, index_); }
+  TagSizes sizes() const { return tag_sizes(source_->size(), header_size_, envelope_size_, index_); }
   std::int64_t count() const { return static_cast<std::int64_t>(starts_.size()) - 1; }
 
   /// Position of the block of a brick in the file, and its size in bytes.
@@ -34,6 +35,9 @@ class TagBricks {
 
   /// Reads only the block of `brick`, and the checksum before it, to which the block is bound.
   BrickBytes read(std::int64_t brick) const;
+  /// Gives the content of the blocks of the envelope, one after the other; false after the last one. This object must
+  /// outlive the function.
+  std::function<bool(std::vector<std::byte>& content)> envelope() const;
   /// The bricks from `first` on. This object must outlive the stream.
   BrickStream bricks_from(std::int64_t first) const;
 
@@ -46,6 +50,7 @@ class TagBricks {
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   TagIndex index_;
+  std::uint64_t envelope_size_ = 0;
   std::vector<std::uint64_t> starts_;  ///< position of every block, and the end of the last one
 };
 

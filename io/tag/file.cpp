@@ -14,7 +14,14 @@
 #include "stages/grid/lattice.h"
 
 namespace tagrid {
-TagWriter::TagWriter(ByteSink& out, const TagHeader& header) : out_(out), parameters_(header.parameters) {
+TagWriter::TagWriter(ByteSink& out, const TagHeader& header)
+    : out_(out),
+      parameters_(header.parameters),
+      envelope_(last_checksum_, [this](const std::vector<std::byte>& block) {
+        out_.write(block);
+        position_ += block.size();
+        envelope_size_ += block.size();
+      }) {
   const std::vector<std::byte> bytes = serialize_header(header);
   header_checksum_ = load_little_endian<std::uint64_t>(bytes.data() + bytes.size() - 8);
   last_checksum_ = header_checksum_;
@@ -32,6 +39,7 @@ void TagWriter::write_brick(const BrickBytes& brick, const Statistics& statistic
 }
 
 void TagWriter::finish() {
+  envelope_.finish();
   const std::vector<std::byte> end =
       file_end(parameters_, index_, position_, last_checksum_, header_checksum_);
   out_.write(end);
@@ -91,6 +99,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
     read_frame(ahead_);
   } else {
     ahead_.id = -1;
+    read_envelope();
     read_index_section();
   }
   return true;
@@ -107,15 +116,37 @@ void TagReader::read_frame(BrickBytes& brick) {
   ++next_brick_;
 }
 
+// Leaves the first four bytes of the index in marker_.
+void TagReader::read_envelope() {
+  const std::uint64_t start = bytes_->position();
+  for (;;) {
+    read_exactly(marker_.data(), marker_.size(), "the index");
+    if (load_little_endian<std::uint32_t>(marker_.data()) != envelope_marker) break;
+    std::array<std::byte, envelope_head_size> head;
+    std::ranges::copy(marker_, head.begin());
+    read_exactly(head.data() + marker_.size(), head.size() - marker_.size(), "the envelope");
+    std::uint64_t rest = 0;
+    if (Status status = parse_envelope_head(head, rest); !status.ok()) fail(status.what());
+    read_growing(block_, head, rest, "the envelope");
+    if (Status status = parse_envelope_block(block_, last_checksum_, nullptr); !status.ok())
+      fail(status.what());
+  }
+  envelope_size_ = bytes_->position() - marker_.size() - start;
+}
+
 void TagReader::read_index_section() {
-  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position(), last_checksum_};
+  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_.size(),
+                       last_checksum_};
   std::array<std::byte, index_head_size> head;
-  read_exactly(head.data(), head.size(), "the index");
+  std::ranges::copy(marker_, head.begin());
+  read_exactly(head.data() + marker_.size(), head.size() - marker_.size(), "the index");
   std::uint64_t rest = 0;
   if (Status status = end.parse_head(head, rest); !status.ok()) fail(status.what());
   std::vector<std::byte> section;
   read_growing(section, head, rest, "the index");
-  if (Status status = end.parse(section, index_); !status.ok()) fail(status.what());
+  std::uint64_t envelope = 0;
+  if (Status status = end.parse(section, index_, envelope); !status.ok()) fail(status.what());
+  if (envelope != envelope_size_) fail("the sizes of the bricks do not add up to the size of the file");
   std::byte extra;
   if (bytes_->read(&extra, 1) != 0) throw BrokenInput(name() + ": " + bytes_follow);
   next_brick_ = parameters().bricks().count();

@@ -1,6 +1,7 @@
 // .tag files, written and read front to back. TagBricks reads them in any order.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -24,19 +25,23 @@ class TagWriter : public BrickSink {
 
   /// REQUIRES: bricks come in the order of their numbers, from 0.
   void write_brick(const BrickBytes& brick, const Statistics& statistics) override;
+  /// Writes the next bytes of the envelope; see io/envelope. REQUIRES: all bricks were written.
+  void write_envelope(std::span<const std::byte> bytes) { envelope_.write(bytes); }
   /// Writes index and footer. The caller commits the file.
   void finish();
 
   const TagIndex& index() const { return index_; }
   /// The sizes of what was written so far.
-  TagSizes sizes() const { return tag_sizes(position_, header_size_, index_); }
+  TagSizes sizes() const { return tag_sizes(position_, header_size_, envelope_size_, index_); }
 
  private:
   ByteSink& out_;
   std::uint64_t position_ = 0;  ///< bytes written
   CodingParameters parameters_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
-  std::uint64_t last_checksum_ = 0;  ///< of the last part written: the header, then each brick
+  std::uint64_t last_checksum_ = 0;  ///< of the last part written: the header, then each block
+  std::uint64_t envelope_size_ = 0;
+  EnvelopeBlocks envelope_;
   TagIndex index_;
 };
 
@@ -55,7 +60,7 @@ class TagReader {
   void stop_when(const std::atomic<bool>& stop) { bytes_->stop_when(stop); }
 
   /// Hands out the next brick, after its checksum and that of the following block have been checked: the next
-  /// brick, or index and footer, which nothing may follow. Returns false after the last brick.
+  /// brick, or envelope, index and footer, which nothing may follow. Returns false after the last brick.
   bool read_brick(BrickBytes& brick);
 
   /// All bricks. The reader must outlive the stream.
@@ -65,13 +70,14 @@ class TagReader {
 
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
-  TagSizes sizes() const { return tag_sizes(file_size_, header_size_, index_); }
+  TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
   void read_growing(std::vector<std::byte>& out, std::span<const std::byte> before, std::uint64_t size,
                     const char* what);
   void read_frame(BrickBytes& brick);
+  void read_envelope();
   void read_index_section();
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
@@ -85,7 +91,8 @@ class TagReader {
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
   std::vector<std::byte> block_;
   TagIndex index_;
-  std::uint64_t file_size_ = 0;
+  std::array<std::byte, 4> marker_;  ///< of the block after the bricks
+  std::uint64_t file_size_ = 0, envelope_size_ = 0;
 };
 
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/volume/slice_run.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/box.h"
 
@@ -38,6 +39,8 @@ struct SourceFacts {
   Rescale rescale = {};
   /// What users should know of the volume, a sentence each.
   std::vector<std::string> warnings = {};
+  /// Where all samples lie in the files, from front to back; empty if they do not lie there plainly.
+  std::vector<SliceRun> places = {};
 };
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type

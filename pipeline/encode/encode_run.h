@@ -53,6 +53,7 @@ struct EncodeResult {
   std::uint64_t memory = 0;           ///< the plan's upper limit
   std::vector<std::string> warnings;  ///< of the source
   std::string reason_of_bound;        ///< how the largest error follows from the samples; see PlainBound
+  std::string why_not_restorable;     ///< why the source files cannot be restored; "" if they can
   double times_read = 0;              ///< how often a sample was read for encoding, on average
 };
 

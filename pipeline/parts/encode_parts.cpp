@@ -18,6 +18,7 @@
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
 #include "pipeline/parts/work_orders.h"
+#include "pipeline/restore/restore.h"
 
 namespace tagrid {
 namespace {
@@ -228,7 +229,6 @@ class RunInParts {
       order.places.push_back({position, checksum});
       position += survey(parts, part, checksum, result.index);
     }
-    require_same_input();
     // The file is created in the folder, so that after a crash it is removed together with the incomplete
     // parts.
     const OutputFileOptions beginning = {
@@ -239,6 +239,15 @@ class RunInParts {
     order.file = file.temporary();
     send_order(ranks_, order);
     place_parts(ranks_, order);
+    EnvelopeBlocks envelope(checksum, [&](const Bytes& block) {
+      file.write_at(position, block);
+      position += block.size();
+    });
+    result.why_not_restorable =
+        keep_source_files(*volume_, parameters(), options_.strip,
+                          [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
+    envelope.finish();
+    require_same_input();
     const Bytes end = file_end(parameters(), result.index, position, checksum, parts.header_checksum());
     file.write_at(position, end);
     file.sync();

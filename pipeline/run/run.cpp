@@ -20,6 +20,7 @@
 #include "pipeline/parts/verify_parts.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/region/decode_region.h"
+#include "pipeline/restore/restore.h"
 #include "pipeline/verify/verifier.h"
 
 namespace tagrid {
@@ -60,6 +61,9 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const BrickRows all = BrickRows::all(parameters.bricks());
   encoder.encode(all, writer,
                  watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
+  result.why_not_restorable =
+      keep_source_files(*volume, parameters, plain.options.strip,
+                        [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();

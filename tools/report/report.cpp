@@ -10,6 +10,7 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
+#include "pipeline/restore/restore.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/printable.h"
@@ -238,12 +239,10 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
     for (const LevelRow& row : level_rows(header, index))
       json["levels"].push_back({{"level", row.level}, {"points", row.points}, {"active", row.active}});
   }
-  json["bytes"] = {{"file", sizes.file},
-                   {"header", sizes.header},
-                   {"activity", sizes.activity},
-                   {"values", sizes.values},
-                   {"index", sizes.index}};
+  json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
+                   {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
   json["achieved"] = achieved_json(index);
+  json["restorable"] = sizes.envelope > 0 && is_exact(header.parameters);
   json["source"] = source_json(header);
   return json;
 }
@@ -260,6 +259,9 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   print_geometry(header, line);
   print_source(header, line);
+  line("source files", sizes.envelope == 0           ? "not kept, but for the fields that --json shows"
+                       : is_exact(header.parameters) ? "can be restored byte for byte"
+                                                     : "can be restored, with the decoded samples");
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");
@@ -287,6 +289,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
   part("  header", sizes.header);
   part("  activity", sizes.activity);
   part("  values", sizes.values);
+  if (sizes.envelope > 0) part("  source files", sizes.envelope);
   part("  index, frames", sizes.index);
   line("ratio", fmt::format("{:.2f}", static_cast<double>(raw) / static_cast<double>(sizes.file)));
   if (!with_levels) return out;

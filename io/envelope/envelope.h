@@ -1,0 +1,120 @@
+// The envelope of a volume: every byte of its files that is not a sample, so that the files can be given back byte for
+// byte. docs/format.md specifies its bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/volume/slice_run.h"
+#include "io/volume/volume_source.h"
+
+namespace tagrid {
+
+/// What the bits of stored integers hold that do not belong to samples; see StoredBits.
+enum class SpareBits : std::uint8_t {
+  zero,  ///< or there are none
+  sign,  ///< copies of the highest bit that counts
+  kept,  ///< anything; the envelope has them
+};
+
+/// Some slices of the volume in a file.
+struct SlicesInFile {
+  std::int64_t first_slice = 0;  ///< the number of the first one in the volume
+  SliceRun run;                  ///< without the number of the file
+  SpareBits spare = SpareBits::zero;
+
+  bool operator==(const SlicesInFile&) const = default;
+};
+
+/// A file of the source.
+struct EnvelopeFile {
+  std::string name;  ///< relative, with '/' between folders
+  std::uint64_t size = 0;
+  std::optional<std::uint64_t> checksum;  ///< XXH3 of the whole file, if its samples are kept exactly
+  std::vector<SlicesInFile> slices;       ///< in the order of their bytes, which do not overlap
+
+  bool operator==(const EnvelopeFile&) const = default;
+};
+
+/// The samples of a volume, as far as an envelope needs to know them.
+struct SampleShape {
+  Index3 dims;
+  SampleType type = SampleType::uint8;
+
+  std::uint64_t slice_bytes() const { return *sample_bytes({dims.x, dims.y, 1}, type); }
+};
+
+/// Takes the next bytes of an envelope.
+using PutBytes = std::function<void(std::span<const std::byte>)>;
+
+/// The files of a source, and why they are not all kept if they are not.
+struct SourceFiles {
+  std::vector<EnvelopeFile> files;  ///< without checksums, and with spare bits that are zero
+  std::vector<std::string> paths;   ///< of the files
+  SampleShape shape;
+  std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
+};
+
+/// Looks at the files of a source. Throws WorldError.
+SourceFiles source_files(const SourceFacts& facts);
+
+/// Writes the envelope of these files. `exact`: the samples are kept exactly, so that checksums of the whole files can be
+/// kept as well. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is "".
+void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put);
+
+/// Gives the content of the next block of an envelope; false after the last one.
+using NextBlock = std::function<bool(std::vector<std::byte>&)>;
+
+/// Reads an envelope front to back. Wrong bytes throw BrokenInput.
+class EnvelopeReader {
+ public:
+  /// `name` is that of the .tag file, for messages.
+  EnvelopeReader(std::string name, const SampleShape& shape, NextBlock next_block);
+
+  /// Reads the description of the next file. Returns false after the last one, when every slice has its place and
+  /// nothing follows. REQUIRES: the other bytes of the file before were read.
+  bool next_file(EnvelopeFile& file);
+  /// Reads the other bytes of that file: `use` is called with their position in the file. Of samples with spare bits that
+  /// are kept, these bits come, and zeros for the others.
+  void read_other_bytes(const EnvelopeFile& file,
+                        const std::function<void(std::uint64_t, std::span<const std::byte>)>& use);
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const;
+  void fill();
+  std::vector<std::byte> take(std::size_t size);
+  template <class T>
+  T number();
+  void check(const EnvelopeFile& file);
+
+  std::string name_;
+  SampleShape shape_;
+  NextBlock next_block_;
+  std::vector<std::byte> block_;
+  std::size_t position_ = 0;  ///< in block_
+  bool started_ = false;
+  std::uint64_t files_left_ = 0;
+  std::int64_t slices_left_ = 0;
+  std::vector<bool> slices_;  ///< those that have their place
+};
+
+/// Turns `count` samples at `samples` into the bytes that a file has for them, but for spare bits that are kept, which are
+/// zero. The inverse of reading them.
+void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count);
+
+/// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes that are not
+/// samples.
+void for_each_stretch(
+    const EnvelopeFile& file, std::uint64_t slice_bytes,
+    const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
+
+/// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and without zero
+/// bytes.
+bool is_safe_name(const std::string& name);
+
+}  // namespace tagrid

@@ -1,0 +1,222 @@
+#include "io/envelope/restored_files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstdio>
+#include <utility>
+
+#include "io/bytes/checksum.h"
+#include "io/files/byte_source.h"
+#include "io/files/errors.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::size_t most_open_files = 64;
+
+}  // namespace
+
+class RestoredFiles::OpenFile {
+ public:
+  OpenFile(const std::string& path, std::string name, int flags) : name_(std::move(name)) {
+    descriptor_ = uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0600); });
+    if (descriptor_ < 0) throw world_error("cannot create", name_, errno);
+  }
+  ~OpenFile() { close(descriptor_); }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  void write_at(std::uint64_t position, std::span<const std::byte> bytes) {
+    if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
+  }
+  void resize(std::uint64_t size) {
+    if (uninterrupted([&] { return ftruncate(descriptor_, static_cast<off_t>(size)); }) != 0)
+      throw world_error("cannot write", name_, errno);
+  }
+  void finish(const std::optional<FileAttributes>& like) {
+    if (like) {
+      set_permissions(descriptor_, *like);
+      const timespec times[2] = {like->accessed, like->modified};
+      // If the time cannot be set, the file is still good.
+      if (futimens(descriptor_, times) != 0) errno = 0;
+    }
+    if (uninterrupted([&] { return fsync(descriptor_); }) != 0)
+      throw world_error("cannot write", name_, errno);
+  }
+
+ private:
+  std::string name_;
+  int descriptor_ = -1;
+};
+
+RestoredFiles::RestoredFiles(const VolumeInfo& info, std::string folder, const SinkOptions& options)
+    : VolumeSink(info), folder_(std::move(folder)), options_(options) {
+  const auto status = status_of(folder_);
+  if (status && !S_ISDIR(status->st_mode))
+    throw UsageError(folder_ + ": is not a folder; give the folder for the files");
+  if (!status) {
+    if (mkdir(folder_.c_str(), 0777) != 0) throw world_error("cannot create the folder", folder_, errno);
+    made_folders_.push_back(folder_);
+  }
+  for (int attempt = 0; staging_.empty(); ++attempt) {
+    const std::string candidate = folder_ + "/" + temporary_name("restored");
+    staging_slot_ = register_temporary_folder(candidate);
+    if (mkdir(candidate.c_str(), 0700) == 0) {
+      staging_ = candidate;
+      continue;
+    }
+    const int error = errno;
+    forget_temporary(staging_slot_);
+    if (error == EEXIST && attempt < 100) continue;
+    take_back();
+    throw world_error("cannot create a folder in", folder_, error);
+  }
+}
+
+RestoredFiles::~RestoredFiles() {
+  if (!kept_) take_back();
+}
+
+std::string RestoredFiles::staged(std::size_t file) const { return fmt::format("{}/{}", staging_, file); }
+std::string RestoredFiles::older(std::size_t file) const { return fmt::format("{}/{}.old", staging_, file); }
+
+void RestoredFiles::make(EnvelopeReader& envelope) {
+  for (EnvelopeFile file; envelope.next_file(file);) {
+    const std::size_t number = files_.size();
+    files_.push_back(file);
+    check_output(path(number), options_.overwrite);
+    OpenFile out(staged(number), path(number), O_RDWR | O_CREAT | O_EXCL);
+    envelope.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
+      out.write_at(position, bytes);
+    });
+    out.resize(file.size);  // samples come later
+    for (const SlicesInFile& slices : file.slices) slices_.push_back({number, slices});
+  }
+  std::ranges::sort(slices_, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
+  std::vector<std::string> names;
+  for (const EnvelopeFile& file : files_) names.push_back(file.name);
+  std::ranges::sort(names);
+  for (std::size_t i = 1; i < names.size(); ++i)
+    if (names[i] == names[i - 1] || names[i].starts_with(names[i - 1] + "/"))
+      throw BrokenInput(fmt::format("{}: is the name of two of the source files", names[i - 1]));
+}
+
+RestoredFiles::OpenFile& RestoredFiles::open(std::size_t file) {
+  if (const auto found = open_.find(file); found != open_.end()) return *found->second;
+  if (open_.size() == most_open_files) open_.clear();
+  return *(open_[file] = std::make_unique<OpenFile>(staged(file), path(file), O_RDWR));
+}
+
+void RestoredFiles::write(std::int64_t first, std::span<const std::byte> samples) {
+  const std::int64_t in_slice = info().dims.x * info().dims.y;
+  const std::size_t size = size_of(info().type);
+  while (!samples.empty()) {
+    const std::int64_t z = first / in_slice, at = first % in_slice;
+    const auto next =
+        std::ranges::upper_bound(slices_, z, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
+    assert(next != slices_.begin());
+    const auto& [file, slices] = *(next - 1);
+    const std::size_t n =
+        std::min(samples.size(), static_cast<std::size_t>(in_slice - at) * size);  // to the end of the slice
+    buffer_.assign(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(n));
+    to_stored(slices, info().type, buffer_.data(), n / size);
+    const std::uint64_t position = slices.run.offset +
+                                   static_cast<std::uint64_t>(z - slices.first_slice) * slices.run.step +
+                                   static_cast<std::uint64_t>(at) * size;
+    if (slices.spare == SpareBits::kept) {
+      spare_.resize(n);
+      FileSource(staged(file)).read_at(position, spare_);
+      for (std::size_t i = 0; i < n; ++i) buffer_[i] |= spare_[i];
+    }
+    open(file).write_at(position, buffer_);
+    samples = samples.subspan(n);
+    first += static_cast<std::int64_t>(n / size);
+  }
+}
+
+void RestoredFiles::check() {
+  open_.clear();
+  for (std::size_t i = 0; i < files_.size(); ++i) {
+    if (files_[i].checksum) {
+      const FileSource file(staged(i));
+      RunningChecksum checksum;
+      std::vector<std::byte> bytes;
+      for (std::uint64_t position = 0; position < file.size(); position += bytes.size()) {
+        bytes.resize(std::min<std::uint64_t>(file.size() - position, 1 << 18));
+        file.read_at(position, bytes);
+        checksum.add(bytes);
+      }
+      if (!checksums_agree(*files_[i].checksum, checksum.value()))
+        throw BrokenInput(fmt::format("{}: is not the file that was encoded: its checksum differs", path(i)));
+    }
+    OpenFile(staged(i), path(i), O_RDWR).finish(options_.like);
+  }
+}
+
+/// Makes the folders of a file in folder_. None of them may be a link: it could lead anywhere.
+void RestoredFiles::make_folders(const std::string& name) {
+  for (std::size_t end = name.find('/'); end != name.npos; end = name.find('/', end + 1)) {
+    const std::string folder = folder_ + "/" + name.substr(0, end);
+    const auto status = status_of_name(folder);
+    if (status && !S_ISDIR(status->st_mode))
+      throw UsageError(folder + ": is not a folder, but source files belong into one of this name");
+    if (status) continue;
+    if (mkdir(folder.c_str(), 0777) != 0) throw world_error("cannot create the folder", folder, errno);
+    made_folders_.push_back(folder);
+  }
+}
+
+void RestoredFiles::publish() {
+  for (; published_ < files_.size(); ++published_) {
+    const std::string target = path(published_);
+    make_folders(files_[published_].name);
+    check_output(target, options_.overwrite);
+    if (status_of_name(target) && std::rename(target.c_str(), older(published_).c_str()) != 0)
+      throw world_error("cannot set aside", target, errno);
+    if (renameat2(AT_FDCWD, staged(published_).c_str(), AT_FDCWD, target.c_str(), RENAME_NOREPLACE) != 0) {
+      const int error = errno;
+      std::rename(older(published_).c_str(), target.c_str());
+      throw world_error("cannot rename the finished file to", target, error);
+    }
+  }
+  for (const std::string& folder : made_folders_)
+    if (const int error = sync_folder(folder); error != 0) throw world_error("cannot sync", folder, error);
+  if (const int error = sync_folder(folder_); error != 0) throw world_error("cannot sync", folder_, error);
+}
+
+void RestoredFiles::keep() {
+  kept_ = true;
+  remove_folder(staging_.c_str());
+  forget_temporary(staging_slot_);
+}
+
+void RestoredFiles::take_back() noexcept {
+  open_.clear();
+  while (published_ > 0) {
+    const std::string target = path(--published_);
+    unlink(target.c_str());
+    std::rename(older(published_).c_str(), target.c_str());
+  }
+  if (!staging_.empty()) {
+    remove_folder(staging_.c_str());
+    forget_temporary(staging_slot_);
+  }
+  for (auto folder = made_folders_.rbegin(); folder != made_folders_.rend(); ++folder) rmdir(folder->c_str());
+}
+
+std::uint64_t RestoredFiles::bytes_written() const {
+  std::uint64_t sum = 0;
+  for (const EnvelopeFile& file : files_) sum += file.size;
+  return sum;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,68 @@
+// The files of a source as they are made again from an envelope and decoded samples.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "io/envelope/envelope.h"
+#include "io/files/file_attributes.h"
+#include "io/volume/volume_sink.h"
+
+namespace tagrid {
+
+/// Makes the files in a hidden folder beside their final places. publish() gives them their names: all of them, or none.
+/// Takes decoded samples in any order. Every failure to write is a WorldError.
+class RestoredFiles : public VolumeSink {
+ public:
+  /// `folder` is made if it is not there. Throws UsageError if it is not a folder.
+  RestoredFiles(const VolumeInfo& info, std::string folder, const SinkOptions& options);
+  ~RestoredFiles() override;
+
+  /// Makes all files, with all bytes that are not samples. Throws BrokenInput; UsageError if a file is there already.
+  void make(EnvelopeReader& envelope);
+  /// Checks the finished files against their checksums, as far as there are any, and makes them durable. Throws
+  /// BrokenInput.
+  void check();
+
+  const std::vector<EnvelopeFile>& files() const { return files_; }
+
+  bool any_order() const override { return true; }
+  Place place() const override { return {}; }
+  void publish() override;
+  void keep() override;
+  std::uint64_t bytes_written() const override;
+
+ private:
+  class OpenFile;
+  struct SlicesOfFile {
+    std::size_t file = 0;
+    SlicesInFile slices;
+  };
+
+  void write(std::int64_t first, std::span<const std::byte> samples) override;
+  OpenFile& open(std::size_t file);
+  std::string staged(std::size_t file) const;
+  std::string older(std::size_t file) const;
+  std::string path(std::size_t file) const { return folder_ + "/" + files_[file].name; }
+  void make_folders(const std::string& name);
+  void take_back() noexcept;
+
+  std::string folder_;
+  SinkOptions options_;
+  std::string staging_;
+  int staging_slot_ = -1;
+  std::vector<EnvelopeFile> files_;
+  std::vector<SlicesOfFile> slices_;  ///< in the order of the volume
+  std::map<std::size_t, std::unique_ptr<OpenFile>> open_;
+  std::vector<std::string> made_folders_;
+  std::size_t published_ = 0;  ///< files that have their names
+  bool kept_ = false;
+  std::vector<std::byte> buffer_, spare_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,153 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "io/bytes/byte_fields.h"
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/envelope/envelope.h"
+#include "io/files/byte_source.h"
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::uint64_t step = 1 << 18;  // bytes of a file read at once; whole samples
+
+/// Passes the bytes [begin, end) of a file in steps.
+template <class Use>
+void read_stretch(const FileSource& source, std::uint64_t begin, std::uint64_t end, Use use) {
+  std::vector<std::byte> bytes;
+  for (; begin < end; begin += bytes.size()) {
+    bytes.resize(std::min(step, end - begin));
+    source.read_at(begin, bytes);
+    use(bytes);
+  }
+}
+
+void swap_if_needed(const SliceRun& run, std::size_t size, std::span<std::byte> bytes) {
+  if (run.big_endian != (std::endian::native == std::endian::big))
+    swap_bytes_of_samples(bytes.data(), bytes.size() / size, size);
+}
+
+/// Which of both forms all integers have.
+struct SpareBitsSeen {
+  bool zero = true, sign = true;
+};
+
+template <class Bits>
+void look_at_spare(const StoredBits& stored, std::span<const std::byte> bytes, SpareBitsSeen& seen) {
+  const int unused = static_cast<int>(8 * sizeof(Bits)) - stored.bits;
+  const auto mask = static_cast<Bits>(static_cast<Bits>(~Bits{0}) >> unused);
+  const auto sign = static_cast<Bits>(Bits{1} << (stored.bits - 1));
+  for (std::size_t i = 0; i < bytes.size(); i += sizeof(Bits)) {
+    Bits word;
+    std::memcpy(&word, bytes.data() + i, sizeof(Bits));
+    const auto low = static_cast<Bits>(word & mask);
+    seen.zero = seen.zero && word == low;
+    seen.sign = seen.sign && word == static_cast<Bits>((low ^ sign) - sign);
+  }
+}
+
+template <class Bits>
+void keep_spare(const StoredBits& stored, std::span<std::byte> bytes) {
+  const auto mask =
+      static_cast<Bits>(static_cast<Bits>(~Bits{0}) >> (static_cast<int>(8 * sizeof(Bits)) - stored.bits));
+  for (std::size_t i = 0; i < bytes.size(); i += sizeof(Bits)) {
+    Bits word;
+    std::memcpy(&word, bytes.data() + i, sizeof(Bits));
+    word = static_cast<Bits>(word & static_cast<Bits>(~mask));
+    std::memcpy(bytes.data() + i, &word, sizeof(Bits));
+  }
+}
+
+/// Calls `use` with an unsigned integer of `size` bytes.
+template <class Use>
+void with_word(std::size_t size, Use use) {
+  if (size == 1) return use(std::uint8_t{});
+  if (size == 2) return use(std::uint16_t{});
+  use(std::uint32_t{});
+}
+
+bool has_spare(const SlicesInFile& slices, std::size_t size) {
+  return slices.run.stored.bits > 0 && static_cast<std::size_t>(slices.run.stored.bits) < 8 * size;
+}
+
+/// Finds out what only the content of a file says: the checksum, and what the spare bits hold.
+void look_at_content(const FileSource& source, const SampleShape& shape, bool exact, EnvelopeFile& file) {
+  const std::size_t size = size_of(shape.type);
+  if (!exact &&
+      std::ranges::none_of(file.slices, [&](const auto& slices) { return has_spare(slices, size); }))
+    return;
+  RunningChecksum checksum;
+  std::vector<SpareBitsSeen> seen(file.slices.size());
+  for_each_stretch(
+      file, shape.slice_bytes(), [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+        read_stretch(source, begin, end, [&](std::span<std::byte> bytes) {
+          checksum.add(bytes);
+          if (slices == nullptr || !has_spare(*slices, size)) return;
+          swap_if_needed(slices->run, size, bytes);
+          with_word(size, [&](auto word) {
+            look_at_spare<decltype(word)>(slices->run.stored, bytes,
+                                          seen[static_cast<std::size_t>(slices - file.slices.data())]);
+          });
+        });
+      });
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    file.slices[i].spare = seen[i].zero ? SpareBits::zero : seen[i].sign ? SpareBits::sign : SpareBits::kept;
+  if (exact) file.checksum = checksum.value();
+}
+
+std::vector<std::byte> description_of(const EnvelopeFile& file) {
+  FieldWriter out;
+  out.put(static_cast<std::uint16_t>(file.name.size()));
+  out.put_bytes(std::as_bytes(std::span(file.name)));
+  out.put(file.size);
+  out.put(static_cast<std::uint8_t>(file.checksum.has_value()));
+  if (file.checksum) out.put(*file.checksum);
+  out.put(static_cast<std::uint32_t>(file.slices.size()));
+  for (const auto& [first, run, spare] : file.slices) {
+    out.put(static_cast<std::uint64_t>(first));
+    out.put(static_cast<std::uint64_t>(run.slices));
+    out.put(run.offset);
+    out.put(run.step);
+    out.put(static_cast<std::uint8_t>((run.big_endian ? 1 : 0) | (run.stored.is_signed ? 2 : 0)));
+    out.put(static_cast<std::uint8_t>(run.stored.bits));
+    out.put(static_cast<std::uint8_t>(spare));
+    out.put(run.stored.add);
+  }
+  return std::move(out.bytes());
+}
+
+}  // namespace
+
+void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put) {
+  const std::size_t size = size_of(source.shape.type);
+  FieldWriter count;
+  count.put(static_cast<std::uint64_t>(source.files.size()));
+  put(count.bytes());
+  for (std::size_t i = 0; i < source.files.size(); ++i) {
+    EnvelopeFile file = source.files[i];
+    const FileSource bytes_of_file(source.paths[i]);
+    if (bytes_of_file.size() != file.size)
+      throw BrokenInput(source.paths[i] + ": was changed while it was being read");
+    look_at_content(bytes_of_file, source.shape, exact, file);
+    put(description_of(file));
+    for_each_stretch(
+        file, source.shape.slice_bytes(), [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+          if (slices != nullptr && slices->spare != SpareBits::kept) return;
+          read_stretch(bytes_of_file, begin, end, [&](std::span<std::byte> bytes) {
+            if (slices != nullptr) {
+              swap_if_needed(slices->run, size, bytes);
+              with_word(size, [&](auto word) { keep_spare<decltype(word)>(slices->run.stored, bytes); });
+              swap_if_needed(slices->run, size, bytes);
+            }
+            put(bytes);
+          });
+        });
+  }
+}
+
+}  // namespace tagrid

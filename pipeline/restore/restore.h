@@ -1,0 +1,58 @@
+// Source files in a .tag file: kept by encoding, compared by verification, and given back by `tagrid restore`.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/envelope/envelope.h"
+#include "io/envelope/restored_files.h"
+#include "io/tag/bricks.h"
+#include "io/volume/volume_source.h"
+#include "pipeline/memory/finished.h"
+#include "pipeline/memory/progress.h"
+#include "pipeline/memory/resources.h"
+
+namespace tagrid {
+
+/// True if every sample is decoded exactly.
+bool is_exact(const CodingParameters& parameters);
+
+/// Writes the envelope of a source, unless `strip` or the source forbids it; returns why there is none, "" if there is
+/// one. Throws as write_envelope() does.
+std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool strip,
+                              const PutBytes& put);
+
+struct RestoreRun {
+  std::string input;   ///< a .tag file; not a pipe
+  std::string folder;  ///< for the files
+  bool overwrite = false;
+  Resources resources{0};
+  Progress progress = {};
+};
+
+struct RestoreResult {
+  TagHeader header;
+  TagIndex index;
+  std::uint64_t bytes_in = 0, bytes_out = 0;
+  std::vector<EnvelopeFile> files;
+};
+
+/// Gives back the source files of a .tag file: byte for byte if its samples are exact, which is checked; otherwise with
+/// decoded samples. Throws UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
+Finished<RestoreResult> restore_files(const RestoreRun& run);
+
+/// The source files of a .tag file. Reads its envelope to the end. Throws BrokenInput.
+std::vector<EnvelopeFile> source_files_of(const TagBricks& file);
+
+/// How the source files in a .tag file compare with others.
+struct SourceComparison {
+  bool is_same =
+      false;  ///< all bytes besides the samples are equal; and so are the samples, if they are exact
+  std::string difference;  ///< a sentence about the first difference
+};
+/// Compares all bytes in the envelope with the files of `original`.
+SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original);
+
+}  // namespace tagrid

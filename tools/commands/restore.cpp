@@ -1,0 +1,86 @@
+// tagrid restore: gives back the files that a .tag file was encoded from.
+
+#include <fmt/format.h>
+
+#include "io/files/errors.h"
+#include "pipeline/restore/restore.h"
+#include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
+#include "tools/report/printable.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct RestoreCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+
+  void execute(Ranks& ranks) const {
+    run.obey_memory_limit();
+    if (output.path.empty()) throw UsageError("give -o DIR, the folder for the files");
+    if (output.path == "-") throw UsageError("-o -: files are restored into a folder; give -o DIR");
+    refuse_terminal_input(input);
+    RunReport report(run.json, run.thread_count(), output.overwrite, "restore", input, output.path);
+    Finished<RestoreResult> restored = restore(ranks);
+    const RestoreResult& result = restored.result;
+    const CodingParameters& parameters = result.header.parameters;
+    nlohmann::ordered_json settings = settings_json(parameters);
+    settings["exact"] = is_exact(parameters);
+    settings["files"] = result.files.size();
+    report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
+                  achieved_json(result.index)});
+    restored.commit();
+    report.keep();
+    tell(result);
+  }
+
+  Finished<RestoreResult> restore(const Ranks& ranks) const {
+    ProgressMeter meter(run.progress, run.quiet, "restoring", 1);
+    return restore_files({.input = input,
+                          .folder = output.path,
+                          .overwrite = output.overwrite,
+                          .resources = run.resources(ranks),
+                          .progress = meter.progress()});
+  }
+
+  void tell(const RestoreResult& result) const {
+    const std::size_t count = result.files.size();
+    if (!is_exact(result.header.parameters) && result.index.total.max_error > 0) {
+      std::vector<std::string> changed;
+      for (const EnvelopeFile& file : result.files)
+        if (!file.slices.empty()) changed.push_back(file.name);
+      warn(run, fmt::format("{}: the samples in {}{} were not kept exactly; they differ by up to {}",
+                            output.path, printable(changed.front()),
+                            changed.size() > 1 ? fmt::format(" and {} other files", changed.size() - 1) : "",
+                            result.index.total.max_error));
+    }
+    if (run.verbosity == 0 || run.quiet) return;
+    for (const EnvelopeFile& file : result.files)
+      say_line(fmt::format("{}/{}: {} bytes", output.path, file.name, file.size));
+    if (is_exact(result.header.parameters))
+      say_line(fmt::format("{} file{} restored, byte for byte: all checksums agree", count,
+                           count == 1 ? "" : "s"));
+  }
+};
+
+}  // namespace
+
+Action add_restore_command(CLI::App& app) {
+  auto state = std::make_shared<RestoreCommand>();
+  CLI::App* command =
+      app.add_subcommand("restore", "Give back the files that a .tag file was encoded from, byte for byte");
+  command->add_option("INPUT", state->input, ".tag file")->required();
+  command
+      ->add_option("-o,--output", state->output.path, "Folder for the files; it is made if it is not there")
+      ->option_text("DIR");
+  command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+}  // namespace tagrid
