@@ -55,6 +55,7 @@ using PutBytes = std::function<void(std::span<const std::byte>)>;
 /// The files of a source, and why they are not all kept if they are not.
 struct SourceFiles {
   std::vector<EnvelopeFile> files;  ///< without checksums, and with spare bits that are zero
+  std::vector<std::string> names;   ///< of all files of the source, also where no envelope can be made
   std::vector<std::string> paths;   ///< of the files
   SampleShape shape;
   std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users

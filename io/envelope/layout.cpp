@@ -109,8 +109,9 @@ SourceFiles source_files(const SourceFacts& facts) {
     return source;
   };
   if (facts.files.front() == "-" || facts.files.back() == "-") return not_kept("it came through a pipe");
+  source.names = names_in_common_folder(facts.files);
+  const std::vector<std::string>& names = source.names;
   if (facts.places.empty()) return not_kept("its samples are compressed, or stored in pieces");
-  const std::vector<std::string> names = names_in_common_folder(facts.files);
   if (std::set<std::string>(names.begin(), names.end()).size() != names.size())
     return not_kept("one of its files is named twice");
   source.files.resize(names.size());

@@ -77,24 +77,38 @@ std::vector<EnvelopeFile> source_files_of(const TagBricks& file) {
 }
 
 SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original) {
-  if (file.sizes().envelope == 0) return {false, "the .tag file has no source files"};
-  SourceFiles source = source_files(original.facts());
-  if (!source.why_not.empty()) return {false, source.why_not};
-  const std::vector<EnvelopeFile> kept = source_files_of(file);
-  if (kept.size() != source.files.size())
-    return {false, fmt::format("it has {} files, but was encoded from {}", source.files.size(), kept.size())};
-  for (std::size_t i = 0; i < kept.size(); ++i) {
-    const EnvelopeFile& then = kept[i];
-    EnvelopeFile& now = source.files[i];
-    if (then.size != now.size)
-      return {false, fmt::format("{} has {} bytes, and had {} then", now.name, now.size, then.size)};
-    now.name = then.name;  // another name is no other content
+  SourceComparison result;
+  if (file.sizes().envelope == 0) {
+    result.difference = "the .tag file keeps no source files";
+    return result;
   }
+  SourceFiles source = source_files(original.facts());
+  const std::vector<EnvelopeFile> kept = source_files_of(file);
+  result.has_same_names =
+      std::ranges::equal(kept, source.names, {}, [](const EnvelopeFile& then) { return then.name; });
+  result.difference = source.why_not;
+  if (kept.size() != source.names.size())
+    result.difference =
+        fmt::format("these are {} files, but {} were encoded", source.names.size(), kept.size());
+  for (std::size_t i = 0; result.difference.empty() && i < kept.size(); ++i) {
+    EnvelopeFile& now = source.files[i];
+    if (kept[i].size != now.size)
+      result.difference = fmt::format("{} has {} bytes, and had {} then", now.name, now.size, kept[i].size);
+    now.name = kept[i].name;  // another name is no other content
+  }
+  if (!result.difference.empty()) return result;
   EnvelopeComparison comparison(file.envelope());
   write_envelope(source, is_exact(file.parameters()),
                  [&](std::span<const std::byte> bytes) { comparison.compare(bytes); });
-  if (comparison.is_same()) return {true, ""};
-  return {false, "its files have other bytes than those that were encoded"};
+  result.is_same = comparison.is_same();
+  if (!result.is_same) result.difference = "they have other bytes than those that were encoded";
+  return result;
+}
+
+void require_same_source_files(const TagBricks& file, const VolumeSource& original) {
+  if (const SourceComparison found = compare_source_files(file, original); !found.is_same)
+    throw BrokenInput(
+        fmt::format("{}: would be restored differently: {}", original.name(), found.difference));
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {

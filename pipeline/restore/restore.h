@@ -48,11 +48,14 @@ std::vector<EnvelopeFile> source_files_of(const TagBricks& file);
 
 /// How the source files in a .tag file compare with others.
 struct SourceComparison {
-  bool is_same =
-      false;  ///< all bytes besides the samples are equal; and so are the samples, if they are exact
+  bool has_same_names = false;
+  /// All bytes besides the samples are equal; and so are the samples, if they are exact.
+  bool is_same = false;
   std::string difference;  ///< a sentence about the first difference
 };
 /// Compares all bytes in the envelope with the files of `original`.
 SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original);
+/// Throws BrokenInput if they differ.
+void require_same_source_files(const TagBricks& file, const VolumeSource& original);
 
 }  // namespace tagrid

@@ -138,11 +138,18 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
   VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
                                    of_this_rank(ranks, run.resources));
-  if (ranks.count() == 1 || !setup.any_order || !attributes_of(run.input))
-    return verify_all(reader, std::move(setup), run.progress);
-  const VerifyOrder order{run.input, run.original, run.source, run.resources};
-  send_order(ranks, order);
-  return verify_parts(ranks, order, std::move(setup), run.progress);
+  const bool is_file = attributes_of(run.input).has_value();
+  const auto verified = [&] {
+    if (ranks.count() == 1 || !setup.any_order || !is_file)
+      return verify_all(reader, std::move(setup), run.progress);
+    const VerifyOrder order{run.input, run.original, run.source, run.resources};
+    send_order(ranks, order);
+    return verify_parts(ranks, order, std::move(setup), run.progress);
+  };
+  VerifyResult result = verified();
+  // Of a pipe, only the checksums of the envelope are checked.
+  if (is_file) source_files_of(TagBricks(std::make_shared<FileSource>(run.input)));
+  return result;
 }
 
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
@@ -150,6 +157,8 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
   try {
     Ranks alone;
     verify_file(alone, {.input = encoded, .original = input, .source = source, .resources = resources});
+    const TagBricks file(std::make_shared<FileSource>(encoded));
+    if (file.sizes().envelope > 0) require_same_source_files(file, *open_volume(input, source));
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

@@ -34,7 +34,8 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 
 /// Verifies an encoding before its input may be removed: decodes `encoded` and compares it with the volume
-/// `input`. Throws std::runtime_error, which means a bug in tagrid, if the file is not within its bound.
+/// `input`; if it keeps the source files, also with these. Throws std::runtime_error, which means a bug in tagrid, if the
+/// file is not within its bound.
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
                      const Resources& resources);
 

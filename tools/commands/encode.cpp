@@ -89,7 +89,7 @@ struct EncodeCommand {
 
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
-    auto files = removable_volume(input, asked.source, path, advice);
+    auto files = removable_volume(input, asked.source, path, !asked.options.strip, advice);
     const auto volume = open_volume(input, asked.source);
     const EncodeOptions options = for_samples(asked.options, volume->facts().rescale).options;
     const double max_error = parameters_but_scale(options, volume->info()).max_error;

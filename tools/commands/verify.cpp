@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/formats/open_volume.h"
+#include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
@@ -36,6 +39,8 @@ struct VerifyCommand {
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
         original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
+    const std::string files = compare_files(description);
+    if (!original.empty()) settings["source_files"] = files;
     report.write(
         {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
     report.keep();
@@ -45,6 +50,21 @@ struct VerifyCommand {
     if (result.max_error)
       fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
     if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
+    if (!original.empty()) fmt::print("source files: {}\n", files);
+  }
+
+  /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.
+  std::string compare_files(const SourceDescription& description) const {
+    if (original.empty() || original == "-" || !is_regular_input(input) || !is_file_or_folder(original))
+      return "not compared";
+    const TagBricks file(std::make_shared<FileSource>(input));
+    if (file.sizes().envelope == 0) return "not kept";
+    const auto volume = open_volume(original, description);
+    const SourceComparison found = compare_source_files(file, *volume);
+    if (found.is_same)
+      return is_exact(file.parameters()) ? "the same, byte for byte" : "the same but for samples";
+    if (found.has_same_names) require_same_source_files(file, *volume);
+    return "others: " + found.difference;
   }
 
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {

@@ -8,9 +8,11 @@
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
+#include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/estimate/plain_bound.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/conversion/output_names.h"
 #include "tools/report/advice.h"
@@ -32,7 +34,7 @@ using nlohmann::ordered_json;
 
 /// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
-              bool headerless, std::uint64_t bytes_out, std::uint64_t input_checksum,
+              bool headerless, std::uint64_t bytes_out, bool restorable, std::uint64_t input_checksum,
               std::uint64_t output_checksum, ordered_json& record) {
   const CodingParameters& parameters = header.parameters;
   std::uint64_t bytes_in = 0;
@@ -42,6 +44,7 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["settings"] = settings_json(parameters);
   record["bytes_in"] = bytes_in;
   record["bytes_out"] = bytes_out;
+  record["restorable"] = restorable;
   record["input_files"] = json_of(files);
   record["headerless"] = headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
@@ -128,7 +131,8 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   if (!result.reason_of_bound.empty() && !options_.run.quiet)
     say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
-  describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes, input_checksum,
+  describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
+           result.why_not_restorable.empty() && is_exact(result.header.parameters), input_checksum,
            output_checksum, record);
 }
 
@@ -147,7 +151,13 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
     Ranks alone;
     const VerifyResult found = verify_file(
         alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
+    const TagBricks file(std::make_shared<FileSource>(volume.output));
+    const bool keeps_files = file.sizes().envelope > 0;
+    if (keeps_files != (!options.strip && source_files(original->facts()).why_not.empty()))
+      throw BrokenInput("made with other options");
+    if (keeps_files) require_same_source_files(file, *original);
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
+             keeps_files && is_exact(header.parameters),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <filesystem>
 
+#include "io/envelope/envelope.h"
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
@@ -14,7 +15,9 @@
 namespace tagrid {
 namespace {
 
-[[noreturn]] void refuse(const std::string& file, const char* why, const char* advice) {
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const std::string& file, const std::string& why, const char* advice) {
   throw UsageError(fmt::format("{}: cannot be removed: {}; {}", file, why, advice));
 }
 
@@ -27,29 +30,41 @@ void require_removable(const std::string& file, const char* advice) {
     refuse(file, "it is a symbolic link, and the file itself would stay", advice);
 }
 
+void require_file_as_output(const std::string& input, const std::string& output, const char* advice) {
+  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
+}
+
 }  // namespace
 
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice) {
   require_removable(input, advice);
-  if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
+  require_file_as_output(input, output, advice);
   return {input};
 }
 
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, const char* advice) {
-  removable_tag(input, output, advice);
+                                          const std::string& output, bool keeps_files, const char* advice) {
+  const bool is_series = is_folder(input);
+  if (is_series)
+    require_file_as_output(input, output, advice);
+  else
+    removable_tag(input, output, advice);
   const auto volume = open_volume(input, source);
-  const auto folder = std::filesystem::path(input).parent_path();
+  const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
   for (const std::string& file : volume->files()) {
     require_removable(file, advice);
     // A header is untrusted input. It must not choose files in other folders for removal, by any path.
-    const auto from_there = std::filesystem::path(file).lexically_relative(folder);
-    if (from_there.empty() || from_there.has_parent_path())
+    const auto from_there = fs::path(file).lexically_relative(folder);
+    if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may lie in another folder than its header", advice);
   }
-  if (volume->facts().holds_other_bytes)
-    refuse(volume->files().back(), "it holds bytes besides its samples, which would be lost", advice);
+  if (!volume->facts().holds_other_bytes) return volume->files();
+  const std::string why_lost =
+      keeps_files ? source_files(volume->facts()).why_not : "--strip leaves them out";
+  if (!why_lost.empty())
+    refuse(volume->files().back(), "it holds bytes besides its samples, which would be lost: " + why_lost,
+           advice);
   return volume->files();
 }
 

@@ -15,9 +15,10 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
-/// The same for a volume. Also refuses files that hold bytes that are not encoded.
+/// The same for a volume. Also refuses files that hold bytes that are not encoded. `keeps_files`: the encoding keeps the
+/// source files if it can; with --strip it does not.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, const char* advice);
+                                          const std::string& output, bool keeps_files, const char* advice);
 
 /// Other facts that decide whether an encoding may replace a volume.
 struct Replacement {

@@ -9,7 +9,9 @@
 #include "io/files/system_call.h"
 #include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
+#include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
@@ -91,13 +93,28 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
   require_file_or_folder(line.input);
-  auto files =
-      removable_volume(line.input, encoding_of(known.options).source, output_path(line), "it is kept");
+  const Encoding was = encoding_of(known.options);
+  auto files = removable_volume(line.input, was.source, output_path(line), !was.options.strip, "it is kept");
   for (const std::string& file : files)
     if (const auto found = lines_with_.find(canonical_name(file));
         found == lines_with_.end() || found->second != 1)
       throw UsageError(file + ": also holds other volumes of the list; it is kept");
   return files;
+}
+
+/// What the volume has besides its samples must come back as it is now.
+void RemovalPass::require_kept_files(const ManifestLine& line, const KnownOutput& known) const {
+  const auto volume = open_volume(line.input, encoding_of(known.options).source);
+  const TagBricks file(std::make_shared<FileSource>(output_path(line)));
+  if (file.sizes().envelope > 0) {
+    const SourceComparison found = compare_source_files(file, *volume);
+    if (!found.is_same)
+      throw BrokenInput(
+          fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
+  } else if (volume->facts().holds_other_bytes) {
+    throw BrokenInput(fmt::format("{}: holds bytes besides its samples, which {} does not keep; it is kept",
+                                  line.input, output_path(line)));
+  }
 }
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
@@ -121,6 +138,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .source = source,
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
+  require_kept_files(line, known);
   if (open_volume(line.input, source)->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }
