@@ -27,6 +27,8 @@ struct EncodeRun {
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 
+  /// Also keeps what the source files have besides samples, unless options.strip; see io/envelope.
+  bool keep_files = false;
   /// Continues the run recorded in `.NAME.parts/` beside the output, or begins a run that can be continued.
   /// If false, a run that fails leaves nothing.
   bool resume = false;

@@ -244,7 +244,7 @@ class RunInParts {
       position += block.size();
     });
     result.why_not_restorable =
-        keep_source_files(*volume_, parameters(), options_.strip,
+        keep_source_files(*volume_, parameters(), run_.keep_files && !options_.strip,
                           [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
     envelope.finish();
     require_same_input();

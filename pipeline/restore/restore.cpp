@@ -57,9 +57,9 @@ bool is_exact(const CodingParameters& parameters) {
   return bound == 0;
 }
 
-std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool strip,
+std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
                               const PutBytes& put) {
-  if (strip) return "only the samples were wanted";
+  if (!keep) return "only the samples were wanted";
   const SourceFiles files = source_files(source.facts());
   if (files.why_not.empty()) write_envelope(files, is_exact(parameters), put);
   return files.why_not;

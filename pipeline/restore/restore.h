@@ -19,9 +19,9 @@ namespace tagrid {
 /// True if every sample is decoded exactly.
 bool is_exact(const CodingParameters& parameters);
 
-/// Writes the envelope of a source, unless `strip` or the source forbids it; returns why there is none, "" if there is
+/// Writes the envelope of a source if `keep`, and if the source allows it; returns why there is none, "" if there is
 /// one. Throws as write_envelope() does.
-std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool strip,
+std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
                               const PutBytes& put);
 
 struct RestoreRun {

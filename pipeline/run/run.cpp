@@ -62,7 +62,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   encoder.encode(all, writer,
                  watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
   result.why_not_restorable =
-      keep_source_files(*volume, parameters, plain.options.strip,
+      keep_source_files(*volume, parameters, run.keep_files && !plain.options.strip,
                         [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
   writer.finish();
   result.index = writer.index();

@@ -106,6 +106,7 @@ struct EncodeCommand {
                                  .options = asked.options,
                                  .resources = run.resources_of_each_rank(),
                                  .progress = meter.progress(),
+                                 .keep_files = true,
                                  .resume = resume,
                                  .verified = remove,
                                  .program = "tagrid " TAGRID_VERSION,

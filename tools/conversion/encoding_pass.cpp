@@ -120,6 +120,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                                                        if (stop_) throw Stopped();
                                                        meter.update(done, total);
                                                      },
+                                                 .keep_files = true,
                                                  .verified = true});
   if (stop_) throw Stopped();
   const EncodeResult& result = encoded.result;
