@@ -113,8 +113,10 @@ void require_same_source_files(const TagBricks& file, const VolumeSource& origin
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
   if (run.input == "-" || !is_regular_input(run.input))
-    throw UsageError(run.input +
-                     ": source files are restored from a regular file only; write the pipe to one");
+    throw UsageError(
+        run.input +
+        ": holds no source files: it was encoded from a pipe or from compressed samples, or they were "
+        "left out; tagrid decode gives the volume");
   const TagBricks file(std::make_shared<FileSource>(run.input));
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)

@@ -103,12 +103,34 @@ class Archive(ReaderTest):
         self.assertEqual(run.returncode, 0, run.stderr)
         records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
         self.assertEqual([record["status"] for record in records], ["ok"] * len(volumes) + ["skipped"] * len(volumes))
-        # What surrounds samples in most of these files would be lost.
+
+    def test_originals_are_removed_only_if_all_their_bytes_come_back(self):
+        volumes, broken = self.make()
+        self.find()
+        shutil.copytree(self.folder / "archive", self.folder / "before", symlinks=True)
+        self.assertEqual(self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out").returncode, 0)
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--remove-verified")
+        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        removed = {record["output"]: record for record in records if record["status"] == "removed"}
+        kept = {record["output"].removesuffix(".tag"): record["error"] for record in records if record["status"] == "kept"}
+        self.assertEqual(set(removed) | {name + ".tag" for name in kept}, {name + ".tag" for name in volumes})
+        # Two data sets of a file, each of which would keep the other.
+        self.assertEqual({name for name in kept if "runs/" not in name}, set())
+        self.assertTrue(kept)
         self.assertEqual(run.returncode, 65)
-        kept = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()][-len(volumes):]
-        self.assertEqual({record["input"] for record in kept if record["status"] == "removed"},
-                         {str(self.folder / "archive" / "2019" / "knee.nrrd")})
+        gone = {path.relative_to(self.folder / "before") for path in (self.folder / "before").rglob("*") if path.is_file()
+                and not (self.folder / "archive" / path.relative_to(self.folder / "before")).exists()}
+        self.assertGreater(len(gone), 20)
+        for output, record in removed.items():
+            self.assertIs(record["restorable"], True)
+            folder = os.path.dirname(record["input_files"][0]["path"])
+            run = self.tagrid("restore", f"out/{output}", "-o", folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+        for path in gone:
+            self.assertEqual((self.folder / "archive" / path).read_bytes(), (self.folder / "before" / path).read_bytes(), path)
+        # And nothing else was touched.
+        run = subprocess.run(["diff", "-r", "archive", "before"], cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        self.assertEqual(run.stdout, "")
 
     def test_a_list_may_name_folders(self):
         self.make()

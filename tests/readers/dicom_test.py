@@ -316,7 +316,7 @@ class Dicom(ReaderTest):
         (self.folder / "head.dcm").write_bytes(whole[:400])
         self.assert_refused(65, "head.dcm: ", "encode", "head.dcm")
         self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
-        self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm")
+        self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm", "--strip")
         (self.folder / "empty").mkdir()
         self.assert_refused(65, "no DICOM image", "encode", "empty", "--from", "dicom")
 

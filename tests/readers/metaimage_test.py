@@ -55,7 +55,8 @@ class MetaImage(ReaderTest):
             data = zlib.compress(truth.tobytes()) if packed else truth.tobytes()
             name = self.write("a.mha", truth, "MET_SHORT", data, CompressedData=packed)
             self.encoded(name)
-            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            self.encoded(name, "--strip")
+            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_slices_in_many_files(self):

@@ -73,7 +73,8 @@ class Nifti(ReaderTest):
         for name in ("a.nii", "a.nii.gz"):
             self.write(name, volume("int16"), oblique())
             self.encoded(name)
-            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode -q - | cmp - out.tag", shell=True, cwd=self.folder)
+            self.encoded(name, "--strip")
+            run = subprocess.run(f"cat {name} | {other_readers.PROGRAM} encode --strip -q - | cmp - out.tag", shell=True, cwd=self.folder)
             self.assertEqual(run.returncode, 0)
 
     def test_sform_goes_before_qform_and_both_are_kept(self):
@@ -168,7 +169,7 @@ class Nifti(ReaderTest):
         self.write("a.nii", volume("int16"))
         whole = (self.folder / "a.nii").read_bytes()
         self.assert_refused(64, "leave out --dims", "encode", "a.nii", "--dims", "23,19,7", "--type", "int16")
-        self.assert_refused(64, "--rm", "encode", "a.nii", "--rm")
+        self.assert_refused(64, "--rm", "encode", "a.nii", "--rm", "--strip")
         (self.folder / "short.nii").write_bytes(whole[:-1])
         self.assert_refused(65, "short.nii: ", "encode", "short.nii")
         (self.folder / "short.nii.gz").write_bytes(gzip.compress(whole)[:-9])

@@ -75,7 +75,7 @@ class Tiff(ReaderTest):
         self.assertTrue((self.folder / "s.tag").exists())
         self.assertEqual(self.tagrid("verify", "s.tag", "--against", "s").returncode, 0)
         # Refused, as the tags of the files would be lost.
-        self.assert_refused(64, "--rm", "encode", "s", "--rm", "-f")
+        self.assert_refused(64, "--strip leaves them out", "encode", "s", "--rm", "-f", "--strip")
 
     def test_the_log_of_a_skyscan_folder(self):
         truth = volume("uint8", (4, 20, 30))

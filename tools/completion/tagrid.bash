@@ -14,6 +14,7 @@ _tagrid_options() {
       --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
+    restore) echo "$run $memory $output" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     convert)
       echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done
@@ -50,7 +51,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify mesh convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

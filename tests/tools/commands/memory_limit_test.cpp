@@ -5,6 +5,7 @@
 #include <random>
 
 #include "tests/support/command_line.h"
+#include "tests/support/header_and_bricks.h"
 #include "tests/support/program.h"
 
 namespace tagrid {
@@ -89,7 +90,7 @@ TEST_F(MemoryLimit, ChangesNoByte) {
   const Ending refused = script("cat a.raw | $TAGRID encode -" + text + m + "-o c.tag");
   expect_error(refused, usage, "--spool DIR");
   expect_ok(script("cat a.raw | $TAGRID encode -" + text + m + "--spool . -o c.tag"));
-  EXPECT_TRUE(content("c.tag") == content("a.tag"));
+  EXPECT_TRUE(header_and_bricks(content("c.tag")) == header_and_bricks(content("a.tag")));
 
   run_with_smallest({"decode", "a.tag", "-f", "-o", "b.raw", "-T", "2"});
   EXPECT_TRUE(content("b.raw") == content("a.raw"));
@@ -132,7 +133,7 @@ TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb"});
   run_with_smallest({"decode", "a.tag", "-f", "-o", "b.vdb", "--spool", "."});
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag"});
-  EXPECT_TRUE(content("b.tag") == content("a.tag"));
+  EXPECT_TRUE(header_and_bricks(content("b.tag")) == header_and_bricks(content("a.tag")));
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--spool", "."});
   run_with_smallest({"encode", "b.vdb", "-f", "-o", "b.tag", "--resume"});
   run_with_smallest({"verify", "b.tag", "--against", "b.vdb", "-q"});

@@ -48,7 +48,7 @@ class MpiVerify : public MpiRuns {
     out.commit();
   }
   void encode(const std::string& volume, const std::string& tag, const Arguments& more = {}) const {
-    expect_ok(tagrid(with({"encode", volume, "-qfo", tag, "--cube=8", "--brick=1"}, more)));
+    expect_ok(tagrid(with({"encode", volume, "-qfo", tag, "--cube=8", "--brick=1", "--strip"}, more)));
   }
   static Arguments verify(const Arguments& more = {}) { return with({"verify", "new.tag"}, more); }
 

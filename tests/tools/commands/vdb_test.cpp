@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "tests/support/command_line.h"
+#include "tests/support/header_and_bricks.h"
 
 namespace tagrid {
 namespace {
@@ -20,7 +21,7 @@ TEST_F(Vdb, AVolumeComesBackThroughAGridWithAllThatWasKnownOfIt) {
     expect_ok(tagrid({"encode", type + ".nrrd"}));
     expect_ok(tagrid({"decode", type + ".tag", "-o", type + ".vdb"}));
     expect_ok(tagrid({"encode", type + ".vdb", "-o", "again.tag", "-f"}));
-    EXPECT_EQ(content("again.tag"), content(type + ".tag")) << type;
+    EXPECT_EQ(header_and_bricks(content("again.tag")), header_and_bricks(content(type + ".tag"))) << type;
     EXPECT_EQ(tagrid({"verify", type + ".tag", "--against", type + ".vdb"}).code, 0) << type;
   }
 }

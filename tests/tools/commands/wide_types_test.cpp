@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "tests/support/command_line.h"
+#include "tests/support/header_and_bricks.h"
 
 namespace tagrid {
 namespace {
@@ -36,7 +37,8 @@ TEST_F(WideTypes, APipeNeedsARangeOrAFieldScale) {
       const Ending piped = tagrid(with(with({"encode", "-", "--max-error", "3"}, raw), scale), samples);
       expect_ok(piped);
       expect_ok(tagrid(with(with({"encode", "v.raw", "--max-error", "3", "-fo", "v.tag"}, raw), scale)));
-      EXPECT_EQ(content("v.tag"), piped.out) << "a file and a pipe give the same bytes";
+      EXPECT_EQ(header_and_bricks(content("v.tag")), header_and_bricks(piped.out))
+          << "a file and a pipe give the same bricks";
       expect_ok(tagrid(with({"verify", "v.tag", "-q", "--against", "v.raw"}, raw)));
     }
   }

@@ -146,7 +146,7 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
   expect_ok(
       script("mkdir deep && mv a.raw deep && sed -i 's|a.raw|deep/a.raw|' a.nhdr && mv b.nrrd deep && "
              "ln -s deep/b.nrrd b.nrrd && (echo 12345678; cat c.raw) > d.raw"));
-  file("list.tsv", "a.nhdr\nb.nrrd\nd.raw\tdims=21,18,13\ttype=int16\toffset=9\n");
+  file("list.tsv", "a.nhdr\nb.nrrd\nd.raw\tdims=21,18,13\ttype=int16\toffset=9\tstrip=true\n");
   expect_ok(convert());
   EXPECT_EQ(remove().code, broken_input);
   EXPECT_EQ(statuses(3), "a kept, b kept, d kept");

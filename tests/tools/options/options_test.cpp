@@ -1,6 +1,7 @@
 // Options on the command line, and the results of mistakes there.
 
 #include "tests/support/command_line.h"
+#include "tests/support/header_and_bricks.h"
 
 namespace tagrid {
 namespace {
@@ -185,7 +186,7 @@ TEST_F(Options, BytesBeforeTheSamplesCanBeCountedInKibibytes) {
   file("more.raw", std::string(2048, 'x') + content("volume.raw"));
   expect_ok(tagrid(with({"encode", "volume.raw"}, raw_)));
   expect_ok(tagrid(with({"encode", "more.raw", "--offset", "2K"}, raw_)));
-  EXPECT_EQ(content("more.tag"), content("volume.tag"));
+  EXPECT_EQ(header_and_bricks(content("more.tag")), header_and_bricks(content("volume.tag")));
 }
 
 TEST_F(Options, CombinationsThatMakeNoSenseAreRefused) {
@@ -333,7 +334,8 @@ TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
     expect_error(tagrid({"encode", name, "-o", "x.tag", "--dims", "9,9,99", "--type", "int16"}), broken_input,
                  advice);
   }
-  expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag && cmp b.tag volume.tag"));
+  expect_ok(script("zcat a.gz | $TAGRID encode - > b.tag"));
+  EXPECT_EQ(header_and_bricks(content("b.tag")), header_and_bricks(content("volume.tag")));
   // The advice is for the command that was given.
   expect_error(tagrid({"verify", "volume.tag", "--against", "a.gz"}), broken_input,
                "verify NAME.tag --against -");

@@ -121,7 +121,7 @@ TEST_F(Reports, BytesSumToTheFile) {
     const Json bytes = info("volume.tag")["bytes"];
     EXPECT_EQ(bytes["file"], content("volume.tag").size());
     std::uint64_t sum = 0;
-    for (const char* part : {"header", "activity", "values", "index"}) {
+    for (const char* part : {"header", "activity", "values", "envelope", "index"}) {
       EXPECT_GT(bytes[part], 0) << part;
       sum += bytes[part].get<std::uint64_t>();
     }
