@@ -29,6 +29,7 @@ enum class Problem : std::uint8_t {
   spacing_not_in_header,  ///< the NRRD header has no spacing
   several_grids,          ///< an OpenVDB file has several grids, and none was chosen
   mesh_fills_no_space,    ///< the volume is a slice
+  no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing
 };
 

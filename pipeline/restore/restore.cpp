@@ -7,6 +7,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 #include "io/nrrd/geometry.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/row_decoder.h"
@@ -112,18 +113,16 @@ void require_same_source_files(const TagBricks& file, const VolumeSource& origin
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
-  if (run.input == "-" || !is_regular_input(run.input))
-    throw UsageError(
-        run.input +
-        ": holds no source files: it was encoded from a pipe or from compressed samples, or they were "
-        "left out; tagrid decode gives the volume");
+  if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
+    throw UsageError(run.input +
+                     ": source files are restored from a regular file only; write the pipe to one");
   const TagBricks file(std::make_shared<FileSource>(run.input));
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
-    throw UsageError(
-        run.input +
-        ": holds no source files, as it was encoded from a pipe, from compressed samples, or with "
-        "--strip; tagrid decode gives the volume");
+    throw UsageError(run.input +
+                         ": holds no source files: it was encoded from a pipe or from compressed samples, or "
+                         "they were left out",
+                     Problem::no_source_files);
   const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write, 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files = std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.folder, options);

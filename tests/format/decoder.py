@@ -172,6 +172,63 @@ def level_counts(header, number, active):
     return counts
 
 
+def check_envelope(data, at, header, last):
+    """Checks all that the format says of the envelope. Returns where the index begins, and the checksum before it."""
+    content = b""
+    while len(data) >= at + 4 and struct.unpack_from("<I", data, at)[0] == 1:
+        require(len(data) >= at + 12, "the envelope is cut off")
+        size, packed_size = struct.unpack_from("<II", data, at + 4)
+        require(1 <= size <= 1 << 20 and packed_size <= size + size // 128 + 1024, "the envelope has an impossible size")
+        end = at + 12 + packed_size
+        require(len(data) >= end + 8, "the envelope is cut off")
+        checksum = struct.unpack_from("<Q", data, end)[0]
+        require(checksum == chained(data[at:end], last), "the envelope is damaged")
+        block = unpack(data[at + 12:end], size)
+        content = None if block is None or content is None else content + block
+        last, at = checksum, end + 8
+    if content:
+        check_source_files(content, header)
+    return at, last
+
+
+def check_source_files(content, header):
+    position = 0
+
+    def take(form):
+        nonlocal position
+        require(len(content) >= position + struct.calcsize(form), "the envelope ends too soon")
+        fields = struct.unpack_from(form, content, position)
+        position += struct.calcsize(form)
+        return fields
+
+    slice_bytes = header.dims[0] * header.dims[1] * header.type.size
+    places = [0] * header.dims[2]
+    files, = take("<Q")
+    require(files >= 1, "there are no source files")
+    for _ in range(files):
+        length, = take("<H")
+        name, = take(f"<{length}s")
+        require(all(part not in (b"", b".", b"..") for part in name.split(b"/")) and b"\0" not in name, "a name is not allowed")
+        size, has_checksum = take("<QB")
+        require(size <= 1 << 62 and has_checksum <= 1, "a file is impossible")
+        take("<Q" if has_checksum else "<")
+        end, others = 0, size
+        for _ in range(take("<I")[0]):
+            first, count, offset, step, flags, bits, spare, add = take("<QQQQBBBi")
+            require(count >= 1 and first + count <= header.dims[2], "a slice does not exist")
+            require(offset >= end and step >= slice_bytes, "slices overlap")
+            require(flags <= 3 and spare <= 2 and bits <= 8 * header.type.size, "samples are stored in an impossible way")
+            require((bits or not spare) and (not header.type.is_float or not bits and not add), "impossible bits")
+            end = offset + (count - 1) * step + slice_bytes
+            for z in range(first, first + count):
+                places[z] += 1
+            others -= 0 if spare == 2 else count * slice_bytes
+        require(end <= size, "a slice lies beyond the end of a file")
+        take(f"<{others}s")
+    require(position == len(content), "bytes follow the last source file")
+    require(all(n == 1 for n in places), "a slice has no place, or two")
+
+
 def check_index(data, at, header, last, sizes, counts):
     require(len(data) >= at + 20, "the index is missing")
     marker, size, packed_size = struct.unpack_from("<IQQ", data, at)
@@ -222,6 +279,7 @@ def decode(data, with_grid=True):
         last = checksum
         sizes.append((activity_size, length - 4 - activity_size))
         at = end + 8
+    at, last = check_envelope(data, at, header, last)
     check_index(data, at, header, last, sizes, counts if with_grid else None)
     whole = Box((0, 0, 0), tuple(n - 1 for n in header.dims))
     return b"".join(volume[p].to_bytes(header.type.size, "little", signed=header.type.is_signed)

@@ -50,7 +50,22 @@ class ReaderTest(unittest.TestCase):
         info = json.loads(self.tagrid("info", "out.tag", "--json").stdout)
         run = self.tagrid("decode", "out.tag", "-o", "out.raw", "-f")
         self.assertEqual(run.returncode, 0, run.stderr)
+        if info["restorable"]:
+            self.assert_restored(pathlib.Path(self.folder / path))
         return numpy.fromfile(self.folder / "out.raw", numpy.dtype(info["type"])).reshape(info["dims"][::-1]), info
+
+    def assert_restored(self, path):
+        """Files that come back from out.tag are those at `path`, byte for byte."""
+        shutil.rmtree(self.folder / "restored", ignore_errors=True)
+        run = self.tagrid("restore", "out.tag", "-o", "restored")
+        self.assertEqual((run.returncode, run.stderr), (0, ""), path)
+        folder = path if path.is_dir() else path.parent
+        for file in (self.folder / "restored").rglob("*"):
+            if file.is_file():
+                name = str(file.relative_to(self.folder / "restored"))
+                originals = [original for original in folder.rglob(file.name) if str(original).endswith("/" + name) and original != file]
+                self.assertTrue(any(original.read_bytes() == file.read_bytes() for original in originals), f"{path}: {name}")
+        shutil.rmtree(self.folder / "restored")
 
     def assert_same(self, samples, truth, what=""):
         self.assertEqual(samples.shape, truth.shape, what)

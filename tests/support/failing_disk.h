@@ -97,6 +97,7 @@ class FailingDisk : public CommandLine {
   /// The name that a message about a call must contain.
   std::string expected_name(const Case& c, const Call& call) const {
     if (call.path.find("pipe:") == 0) return "standard ";
+    if (call.path.find("/.restored.part") != call.path.npos) return "volume.";
     const std::string name = std::filesystem::path(call.path).filename().string();
     const bool nameless = name.starts_with("#") || name == "." || call.path == folder_.string() ||
                           name.starts_with(".tagrid.spool");

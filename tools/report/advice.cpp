@@ -41,6 +41,8 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; choose one with --vdb-grid";
     case Problem::mesh_fills_no_space:
       return "; give --padded for the mesh of whole root cubes";
+    case Problem::no_source_files:
+      return "; tagrid decode gives the volume";
     case Problem::slices_missing:
       return "; give --gaps-ok if it is meant to be so";
   }

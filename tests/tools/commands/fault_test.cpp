@@ -162,6 +162,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu", "--json", "new.json", "-T1"}},
         Case{"MeshToPipe", {"mesh", "volume.tag", "-o", "-", "-T1"}, {}, true},
         Case{"Verify", {"verify", "volume.tag", "--against", "volume.nhdr", "--json=new.json", "-T1"}},
+        Case{"Restore", {"restore", "volume.tag", "-fo", ".", "--json=new.json", "-T1"}},
         Case{"Info", {"info", "volume.tag"}},
         Case{"Phantom", {"phantom", "--dims", "23,19,21", "-o", "new.nhdr", "--json=new.json", "-T1"}}),
     [](const auto& test) { return test.param.name; });

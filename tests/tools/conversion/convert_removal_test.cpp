@@ -86,7 +86,8 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
   file("list.tsv", "a.nhdr\n");
   expect_ok(convert());
   file("a.nhdr", content("a.nhdr") + "patient:=moved\n");
-  expect_kept("a.nhdr", "kept", "its header is no longer what was encoded");
+  expect_kept("a.nhdr", "kept",
+              "a.nhdr: is no longer what was encoded: a.nhdr has 127 bytes, and had 112 then");
   volume("a.nhdr", 2);
   expect_kept("a.raw", "kept",
               "a.nhdr: is no longer what was encoded; it is kept, and --skip-done encodes it again");

@@ -1,0 +1,188 @@
+// The envelope of a volume: what is written is read again, whatever the layout, and nothing else is believed.
+#include "io/envelope/envelope.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <fstream>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "io/samples/placed.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+using Content = std::vector<std::byte>;
+
+class Envelope : public TemporaryFolder {
+ protected:
+  std::uint64_t below(std::uint64_t n) { return random_() % n; }
+
+  /// Files of random bytes with the slices of a volume at random places, in any order.
+  SourceFacts random_source(const Index3& dims, SampleType type) {
+    const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type);
+    SourceFacts facts{.info = {.dims = dims, .type = type, .geometry = {}, .nrrd_fields = ""}, .files = {}};
+    bytes_.clear();
+    for (std::int64_t z = 0; z < dims.z;) {
+      const bool again = !bytes_.empty() && below(3) == 0;
+      if (!again) bytes_.emplace_back();
+      Content& file = bytes_.back();
+      SliceRun run{.file = bytes_.size() - 1, .slices = 1 + static_cast<std::int64_t>(below(3))};
+      run.slices = std::min(run.slices, dims.z - z);
+      run.step = slice + below(2) * below(9);
+      run.big_endian = below(2) == 0;
+      if (!is_float_type(type) && size_of(type) <= 4 && below(2) == 0)
+        run.stored = {.bits = static_cast<int>(1 + below(8 * size_of(type))),
+                      .is_signed = below(2) == 0,
+                      .add = static_cast<std::int32_t>(below(100)) - 50};
+      run.offset = file.size() + below(20);
+      file.resize(run.offset + static_cast<std::uint64_t>(run.slices - 1) * run.step + slice + below(9));
+      facts.places.push_back(run);
+      z += run.slices;
+    }
+    for (std::size_t i = 0; i < bytes_.size(); ++i) {
+      for (std::byte& byte : bytes_[i]) byte = static_cast<std::byte>(random_());
+      const std::string name = "f" + std::to_string(i);
+      std::ofstream(path(name), std::ios::binary)
+          .write(reinterpret_cast<const char*>(bytes_[i].data()),
+                 static_cast<std::streamsize>(bytes_[i].size()));
+      facts.files.push_back(path(name).string());
+    }
+    return facts;
+  }
+
+  static Content written(const SourceFiles& source, bool exact) {
+    Content all;
+    write_envelope(source, exact, [&](std::span<const std::byte> bytes) {
+      all.insert(all.end(), bytes.begin(), bytes.end());
+    });
+    return all;
+  }
+
+  /// Gives `content` in blocks of random sizes.
+  NextBlock in_blocks(const Content& content) {
+    return [this, &content, position = std::size_t{0}](Content& block) mutable {
+      if (position == content.size()) return false;
+      const std::size_t n = std::min<std::size_t>(content.size() - position, 1 + below(40));
+      const auto begin = content.begin() + static_cast<std::ptrdiff_t>(position);
+      block.assign(begin, begin + static_cast<std::ptrdiff_t>(n));
+      position += n;
+      return true;
+    };
+  }
+
+  std::mt19937 random_{7};
+  std::vector<Content> bytes_;
+};
+
+TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
+  for (int round = 0; round < 60; ++round) {
+    const SampleType types[] = {SampleType::uint8, SampleType::int16,   SampleType::uint16,
+                                SampleType::int32, SampleType::float32, SampleType::float64};
+    const SampleType type = types[below(6)];
+    const Index3 dims = {1 + static_cast<std::int64_t>(below(5)), 1 + static_cast<std::int64_t>(below(5)),
+                         1 + static_cast<std::int64_t>(below(9))};
+    SCOPED_TRACE(std::to_string(round) + ": " + described(dims, type));
+    const SourceFacts facts = random_source(dims, type);
+    const auto source = placed_samples(facts, facts.places);
+    const SourceFiles files = source_files(source->facts());
+    ASSERT_EQ(files.why_not, "");
+    Content samples(*sample_bytes(dims, type));
+    source->read_slices(samples.data(), dims.z);
+    const std::uint64_t slice = source->slice_bytes();
+
+    const Content content = written(files, true);
+    EnvelopeReader reader("x.tag", {dims, type}, in_blocks(content));
+    std::size_t number = 0;
+    for (EnvelopeFile file; reader.next_file(file); ++number) {
+      EXPECT_EQ(file.name, number < files.names.size() ? files.names[number] : "");
+      Content made(file.size);
+      reader.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
+        std::ranges::copy(bytes, made.begin() + static_cast<std::ptrdiff_t>(position));
+      });
+      for (const SlicesInFile& slices : file.slices)
+        for (std::int64_t i = 0; i < slices.run.slices; ++i) {
+          Content one(samples.begin() + static_cast<std::ptrdiff_t>(
+                                            static_cast<std::uint64_t>(slices.first_slice + i) * slice),
+                      samples.begin() + static_cast<std::ptrdiff_t>(
+                                            static_cast<std::uint64_t>(slices.first_slice + i + 1) * slice));
+          to_stored(slices, type, one.data(), one.size() / size_of(type));
+          std::byte* to = made.data() + slices.run.offset + static_cast<std::uint64_t>(i) * slices.run.step;
+          for (std::size_t b = 0; b < one.size(); ++b) to[b] |= one[b];
+        }
+      EXPECT_TRUE(made == bytes_[number]) << number;
+    }
+    EXPECT_EQ(number, bytes_.size());
+  }
+}
+
+// Whatever the bytes say, the reader ends, with an error or with files that could be.
+TEST_F(Envelope, DamagedBytesAreRefusedOrHarmless) {
+  int refused = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const Index3 dims = {3, 2, 5};
+    if (round % 100 == 0) random_source(dims, SampleType::uint16);
+    const SourceFacts facts = random_source(dims, SampleType::uint16);
+    Content content = written(source_files(facts), true);
+    switch (below(3)) {
+      case 0:
+        content[below(content.size())] ^= static_cast<std::byte>(1 << below(8));
+        break;
+      case 1:
+        content.resize(below(content.size()));
+        break;
+      default:
+        content[below(content.size())] = static_cast<std::byte>(0xFF);
+    }
+    try {
+      EnvelopeReader reader("x.tag", {dims, SampleType::uint16}, in_blocks(content));
+      for (EnvelopeFile file; reader.next_file(file);) {
+        EXPECT_TRUE(is_safe_name(file.name));
+        std::uint64_t last = 0;
+        reader.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
+          EXPECT_GE(position, last);
+          last = position + bytes.size();
+          EXPECT_LE(last, file.size);
+        });
+      }
+    } catch (const BrokenInput& broken) {
+      ++refused;
+      EXPECT_EQ(std::string(broken.what()).rfind("x.tag: the envelope of its source files: ", 0), 0U);
+    }
+  }
+  EXPECT_GT(refused, 1000);
+}
+
+TEST_F(Envelope, NamesStayInTheirFolder) {
+  for (const char* name : {"a", "a/b", "..a", "a..", "...", "a/.b/c", " ", "\xff"})
+    EXPECT_TRUE(is_safe_name(name)) << name;
+  for (const std::string name :
+       {"", "/", "/a", "a/", "..", "../a", "a/../b", "a/..", "./a", ".", "a//b", "a/./b"})
+    EXPECT_FALSE(is_safe_name(name)) << name;
+  EXPECT_FALSE(is_safe_name(std::string("a\0b", 3)));
+}
+
+TEST_F(Envelope, WhatCannotComeBackIsNotKept) {
+  SourceFacts facts = random_source({9, 9, 4}, SampleType::uint16);
+  EXPECT_EQ(source_files(facts).why_not, "");
+  SourceFacts other = facts;
+  other.places.clear();
+  EXPECT_NE(source_files(other).why_not.find("compressed"), std::string::npos);
+  other = facts;
+  other.places.back() = other.places.front();
+  other.places.back().slices = facts.places.back().slices;
+  EXPECT_NE(source_files(other).why_not.find("at the same place"), std::string::npos);
+  other = facts;
+  other.files.back() = "-";
+  EXPECT_NE(source_files(other).why_not.find("pipe"), std::string::npos);
+  std::filesystem::resize_file(facts.files.back(), 300'000);
+  EXPECT_NE(source_files(facts).why_not.find("bytes besides these samples"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,189 @@
+"""Source files come back byte for byte, or it is said which do not, and why.
+
+    restored_test.py PROGRAM
+
+The tests of all formats restore what they encode, too: see ReaderTest.encoded().
+"""
+
+import os
+import struct
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import PROGRAM, ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+pydicom = other_readers.library("pydicom", "python3-pydicom")
+nibabel = other_readers.library("nibabel", "python3-nibabel")
+NRRD = b"NRRD0004\n# a comment \xff\ntype: %s\ndimension: 3\nsizes: 11 9 4\nendian: %s\nencoding: raw\nkey:=value\n\n"
+
+
+@unittest.skipIf(None in (numpy, pydicom, nibabel), "libraries are missing")
+class Restored(ReaderTest):
+    def volume(self, type="uint16", shape=(4, 9, 11), seed=1):
+        return numpy.random.default_rng(seed).integers(0, 4000, shape).astype(type)
+
+    def write(self, name, *parts):
+        path = self.folder / name if isinstance(name, str) else os.path.join(os.fsencode(self.folder), name)
+        with open(path, "wb") as file:
+            file.write(b"".join(part if isinstance(part, bytes) else part.tobytes() for part in parts))
+
+    def ok(self, *arguments):
+        run = self.tagrid(*arguments)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run
+
+    def files(self, folder="."):
+        return {str(path.relative_to(self.folder / folder)) for path in (self.folder / folder).rglob("*")}
+
+    def bytes(self, name):
+        return (self.folder / name).read_bytes()
+
+    def encode_and_compare(self, path, *options):
+        _, info = self.encoded(path, *options)  # compares
+        self.assertIs(info["restorable"], True, path)
+        self.assertGreater(info["bytes"]["envelope"], 0)
+        run = self.ok("verify", "out.tag", "--against", path, *options)
+        self.assertIn("source files: the same, byte for byte\n", run.stdout)
+
+    def test_all_that_surrounds_samples(self):
+        shape = ("--dims", "11,9,4", "--type", "uint16")
+        self.write("a.nrrd", NRRD % (b"ushort", b"big"), self.volume(">u2"))
+        self.encode_and_compare("a.nrrd")
+        self.write("b.raw", b"head", self.volume())
+        self.encode_and_compare("b.raw", *shape, "--offset", "4")
+        self.encode_and_compare("b.raw", "--dims", "11,9,4", "--type", "uint16", "--endian", "big", "--offset", "4")
+        for z, slice in enumerate(self.volume()):
+            self.write(f"c{z}.raw", slice)
+        self.write("c.nhdr", (NRRD % (b"ushort", b"little"))[:-1], b"data file: LIST\n", *[b"c%d.raw\n" % z for z in range(4)])
+        self.encode_and_compare("c.nhdr")
+
+    def test_names_of_any_bytes(self):
+        os.mkdir(self.folder / "a b")
+        name = b"a b/sc\xe4n\n\t.nrrd"
+        self.write(name, NRRD % (b"ushort", b"little"), self.volume())
+        folder = os.fsencode(self.folder)
+        for arguments in ([b"encode", name, b"-o", b"a.tag"], [b"restore", b"a.tag", b"-o", b"r"]):
+            run = subprocess.run([PROGRAM, *arguments], cwd=self.folder, stderr=subprocess.PIPE)
+            self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(os.listdir(folder + b"/r"), [os.path.basename(name)])
+        with open(os.path.join(folder, name), "rb") as a, open(os.path.join(folder, b"r", os.path.basename(name)), "rb") as b:
+            self.assertEqual(a.read(), b.read())
+
+    def dicom_series(self, high_bits, signed):
+        from dicom_test import data_set
+
+        os.makedirs(self.folder / "s", exist_ok=True)
+        truth = self.volume()
+        for z, slice in enumerate(truth):
+            words = slice & 0xFFF
+            if high_bits == "sign":
+                words = ((words.astype("int32") ^ 0x800) - 0x800).astype("int16").view("uint16")
+            elif high_bits == "overlay":
+                words = words | (numpy.random.default_rng(z).integers(0, 16, words.shape).astype("uint16") << 12)
+            file = data_set(words, instance=f"1.2.{z}", position=(0, 0, z), BitsStored=12, HighBit=11, PixelRepresentation=int(signed))
+            file.save_as(self.folder / "s" / f"{9 - z}.dcm", write_like_original=False)
+
+    def test_bits_that_do_not_belong_to_samples(self):
+        for signed in (False, True):
+            sizes = {}
+            for high_bits in ("zero", "sign", "overlay"):
+                self.dicom_series(high_bits, signed)
+                self.encode_and_compare("s")
+                sizes[high_bits] = (self.folder / "out.tag").stat().st_size
+            self.assertLess(abs(sizes["zero"] - sizes["sign"]), 100)
+            self.assertGreater(sizes["overlay"], sizes["zero"] + 100)
+
+    def test_after_a_loss_only_samples_differ(self):
+        self.dicom_series("zero", False)
+        self.ok("encode", "s", "-o", "a.tag", "--max-error", "20")
+        run = self.ok("restore", "a.tag", "-o", "r")
+        self.assertIn("9.dcm and 3 other files were not kept exactly; they differ by up to 20", run.stderr.replace("6.dcm", "9.dcm"))
+        self.assertEqual(self.ok("restore", "a.tag", "-o", "quiet", "-q").stderr, "")
+        self.assertIs(self.info("a.tag")["restorable"], False)
+        for name in self.files("s"):
+            then, now = (pydicom.dcmread(self.folder / folder / name) for folder in ("s", "r"))
+            difference = numpy.abs(then.pixel_array.astype(int) - now.pixel_array.astype(int)).max()
+            self.assertTrue(0 < difference <= 20, difference)
+            del then.PixelData, now.PixelData
+            self.assertEqual(then, now)
+        run = self.ok("verify", "a.tag", "--against", "s")
+        self.assertIn("source files: the same but for samples\n", run.stdout)
+
+    def info(self, name):
+        import json
+
+        return json.loads(self.ok("info", name, "--json").stdout)
+
+    def test_what_cannot_be_kept_is_refused_by_restore(self):
+        self.write("a.nrrd", NRRD % (b"ushort", b"little"), self.volume())
+        nibabel.save(nibabel.Nifti1Image(self.volume("int16", (4, 5, 6, 300)), numpy.eye(4)), self.folder / "many.nii")
+        nibabel.save(nibabel.Nifti1Image(self.volume("int16"), numpy.eye(4)), self.folder / "b.nii.gz")
+        for command in ("encode a.nrrd --strip", "encode many.nii --series 7", "encode b.nii.gz", "encode - < a.nrrd"):
+            run = subprocess.run(f"{PROGRAM} {command} -q -f -o x.tag", shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertLess((self.folder / "x.tag").stat().st_size, 4000)
+            self.assertIs(self.info("x.tag")["restorable"], False)
+            before = self.files()
+            self.assert_refused(64, "holds no source files", "restore", "x.tag", "-o", "r")
+            self.assertEqual(self.files(), before)
+        self.ok("encode", "a.nrrd", "-o", "a.tag")
+        self.assert_refused(64, "give -o DIR", "restore", "a.tag")
+        self.assert_refused(64, "-o -", "restore", "a.tag", "-o", "-")
+        self.assert_refused(64, "is not a folder", "restore", "a.tag", "-o", "a.nrrd")
+        self.assert_refused(64, "regular file", "restore", "-", "-o", "r")
+        self.assert_refused(74, "none.tag", "restore", "none.tag", "-o", "r")
+        self.assert_refused(65, "a.nrrd", "restore", "a.nrrd", "-o", "r")
+
+    def test_files_are_replaced_only_if_that_is_asked_for(self):
+        self.dicom_series("zero", False)
+        self.ok("encode", "s", "-o", "a.tag")
+        before = {name: self.bytes(f"s/{name}") for name in self.files("s")}
+        (self.folder / "s" / "7.dcm").write_bytes(b"older")
+        (self.folder / "s" / "9.dcm").unlink()
+        self.assert_refused(64, ".dcm: already exists; give -f to overwrite it", "restore", "a.tag", "-o", "s")
+        self.assertEqual(self.files("s"), set(before) - {"9.dcm"})
+        self.assertEqual(self.bytes("s/7.dcm"), b"older")
+        self.ok("restore", "a.tag", "-o", "s", "-f")
+        self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
+
+    def test_removal_and_verification_look_at_every_byte(self):
+        self.dicom_series("overlay", False)
+        before = {name: self.bytes(f"s/{name}") for name in self.files("s")}
+        self.ok("encode", "s", "-o", "a.tag")
+        # One byte of a name in the header of a slice.
+        changed = before["8.dcm"].replace(b"1.2.1", b"1.2.7", 1)
+        self.assertNotEqual(changed, before["8.dcm"])
+        (self.folder / "s" / "8.dcm").write_bytes(changed)
+        self.assert_refused(65, "would be restored differently", "verify", "a.tag", "--against", "s")
+        (self.folder / "s" / "8.dcm").write_bytes(before["8.dcm"])
+        self.ok("encode", "s", "-o", "a.tag", "-f", "--rm")
+        self.assertEqual(self.files("s"), set())
+        self.ok("restore", "a.tag", "-o", "s")
+        self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
+
+    def test_damage_is_found_and_leaves_nothing(self):
+        self.dicom_series("overlay", False)
+        self.ok("encode", "s", "-o", "a.tag")
+        whole, sizes = self.bytes("a.tag"), self.info("a.tag")["bytes"]
+        index = struct.unpack("<Q", whole[-24:-16])[0]
+        before = None
+        for position in range(index - sizes["envelope"], index, 97):
+            damaged = bytearray(whole)
+            damaged[position] ^= 1 << (position % 8)
+            self.write("b.tag", bytes(damaged))
+            before = before or self.files()
+            self.assert_refused(65, "b.tag", "restore", "b.tag", "-o", "r")
+            self.assert_refused(65, "b.tag", "verify", "b.tag")
+            self.assertEqual(self.files(), before)
+
+    def test_many_ranks_and_resumed_runs_keep_the_same(self):
+        self.dicom_series("zero", False)
+        self.ok("encode", "s", "-o", "a.tag")
+        self.ok("encode", "s", "-o", "b.tag", "--resume")
+        self.assertEqual(self.bytes("a.tag"), self.bytes("b.tag"))
+
+
+if __name__ == "__main__":
+    other_readers.main()
