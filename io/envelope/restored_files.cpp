@@ -180,11 +180,13 @@ void RestoredFiles::publish() {
     const std::string target = path(published_);
     make_folders(files_[published_].name);
     check_output(target, options_.overwrite);
-    if (status_of_name(target) && std::rename(target.c_str(), older(published_).c_str()) != 0)
-      throw world_error("cannot set aside", target, errno);
-    if (renameat2(AT_FDCWD, staged(published_).c_str(), AT_FDCWD, target.c_str(), RENAME_NOREPLACE) != 0) {
-      const int error = errno;
-      std::rename(older(published_).c_str(), target.c_str());
+    if (options_.overwrite) {
+      // The older file keeps its name until the new one takes it: nothing is lost whenever the program ends. Some file
+      // systems have no links; there it is gone then.
+      if (link(target.c_str(), older(published_).c_str()) != 0) errno = 0;
+      if (std::rename(staged(published_).c_str(), target.c_str()) != 0)
+        throw world_error("cannot rename the finished file to", target, errno);
+    } else if (const int error = rename_to_new(staged(published_), target); error != 0) {
       throw world_error("cannot rename the finished file to", target, error);
     }
   }
@@ -195,8 +197,9 @@ void RestoredFiles::publish() {
 
 void RestoredFiles::keep() {
   kept_ = true;
-  remove_folder(staging_.c_str());
+  const bool is_gone = remove_folder(staging_.c_str());
   forget_temporary(staging_slot_);
+  if (!is_gone) throw WorldError(staging_ + ": cannot be removed; all files are restored");
 }
 
 void RestoredFiles::take_back() noexcept {

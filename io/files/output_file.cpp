@@ -31,7 +31,14 @@ UsageError exists_already(const std::string& path) {
   return UsageError(path + ": already exists", Problem::output_exists);
 }
 
-/// Renames without overwriting; returns 0 or an errno.
+/// Waits until a non-blocking stream takes more.
+void wait_for_room(int descriptor) {
+  pollfd ready = {descriptor, POLLOUT, 0};
+  poll(&ready, 1, -1);
+}
+
+}  // namespace
+
 int rename_to_new(const std::string& from, const std::string& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
   if (errno != EINVAL && errno != ENOSYS) return errno;
@@ -41,14 +48,6 @@ int rename_to_new(const std::string& from, const std::string& to) {
   unlink(to.c_str());
   return error;
 }
-
-/// Waits until a non-blocking stream takes more.
-void wait_for_room(int descriptor) {
-  pollfd ready = {descriptor, POLLOUT, 0};
-  poll(&ready, 1, -1);
-}
-
-}  // namespace
 
 int sync_folder(const std::string& folder) {
   const int descriptor =

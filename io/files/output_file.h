@@ -87,6 +87,9 @@ class OutputFile : public ByteSink {
 /// Throws UsageError if writing to `path` would destroy something, as OutputFile's constructor does.
 void check_output(const std::string& path, bool overwrite);
 
+/// Renames a file without overwriting another one. Returns 0 or an errno.
+int rename_to_new(const std::string& from, const std::string& to);
+
 /// Makes the names in a folder survive a crash of the machine. Returns 0 or an errno. It is not a failure if
 /// folders cannot be opened or synced, as on some file systems.
 int sync_folder(const std::string& folder);

@@ -122,14 +122,14 @@ void unlink_temporaries() noexcept {
   }
 }
 
-void remove_folder(const char* path) noexcept {
+bool remove_folder(const char* path) noexcept {
   const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (folder >= 0) {
     while (remove_files_in(folder) > 0) {
     }
     close(folder);
   }
-  rmdir(path);
+  return rmdir(path) == 0;
 }
 
 void end_signals_with(int code, const std::string& message) {

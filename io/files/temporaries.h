@@ -31,8 +31,9 @@ std::optional<std::string_view> target_of_older(std::string_view name);
 /// signal handler that ends the program.
 void unlink_temporaries() noexcept;
 
-/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left.
-void remove_folder(const char* path) noexcept;
+/// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left; returns false
+/// then.
+bool remove_folder(const char* path) noexcept;
 
 /// From now on, a run that a signal ends can be continued; it then ends with exit code `code` instead, and
 /// with `message` ("" for none), of at most 200 bytes.

@@ -99,6 +99,7 @@ class FailingDisk : public CommandLine {
     if (call.path.find("pipe:") == 0) return "standard ";
     if (call.path.find("/.restored.part") != call.path.npos) return "volume.";
     const std::string name = std::filesystem::path(call.path).filename().string();
+    if (name == "." && c.arguments[0] == "restore") return ".: ";
     const bool nameless = name.starts_with("#") || name == "." || call.path == folder_.string() ||
                           name.starts_with(".tagrid.spool");
     if (nameless) return c.streams ? "standard output" : "new.";
@@ -111,6 +112,8 @@ class FailingDisk : public CommandLine {
   /// killed runs left if possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
+    // Of a folder that was just opened, to its beginning.
+    if (call.name == "lseek" && call.path.find(".restored.part") != call.path.npos) return true;
     // Unnamed files: another way exists. Pipes: they are not certain to be files.
     return (call.name == "open-to-write" &&
             std::filesystem::path(call.path).filename() == folder_.filename()) ||

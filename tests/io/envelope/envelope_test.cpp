@@ -51,7 +51,7 @@ class Envelope : public TemporaryFolder {
       std::ofstream(path(name), std::ios::binary)
           .write(reinterpret_cast<const char*>(bytes_[i].data()),
                  static_cast<std::streamsize>(bytes_[i].size()));
-      facts.files.push_back(path(name).string());
+      facts.files.push_back(path(name));
     }
     return facts;
   }
