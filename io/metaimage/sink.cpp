@@ -47,8 +47,7 @@ std::array<double, 3> signs_of(const Geometry& geometry) {
 
 std::string geometry_lines(const Geometry& geometry) {
   std::array<double, 3> spacing;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    spacing[axis] = spacing_or_1(geometry, axis);
+  for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = spacing_or_1(geometry, axis);
   std::string lines;
   if (geometry.has_directions || geometry.has_origin) {
     const std::array<double, 3> signs = signs_of(geometry);

@@ -170,13 +170,11 @@ std::string header_of(const VolumeInfo& info) {
                                          : unit == "um" || unit == "µm" ? 3
                                                                         : 0);
   std::array<double, 3> spacing;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    spacing[axis] = std::abs(spacing_or_1(geometry, axis));
+  for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(spacing_or_1(geometry, axis));
   double qfac = 1;
   Geometry placed = geometry;
   if (!placed.has_directions && placed.has_origin) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      placed.directions[axis][axis] = spacing_or_1(geometry, axis);
+    for (std::size_t axis = 0; axis < 3; ++axis) placed.directions[axis][axis] = spacing_or_1(geometry, axis);
     placed.has_directions = true;
   }
   if (placed.has_directions) {

@@ -282,8 +282,7 @@ std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs) {
   if (has_space) {
     auto directions = geometry.directions;
     if (!geometry.has_directions)
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        directions[axis][axis] = spacing_or_1(geometry, axis);
+      for (std::size_t axis = 0; axis < 3; ++axis) directions[axis][axis] = spacing_or_1(geometry, axis);
     lines += geometry.space.empty() ? std::string("space dimension: 3\n")
                                     : fmt::format("space: {}\n", geometry.space);
     lines += fmt::format("space directions: {} {} {}\n", in_parentheses(directions[0]),

@@ -43,7 +43,8 @@ std::string header_of(const VolumeInfo& info) {
 std::string lost_in_vti(const VolumeInfo& info) {
   if (info.nrrd_fields.find("rescale_slope:=") != std::string::npos)
     return "VTK's image data has no place for slope and intercept of its values: samples are written";
-  if (has_unknown_spacing(info.geometry)) return "VTK's image data cannot say that a spacing is not known; 1 is written";
+  if (has_unknown_spacing(info.geometry))
+    return "VTK's image data cannot say that a spacing is not known; 1 is written";
   return "";
 }
 
