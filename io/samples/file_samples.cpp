@@ -25,8 +25,8 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
   const std::uint64_t end = place.start + *sample_bytes(facts.info.dims, facts.info.type);
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
-  facts.warnings.push_back(
-      fmt::format("{}: {} bytes follow the samples; they are left out", file.name(), *file.size() - end));
+  facts.warnings.push_back(fmt::format("{}: {} bytes follow the samples; they are not part of the volume",
+                                       file.name(), *file.size() - end));
 }
 
 FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,

@@ -124,6 +124,8 @@ class Restored(ReaderTest):
             run = subprocess.run(f"{PROGRAM} {command} -q -f -o x.tag", shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertLess((self.folder / "x.tag").stat().st_size, 4000)
+            run = subprocess.run(f"{PROGRAM} {command} -v -f -o x.tag", shell=True, cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.assertIn("cannot be restored from the .tag file: ", run.stderr)
             self.assertIs(self.info("x.tag")["restorable"], False)
             before = self.files()
             self.assert_refused(64, "holds no source files", "restore", "x.tag", "-o", "r")

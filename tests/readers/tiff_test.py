@@ -90,6 +90,17 @@ class Tiff(ReaderTest):
         self.assertEqual(info["geometry"]["units"], ["um"] * 3)
         self.assertEqual(info["source"]["pairs"]["skyscan_acquisition/source voltage (kv)"], "59")
 
+    def test_only_every_other_section_was_saved(self):
+        truth = volume("uint8", (4, 20, 30))
+        (self.folder / "s").mkdir()
+        for z in range(4):
+            self.write(f"s/mouse_rec{400 + 2 * z:08}.tif", truth[z])
+        (self.folder / "s" / "mouse_rec.log").write_text("[Reconstruction]\nFirst Section=400\nLast Section=406\nSection to Section Step=2\n"
+                                                         "Pixel Size (um)=17.25\n")
+        samples, info = self.encoded("s")
+        self.assert_same(samples, truth)
+        self.assertEqual(info["geometry"]["spacing"], [17.25, 17.25, 34.5])
+
     def test_a_gap_is_refused_unless_it_is_accepted(self):
         truth = volume("uint8", (6, 9, 8))
         (self.folder / "s").mkdir()

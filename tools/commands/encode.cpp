@@ -73,6 +73,9 @@ struct EncodeCommand {
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
+      if (!result.why_not_restorable.empty())
+        say_line(fmt::format("{}: the files cannot be restored from the .tag file: {}", input,
+                             result.why_not_restorable));
     }
     remove_files(removed_after);
   }

@@ -71,6 +71,10 @@ SliceLog log_of_slices(const std::string& folder) {
     const auto number = size == sections.end() ? std::nullopt : number_of(size->second);
     if (!number || !std::isfinite(*number) || *number <= 0) continue;
     log.geometry.spacing.fill(*number);
+    // Not all sections may have been saved.
+    if (const auto step = sections.find("reconstruction/section to section step"); step != sections.end())
+      if (const auto sections_apart = number_of(step->second); sections_apart && *sections_apart >= 1)
+        log.geometry.spacing[2] *= *sections_apart;
     log.geometry.has_spacing = true;
     log.geometry.units.fill("um");
     for (const auto& [key, value] : sections)

@@ -24,9 +24,11 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::no_known_format:
       return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
-      return "; decompress it into a pipe: zcat FILE | tagrid encode - -o NAME.tag (or tagrid verify "
-             "NAME.tag --against -), or into a file: zcat FILE > OTHER; samples without a header need --dims "
-             "and --type; use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
+      return "; decompress it into a file: zcat FILE > OTHER, or, if it holds NRRD, NIfTI, MetaImage or "
+             "samples "
+             "without a header, which need --dims and --type, into a pipe: zcat FILE | tagrid encode - -o "
+             "NAME.tag "
+             "(or tagrid verify NAME.tag --against -); use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
     case Problem::describes_itself:
