@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,7 +48,17 @@ struct SampleShape {
   SampleType type = SampleType::uint8;
 
   std::uint64_t slice_bytes() const { return *sample_bytes({dims.x, dims.y, 1}, type); }
+  std::uint64_t bytes() const { return *sample_bytes(dims, type); }
 };
+
+/// Limits of an envelope: so many files, so many bytes of a name, and so many bytes in all files besides samples.
+inline std::uint64_t most_files(const SampleShape& shape) {
+  return static_cast<std::uint64_t>(shape.dims.z) + 1024;
+}
+inline constexpr std::size_t longest_envelope_name = 4096;
+inline std::uint64_t most_other_bytes(const SampleShape& shape, std::uint64_t files) {
+  return shape.bytes() / 2 + files * (std::uint64_t{1} << 16);
+}
 
 /// Takes the next bytes of an envelope.
 using PutBytes = std::function<void(std::span<const std::byte>)>;
@@ -74,8 +85,8 @@ using NextBlock = std::function<bool(std::vector<std::byte>&)>;
 /// Reads an envelope front to back. Wrong bytes throw BrokenInput.
 class EnvelopeReader {
  public:
-  /// `name` is that of the .tag file, for messages.
-  EnvelopeReader(std::string name, const SampleShape& shape, NextBlock next_block);
+  /// `name` is that of the .tag file, for messages. `exact`: its samples are exact, so every file has a checksum.
+  EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block);
 
   /// Reads the description of the next file. Returns false after the last one, when every slice has its place and
   /// nothing follows. REQUIRES: the other bytes of the file before were read.
@@ -91,15 +102,18 @@ class EnvelopeReader {
   std::vector<std::byte> take(std::size_t size);
   template <class T>
   T number();
-  void check(const EnvelopeFile& file);
+  void read_name(EnvelopeFile& file);
+  SlicesInFile read_slices(std::uint64_t& end);
 
   std::string name_;
   SampleShape shape_;
+  bool exact_;
   NextBlock next_block_;
   std::vector<std::byte> block_;
   std::size_t position_ = 0;  ///< in block_
   bool started_ = false;
-  std::uint64_t files_left_ = 0;
+  std::uint64_t files_left_ = 0, other_bytes_left_ = 0;
+  std::set<std::string> names_;
   std::int64_t slices_left_ = 0;
   std::vector<bool> slices_;  ///< those that have their place
 };

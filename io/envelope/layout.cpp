@@ -34,6 +34,16 @@ std::vector<std::string> names_in_common_folder(const std::vector<std::string>& 
   return names;
 }
 
+/// The number of `used` bits that is nearest to `bits`. Only an encoding with an error makes others.
+template <class Bits>
+Bits nearest_of_range(Bits bits, const StoredBits& stored, Bits used) {
+  const auto half = static_cast<Bits>((used >> 1) + 1);
+  const auto low = static_cast<Bits>(stored.is_signed ? -half : 0),
+             high = static_cast<Bits>(stored.is_signed ? half - 1 : used);
+  if (static_cast<Bits>(bits - low) <= used) return bits;
+  return static_cast<Bits>(bits - high) < static_cast<Bits>(low - bits) ? high : low;
+}
+
 template <class Bits>
 void to_stored_bits(const SlicesInFile& slices, std::byte* samples, std::size_t count) {
   const StoredBits& stored = slices.run.stored;
@@ -46,6 +56,7 @@ void to_stored_bits(const SlicesInFile& slices, std::byte* samples, std::size_t 
     Bits bits;
     std::memcpy(&bits, samples + i * sizeof(Bits), sizeof(Bits));
     bits = static_cast<Bits>(bits - add);
+    if (unused > 0) bits = nearest_of_range(bits, stored, mask);
     bits = static_cast<Bits>((static_cast<Bits>(bits & mask) ^ sign) - sign);
     std::memcpy(samples + i * sizeof(Bits), &bits, sizeof(Bits));
   }
@@ -140,9 +151,11 @@ SourceFiles source_files(const SourceFacts& facts) {
     if (end > file.size) return not_kept(fmt::format("{} has become shorter", file.name));
     all += file.size;
   }
+  if (source.files.size() > most_files(source.shape))
+    return not_kept(fmt::format("it has {} files, of which most have no slice", source.files.size()));
   // Other volumes of a file would be kept with each of them.
-  const std::uint64_t samples = *sample_bytes(facts.info.dims, facts.info.type);
-  const std::uint64_t most = samples / 2 + source.files.size() * (std::uint64_t{1} << 16);
+  const std::uint64_t samples = source.shape.bytes();
+  const std::uint64_t most = most_other_bytes(source.shape, source.files.size());
   if (all - samples > most)
     return not_kept(
         fmt::format("its files have {} bytes besides these samples, more than the {} that are kept",

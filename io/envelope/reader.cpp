@@ -10,8 +10,12 @@
 
 namespace tagrid {
 
-EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, NextBlock next_block)
-    : name_(std::move(name)), shape_(shape), next_block_(std::move(next_block)), slices_left_(shape.dims.z) {}
+EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block)
+    : name_(std::move(name)),
+      shape_(shape),
+      exact_(exact),
+      next_block_(std::move(next_block)),
+      slices_left_(shape.dims.z) {}
 
 void EnvelopeReader::fail(const std::string& what) const {
   throw BrokenInput(fmt::format("{}: the envelope of its source files: {}", name_, what));
@@ -43,7 +47,11 @@ T EnvelopeReader::number() {
 }
 
 bool EnvelopeReader::next_file(EnvelopeFile& file) {
-  if (!std::exchange(started_, true)) files_left_ = number<std::uint64_t>();
+  if (!std::exchange(started_, true)) {
+    files_left_ = number<std::uint64_t>();
+    if (files_left_ == 0 || files_left_ > most_files(shape_)) fail("an impossible number of files");
+    other_bytes_left_ = most_other_bytes(shape_, files_left_);
+  }
   if (files_left_ == 0) {
     if (slices_left_ != 0) fail(fmt::format("{} slices have no place", slices_left_));
     while (position_ == block_.size()) {
@@ -54,62 +62,79 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
   }
   --files_left_;
   file = {};
-  const std::vector<std::byte> name = take(number<std::uint16_t>());
-  file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
+  read_name(file);
   file.size = number<std::uint64_t>();
-  const auto has_checksum = number<std::uint8_t>();
-  if (has_checksum > 1) fail("a flag is neither 0 nor 1");
-  if (has_checksum == 1) file.checksum = number<std::uint64_t>();
+  if (file.size > std::uint64_t{1} << 62) fail("a file is too large");
+  if (number<std::uint8_t>() != (exact_ ? 1 : 0))
+    fail("a file has no checksum, or one that it must not have");
+  if (exact_) file.checksum = number<std::uint64_t>();
   const auto runs = number<std::uint32_t>();
+  std::uint64_t end = 0, samples = 0;
   for (std::uint32_t i = 0; i < runs; ++i) {
-    SlicesInFile slices;
-    slices.first_slice = static_cast<std::int64_t>(number<std::uint64_t>());
-    slices.run.slices = static_cast<std::int64_t>(number<std::uint64_t>());
-    slices.run.offset = number<std::uint64_t>();
-    slices.run.step = number<std::uint64_t>();
-    const auto flags = number<std::uint8_t>();
-    slices.run.big_endian = (flags & 1) != 0;
-    slices.run.stored.is_signed = (flags & 2) != 0;
-    slices.run.stored.bits = number<std::uint8_t>();
-    const auto spare = number<std::uint8_t>();
-    if (flags > 3 || spare > 2) fail("an unknown way to store samples");
-    slices.spare = static_cast<SpareBits>(spare);
-    slices.run.stored.add = number<std::int32_t>();
-    file.slices.push_back(slices);
+    file.slices.push_back(read_slices(end));
+    samples += static_cast<std::uint64_t>(file.slices.back().run.slices) * shape_.slice_bytes();
   }
-  check(file);
+  if (end > file.size) fail("a slice lies beyond the end of a file");
+  if (file.size - samples > other_bytes_left_) fail("too many bytes that are not samples");
+  other_bytes_left_ -= file.size - samples;
   return true;
 }
 
-void EnvelopeReader::check(const EnvelopeFile& file) {
+void EnvelopeReader::read_name(EnvelopeFile& file) {
+  const auto size = number<std::uint16_t>();
+  if (size > longest_envelope_name) fail("a name is too long");
+  const std::vector<std::byte> name = take(size);
+  file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
   if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
-  if (file.size > std::uint64_t{1} << 62) fail("a file is too large");
+  // No name stands for two files, or for a file and a folder.
+  const auto below = names_.lower_bound(file.name + "/");
+  bool is_taken =
+      !names_.insert(file.name).second || (below != names_.end() && below->starts_with(file.name + "/"));
+  for (std::size_t end = file.name.find('/'); end != file.name.npos; end = file.name.find('/', end + 1))
+    is_taken = is_taken || names_.contains(file.name.substr(0, end));
+  if (is_taken) fail("two files have the same name");
+}
+
+/// Reads a run, whose slices lie behind byte `end` of the file; `end` becomes their end.
+SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
+  SlicesInFile slices;
+  SliceRun& run = slices.run;
+  slices.first_slice = static_cast<std::int64_t>(number<std::uint64_t>());
+  run.slices = static_cast<std::int64_t>(number<std::uint64_t>());
+  run.offset = number<std::uint64_t>();
+  run.step = number<std::uint64_t>();
+  const auto flags = number<std::uint8_t>();
+  run.big_endian = (flags & 1) != 0;
+  run.stored.is_signed = (flags & 2) != 0;
+  run.stored.bits = number<std::uint8_t>();
+  const auto spare = number<std::uint8_t>();
+  if (flags > 3 || spare > 2) fail("an unknown way to store samples");
+  slices.spare = static_cast<SpareBits>(spare);
+  run.stored.add = number<std::int32_t>();
+
+  const bool is_integer = !is_float_type(shape_.type) && size_of(shape_.type) <= 4;
+  if (run.stored.bits > (is_integer ? static_cast<int>(8 * size_of(shape_.type)) : 0) ||
+      (run.stored.add != 0 && !is_integer))
+    fail("an impossible number of bits");
+  if (spare != 0 && run.stored.bits == 0) fail("spare bits where there are none");
+  const std::int64_t first = slices.first_slice;
+  if (first < 0 || first >= shape_.dims.z || run.slices < 1 || run.slices > shape_.dims.z - first)
+    fail("a slice that the volume does not have");
   const std::uint64_t slice = shape_.slice_bytes();
-  const int most_bits = !is_float_type(shape_.type) && size_of(shape_.type) <= 4
-                            ? static_cast<int>(8 * size_of(shape_.type))
-                            : 0;
-  std::uint64_t end = 0;
-  for (const auto& [first, run, spare] : file.slices) {
-    if (first < 0 || first >= shape_.dims.z || run.slices < 1 || run.slices > shape_.dims.z - first)
-      fail("a slice that the volume does not have");
-    if (run.stored.bits > most_bits || (run.stored.add != 0 && most_bits == 0))
-      fail("an impossible number of bits");
-    if (spare != SpareBits::zero && run.stored.bits == 0) fail("spare bits where there are none");
-    std::uint64_t last = 0;
-    if (run.offset < end || run.step < slice ||
-        __builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &last) ||
-        __builtin_add_overflow(last, run.offset, &last) || __builtin_add_overflow(last, slice, &end) ||
-        end > file.size)
-      fail("slices that overlap, or lie beyond the end of a file");
-    // Every slice is described once. Where it was described, a bit is set; there are at most as many as slices.
-    if (run.slices > slices_left_) fail("a slice has two places");
-    slices_left_ -= run.slices;
-    if (slices_.empty()) slices_.resize(static_cast<std::size_t>(shape_.dims.z));
-    for (std::int64_t z = first; z < first + run.slices; ++z) {
-      if (slices_[static_cast<std::size_t>(z)]) fail("a slice has two places");
-      slices_[static_cast<std::size_t>(z)] = true;
-    }
+  std::uint64_t last = 0;
+  if (run.offset < end || run.step < slice ||
+      __builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &last) ||
+      __builtin_add_overflow(last, run.offset, &last) || __builtin_add_overflow(last, slice, &end))
+    fail("slices that overlap, or lie beyond the end of a file");
+  // Every slice has one place, so there are no more runs than slices.
+  if (run.slices > slices_left_) fail("a slice has two places");
+  slices_left_ -= run.slices;
+  if (slices_.empty()) slices_.resize(static_cast<std::size_t>(shape_.dims.z));
+  for (std::int64_t z = first; z < first + run.slices; ++z) {
+    if (slices_[static_cast<std::size_t>(z)]) fail("a slice has two places");
+    slices_[static_cast<std::size_t>(z)] = true;
   }
+  return slices;
 }
 
 void EnvelopeReader::read_other_bytes(

@@ -58,8 +58,9 @@ class RestoredFiles::OpenFile {
   int descriptor_ = -1;
 };
 
-RestoredFiles::RestoredFiles(const VolumeInfo& info, std::string folder, const SinkOptions& options)
-    : VolumeSink(info), folder_(std::move(folder)), options_(options) {
+RestoredFiles::RestoredFiles(const VolumeInfo& info, std::string input, std::string folder,
+                             const SinkOptions& options)
+    : VolumeSink(info), input_(std::move(input)), folder_(std::move(folder)), options_(options) {
   const auto status = status_of(folder_);
   if (status && !S_ISDIR(status->st_mode))
     throw UsageError(folder_ + ": is not a folder; give the folder for the files");
@@ -93,7 +94,7 @@ void RestoredFiles::make(EnvelopeReader& envelope) {
   for (EnvelopeFile file; envelope.next_file(file);) {
     const std::size_t number = files_.size();
     files_.push_back(file);
-    check_output(path(number), options_.overwrite);
+    check_target(number);
     OpenFile out(staged(number), path(number), O_RDWR | O_CREAT | O_EXCL);
     envelope.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
       out.write_at(position, bytes);
@@ -102,12 +103,6 @@ void RestoredFiles::make(EnvelopeReader& envelope) {
     for (const SlicesInFile& slices : file.slices) slices_.push_back({number, slices});
   }
   std::ranges::sort(slices_, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
-  std::vector<std::string> names;
-  for (const EnvelopeFile& file : files_) names.push_back(file.name);
-  std::ranges::sort(names);
-  for (std::size_t i = 1; i < names.size(); ++i)
-    if (names[i] == names[i - 1] || names[i].starts_with(names[i - 1] + "/"))
-      throw BrokenInput(fmt::format("{}: is the name of two of the source files", names[i - 1]));
 }
 
 RestoredFiles::OpenFile& RestoredFiles::open(std::size_t file) {
@@ -162,6 +157,16 @@ void RestoredFiles::check() {
   }
 }
 
+/// Throws UsageError if a file may not get its name. Anything but a file is not replaced.
+void RestoredFiles::check_target(std::size_t file) const {
+  const auto status = status_of_name(path(file));
+  if (status && !S_ISREG(status->st_mode) && !S_ISLNK(status->st_mode))
+    throw UsageError(path(file) + ": is there, and is not a regular file");
+  if (status && !options_.overwrite)
+    throw UsageError(path(file) + ": already exists", Problem::output_exists);
+  refuse_same_file(input_, path(file));
+}
+
 /// Makes the folders of a file in folder_. None of them may be a link: it could lead anywhere.
 void RestoredFiles::make_folders(const std::string& name) {
   for (std::size_t end = name.find('/'); end != name.npos; end = name.find('/', end + 1)) {
@@ -176,16 +181,21 @@ void RestoredFiles::make_folders(const std::string& name) {
 }
 
 void RestoredFiles::publish() {
+  signals_wait_.emplace();  // all files, or none
   for (; published_ < files_.size(); ++published_) {
     const std::string target = path(published_);
     make_folders(files_[published_].name);
-    check_output(target, options_.overwrite);
+    check_target(published_);
     if (options_.overwrite) {
-      // The older file keeps its name until the new one takes it: nothing is lost whenever the program ends. Some file
-      // systems have no links; there it is gone then.
-      if (link(target.c_str(), older(published_).c_str()) != 0) errno = 0;
-      if (std::rename(staged(published_).c_str(), target.c_str()) != 0)
-        throw world_error("cannot rename the finished file to", target, errno);
+      // The older file keeps its name until the new one takes it. Some file systems have no links.
+      if (link(target.c_str(), older(published_).c_str()) != 0 && errno != ENOENT &&
+          std::rename(target.c_str(), older(published_).c_str()) != 0)
+        throw world_error("cannot set aside", target, errno);
+      if (std::rename(staged(published_).c_str(), target.c_str()) != 0) {
+        const int error = errno;
+        std::rename(older(published_).c_str(), target.c_str());
+        throw world_error("cannot rename the finished file to", target, error);
+      }
     } else if (const int error = rename_to_new(staged(published_), target); error != 0) {
       throw world_error("cannot rename the finished file to", target, error);
     }
@@ -199,6 +209,7 @@ void RestoredFiles::keep() {
   kept_ = true;
   const bool is_gone = remove_folder(staging_.c_str());
   forget_temporary(staging_slot_);
+  signals_wait_.reset();
   if (!is_gone) throw WorldError(staging_ + ": cannot be removed; all files are restored");
 }
 
@@ -214,6 +225,7 @@ void RestoredFiles::take_back() noexcept {
     forget_temporary(staging_slot_);
   }
   for (auto folder = made_folders_.rbegin(); folder != made_folders_.rend(); ++folder) rmdir(folder->c_str());
+  signals_wait_.reset();
 }
 
 std::uint64_t RestoredFiles::bytes_written() const {

@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
+#include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"
 
 namespace tagrid {
@@ -19,8 +21,9 @@ namespace tagrid {
 /// Takes decoded samples in any order. Every failure to write is a WorldError.
 class RestoredFiles : public VolumeSink {
  public:
-  /// `folder` is made if it is not there. Throws UsageError if it is not a folder.
-  RestoredFiles(const VolumeInfo& info, std::string folder, const SinkOptions& options);
+  /// `input` is the .tag file, which is never written to. `folder` is made if it is not there. Throws UsageError if it is
+  /// not a folder.
+  RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 
   /// Makes all files, with all bytes that are not samples. Throws BrokenInput; UsageError if a file is there already.
@@ -49,10 +52,11 @@ class RestoredFiles : public VolumeSink {
   std::string staged(std::size_t file) const;
   std::string older(std::size_t file) const;
   std::string path(std::size_t file) const { return folder_ + "/" + files_[file].name; }
+  void check_target(std::size_t file) const;
   void make_folders(const std::string& name);
   void take_back() noexcept;
 
-  std::string folder_;
+  std::string input_, folder_;
   SinkOptions options_;
   std::string staging_;
   int staging_slot_ = -1;
@@ -62,6 +66,7 @@ class RestoredFiles : public VolumeSink {
   std::vector<std::string> made_folders_;
   std::size_t published_ = 0;  ///< files that have their names
   bool kept_ = false;
+  std::optional<SignalsWait> signals_wait_;  ///< while files get their names
   std::vector<std::byte> buffer_, spare_;
 };
 

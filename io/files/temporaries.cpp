@@ -11,6 +11,7 @@
 #include <array>
 #include <atomic>
 #include <climits>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -31,6 +32,8 @@ bool slot_is_folder[slot_count];
 std::atomic<int> signal_code{-1};
 std::array<char, 200> signal_message;
 std::atomic<std::size_t> signal_message_size{0};
+std::atomic<bool> signals_wait{false};
+std::atomic<int> waiting_signal{0};
 
 int add_to_slots(const std::string& path, const std::string& original, bool folder) {
   if (path.size() >= PATH_MAX || original.size() >= PATH_MAX) return -1;
@@ -130,6 +133,23 @@ bool remove_folder(const char* path) noexcept {
     close(folder);
   }
   return rmdir(path) == 0;
+}
+
+SignalsWait::SignalsWait() { signals_wait = true; }
+
+SignalsWait::~SignalsWait() {
+  signals_wait = false;
+  const int number = waiting_signal;
+  if (number == 0) return;
+  unlink_temporaries();
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+bool signal_waits(int number) noexcept {
+  if (!signals_wait) return false;
+  waiting_signal = number;
+  return true;
 }
 
 void end_signals_with(int code, const std::string& message) {

@@ -35,6 +35,17 @@ void unlink_temporaries() noexcept;
 /// then.
 bool remove_folder(const char* path) noexcept;
 
+/// While one of these exists, a signal that ends the program waits: it does so with the destructor.
+class SignalsWait {
+ public:
+  SignalsWait();
+  ~SignalsWait();
+  SignalsWait(const SignalsWait&) = delete;
+  SignalsWait& operator=(const SignalsWait&) = delete;
+};
+/// For a signal handler: true if it must return, as the signal waits.
+bool signal_waits(int number) noexcept;
+
 /// From now on, a run that a signal ends can be continued; it then ends with exit code `code` instead, and
 /// with `message` ("" for none), of at most 200 bytes.
 void end_signals_with(int code, const std::string& message);

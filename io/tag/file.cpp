@@ -126,10 +126,12 @@ void TagReader::read_envelope() {
     std::ranges::copy(marker_, head.begin());
     read_exactly(head.data() + marker_.size(), head.size() - marker_.size(), "the envelope");
     std::uint64_t rest = 0;
-    if (Status status = parse_envelope_head(head, rest); !status.ok()) fail(status.what());
+    const auto require = [&](const Status& status) {
+      if (!status.ok()) throw broken_part(name(), "the envelope", bytes_->position(), status.what());
+    };
+    require(parse_envelope_head(head, rest));
     read_growing(block_, head, rest, "the envelope");
-    if (Status status = parse_envelope_block(block_, last_checksum_, nullptr); !status.ok())
-      fail(status.what());
+    require(parse_envelope_block(block_, last_checksum_, nullptr));
   }
   envelope_size_ = bytes_->position() - marker_.size() - start;
 }

@@ -68,7 +68,8 @@ std::string keep_source_files(const VolumeSource& source, const CodingParameters
 
 std::vector<EnvelopeFile> source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
-  EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.envelope());
+  EnvelopeReader reader(file.name(), shape_of(file.parameters()), is_exact(file.parameters()),
+                        file.envelope());
   std::vector<EnvelopeFile> files;
   for (EnvelopeFile next; reader.next_file(next);) {
     reader.read_other_bytes(next, [](std::uint64_t, std::span<const std::byte>) {});
@@ -119,14 +120,16 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const TagBricks file(std::make_shared<FileSource>(run.input));
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
-    throw UsageError(run.input +
-                         ": holds no source files: it was encoded from a pipe or from compressed samples, or "
-                         "they were left out",
-                     Problem::no_source_files);
+    throw UsageError(
+        run.input +
+            ": holds no source files: it was encoded from a pipe, from compressed samples or from "
+            "files with much else, or they were left out",
+        Problem::no_source_files);
   const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write, 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
-  const auto files = std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.folder, options);
-  EnvelopeReader envelope(file.name(), shape_of(parameters), file.envelope());
+  const auto files =
+      std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.input, run.folder, options);
+  EnvelopeReader envelope(file.name(), shape_of(parameters), is_exact(parameters), file.envelope());
   files->make(envelope);
   RowOutput output(*files, "", run.folder);
   RowDecoder decoder(parameters, plan.budget);

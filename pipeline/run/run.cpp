@@ -1,10 +1,12 @@
 #include "pipeline/run/run.h"
 
+#include <array>
 #include <stdexcept>
 #include <utility>
 
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
+#include "io/files/system_call.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/spooled.h"
 #include "io/tag/bricks.h"
@@ -31,10 +33,21 @@ bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
 }
 
+/// The sizes and times of files, which change with their content.
+std::vector<std::array<std::int64_t, 4>> states_of(const std::vector<std::string>& files) {
+  std::vector<std::array<std::int64_t, 4>> states;
+  for (const std::string& file : files)
+    if (const auto status = file == "-" ? std::nullopt : status_of(file))
+      states.push_back({static_cast<std::int64_t>(status->st_ino), status->st_size, status->st_mtim.tv_sec,
+                        status->st_mtim.tv_nsec});
+  return states;
+}
+
 FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) {
   check_output(run.output, run.overwrite);
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
+  const auto states = states_of(volume->files());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const SourceTraits& traits = volume->traits();
   const auto [options, reason] = for_samples(run.options, volume->facts().rescale);
@@ -64,6 +77,9 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   result.why_not_restorable =
       keep_source_files(*volume, parameters, run.keep_files && !plain.options.strip,
                         [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
+  // Samples and other bytes must be those of the same files.
+  if (run.keep_files && states_of(volume->files()) != states)
+    throw BrokenInput(volume->name() + ": was changed while it was being read");
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();

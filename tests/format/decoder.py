@@ -204,15 +204,19 @@ def check_source_files(content, header):
     slice_bytes = header.dims[0] * header.dims[1] * header.type.size
     places = [0] * header.dims[2]
     files, = take("<Q")
-    require(files >= 1, "there are no source files")
+    require(1 <= files <= header.dims[2] + 1024, "an impossible number of source files")
+    others_left = math.prod(header.dims) * header.type.size // 2 + (files << 16)
+    names = set()
     for _ in range(files):
         length, = take("<H")
         name, = take(f"<{length}s")
         require(all(part not in (b"", b".", b"..") for part in name.split(b"/")) and b"\0" not in name, "a name is not allowed")
+        require(length <= 4096 and name not in names, "a name is too long, or known")
+        names.add(name)
         size, has_checksum = take("<QB")
-        require(size <= 1 << 62 and has_checksum <= 1, "a file is impossible")
+        require(size <= 1 << 62 and has_checksum == int(header.max_error == 0), "a file is impossible")
         take("<Q" if has_checksum else "<")
-        end, others = 0, size
+        end, others, kept = 0, size, 0
         for _ in range(take("<I")[0]):
             first, count, offset, step, flags, bits, spare, add = take("<QQQQBBBi")
             require(count >= 1 and first + count <= header.dims[2], "a slice does not exist")
@@ -222,9 +226,12 @@ def check_source_files(content, header):
             end = offset + (count - 1) * step + slice_bytes
             for z in range(first, first + count):
                 places[z] += 1
-            others -= 0 if spare == 2 else count * slice_bytes
+            others -= count * slice_bytes
+            kept += count * slice_bytes if spare == 2 else 0
         require(end <= size, "a slice lies beyond the end of a file")
-        take(f"<{others}s")
+        others_left -= others
+        require(others_left >= 0, "too many bytes that are not samples")
+        take(f"<{others + kept}s")
     require(position == len(content), "bytes follow the last source file")
     require(all(n == 1 for n in places), "a slice has no place, or two")
 

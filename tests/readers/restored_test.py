@@ -116,6 +116,33 @@ class Restored(ReaderTest):
 
         return json.loads(self.ok("info", name, "--json").stdout)
 
+    def test_a_grid_alone_stays_in_the_range_of_the_bits(self):
+        from dicom_test import data_set
+
+        os.mkdir(self.folder / "s")
+        z, y, x = numpy.mgrid[0:20, 0:24, 0:24]
+        truth = numpy.where((x - 12) ** 2 + (y - 12) ** 2 + (z - 10) ** 2 < 50, 4095, 0).astype("uint16")
+        for z, slice in enumerate(truth):
+            data_set(slice, instance=f"1.2.{z}", position=(0, 0, z), BitsStored=12, HighBit=11,
+                     PixelRepresentation=0).save_as(self.folder / "s" / f"{z:02}.dcm", write_like_original=False)
+        self.ok("encode", "s", "-o", "a.tag", "--grid-only", "--max-error", "5")
+        self.ok("restore", "a.tag", "-o", "r")
+        for z, slice in enumerate(truth):
+            now = pydicom.dcmread(self.folder / "r" / f"{z:02}.dcm").pixel_array.astype(int)
+            self.assertLessEqual(numpy.abs(now - slice.astype(int)).max(), 5)
+
+    def test_only_files_are_replaced_and_never_the_input(self):
+        self.write("x.nrrd", NRRD % (b"ushort", b"little"), self.volume())
+        self.ok("encode", "x.nrrd", "-o", "a.tag")
+        os.mkdir(self.folder / "r")
+        os.mkfifo(self.folder / "r" / "x.nrrd")
+        for force in ((), ("-f",)):
+            self.assert_refused(64, "not a regular file", "restore", "a.tag", "-o", "r", *force)
+        os.remove(self.folder / "r" / "x.nrrd")
+        os.link(self.folder / "a.tag", self.folder / "r" / "x.nrrd")
+        self.assert_refused(64, "is the input itself", "restore", "a.tag", "-o", "r", "-f")
+        self.assertEqual(self.bytes("a.tag"), self.bytes("r/x.nrrd"))
+
     def test_what_cannot_be_kept_is_refused_by_restore(self):
         self.write("a.nrrd", NRRD % (b"ushort", b"little"), self.volume())
         nibabel.save(nibabel.Nifti1Image(self.volume("int16", (4, 5, 6, 300)), numpy.eye(4)), self.folder / "many.nii")

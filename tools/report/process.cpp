@@ -20,6 +20,7 @@ namespace tagrid {
 namespace {
 
 void end_by_signal(int number) {
+  if (signal_waits(number)) return;
   unlink_temporaries();
   if (code_after_signal() >= 0) {
     write_message_after_signal();

@@ -97,7 +97,7 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
     const std::uint64_t slice = source->slice_bytes();
 
     const Content content = written(files, true);
-    EnvelopeReader reader("x.tag", {dims, type}, in_blocks(content));
+    EnvelopeReader reader("x.tag", {dims, type}, true, in_blocks(content));
     std::size_t number = 0;
     for (EnvelopeFile file; reader.next_file(file); ++number) {
       EXPECT_EQ(file.name, number < files.names.size() ? files.names[number] : "");
@@ -140,7 +140,7 @@ TEST_F(Envelope, DamagedBytesAreRefusedOrHarmless) {
         content[below(content.size())] = static_cast<std::byte>(0xFF);
     }
     try {
-      EnvelopeReader reader("x.tag", {dims, SampleType::uint16}, in_blocks(content));
+      EnvelopeReader reader("x.tag", {dims, SampleType::uint16}, true, in_blocks(content));
       for (EnvelopeFile file; reader.next_file(file);) {
         EXPECT_TRUE(is_safe_name(file.name));
         std::uint64_t last = 0;
@@ -165,6 +165,32 @@ TEST_F(Envelope, NamesStayInTheirFolder) {
        {"", "/", "/a", "a/", "..", "../a", "a/../b", "a/..", "./a", ".", "a//b", "a/./b"})
     EXPECT_FALSE(is_safe_name(name)) << name;
   EXPECT_FALSE(is_safe_name(std::string("a\0b", 3)));
+}
+
+// An encoding with an error gives samples beyond the integers that the bits can hold.
+TEST_F(Envelope, SamplesBeyondTheBitsBecomeTheNearest) {
+  const auto stored = [](std::int16_t sample, const StoredBits& bits) {
+    SlicesInFile slices;
+    slices.run.stored = bits;
+    slices.spare = SpareBits::sign;
+    to_stored(slices, SampleType::int16, reinterpret_cast<std::byte*>(&sample), 1);
+    return static_cast<std::int16_t>(sample);
+  };
+  const auto sign_of_12 = [](int low) { return static_cast<std::int16_t>((low ^ 0x800) - 0x800); };
+  for (const int add : {0, -1024, 77}) {
+    const auto at = [&](int value) { return static_cast<std::int16_t>(value + add); };
+    for (int over = 1; over < 60; ++over) {
+      const StoredBits plain = {.bits = 12, .is_signed = false, .add = add}, with_sign = {12, true, add};
+      EXPECT_EQ(stored(at(-over), plain), 0);
+      EXPECT_EQ(stored(at(4095 + over), plain), sign_of_12(4095));
+      EXPECT_EQ(stored(at(-2048 - over), with_sign), -2048);
+      EXPECT_EQ(stored(at(2047 + over), with_sign), 2047);
+    }
+    for (int value = 0; value < 4096; ++value) {
+      EXPECT_EQ(stored(at(value), {12, false, add}), sign_of_12(value));
+      EXPECT_EQ(stored(at(value - 2048), {12, true, add}), value - 2048);
+    }
+  }
 }
 
 TEST_F(Envelope, WhatCannotComeBackIsNotKept) {
