@@ -52,7 +52,7 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
 bool report(const std::string& path) {
   try {
     const auto [header, index, sizes] = summary_of(path);
-    claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.index,
+    claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.envelope + sizes.index,
           "the parts sum to the file");
     claim(!info_json(header, index, sizes).dump().empty(), "any file can be reported");
     claim(!info_text(header, index, sizes).empty(), "any file can be printed");

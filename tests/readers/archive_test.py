@@ -121,6 +121,11 @@ class Archive(ReaderTest):
         gone = {path.relative_to(self.folder / "before") for path in (self.folder / "before").rglob("*") if path.is_file()
                 and not (self.folder / "archive" / path.relative_to(self.folder / "before")).exists()}
         self.assertGreater(len(gone), 20)
+        # What was removed is done, though its folder is still there.
+        for option in ("--skip-done", "--remove-verified"):
+            run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", option)
+            later = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()][-len(volumes):]
+            self.assertEqual({record["status"] for record in later if record["output"] in removed}, {"skipped"}, option)
         for output, record in removed.items():
             self.assertIs(record["restorable"], True)
             folder = os.path.dirname(record["input_files"][0]["path"])

@@ -7,8 +7,10 @@
 #include <system_error>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
+#include "io/formats/open_volume.h"
 #include "tools/conversion/manifest.h"
 #include "tools/report/report.h"
 
@@ -91,9 +93,29 @@ void skip(const KnownOutput& known, ordered_json& record) {
   record["status"] = "skipped";
 }
 
+namespace {
+
+/// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
+bool is_there(const KnownOutput& known, const std::string& input) {
+  if (!status_of_name(input)) return false;
+  if (!is_folder(input)) return true;
+  for (const InputFile& file : known.input_files)
+    if (status_of_name(file.path)) return true;
+  try {
+    open_volume(input, encoding_of(known.options).source);
+  } catch (const BrokenInput&) {
+    return false;  // no slices
+  } catch (const UsageError&) {
+    return !known.options.contains("series");  // other series than this one
+  }
+  return true;
+}
+
+}  // namespace
+
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   ordered_json& record) {
-  if (known.state != KnownOutput::State::removed || status_of_name(input)) return false;
+  if (known.state != KnownOutput::State::removed || is_there(known, input)) return false;
   if (!has_size(known, output))
     throw BrokenInput(output +
                       ": is gone or has another size, and its original was removed; restore it from a copy");
