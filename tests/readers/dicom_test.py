@@ -125,6 +125,9 @@ class Dicom(ReaderTest):
         self.assertEqual([place[2] for place in positions], [-10, -8.5, -7, -4, -2.5, -1])
         self.assertEqual(info["geometry"]["directions"][2], [0, 0, 1.5])
         self.assertEqual(info["geometry"]["slice_positions"], positions)
+        for name, warns in (("a.nii", True), ("a.mha", True), ("a.nrrd", False)):
+            run = self.tagrid("decode", "out.tag", "-o", name, "-f")
+            self.assertEqual((run.returncode, "slices lie at unequal distances" in run.stderr), (0, warns), name)
         text = self.tagrid("info", "out.tag").stdout
         self.assertRegex(text, r"\nslices +at unequal distances")
         self.assertRegex(text, r"\npatient +Doe\^Jane \(4711\)\n")
@@ -189,6 +192,7 @@ class Dicom(ReaderTest):
         samples, info = self.encoded("s")
         self.assert_same(samples, truth.astype("uint16"))
         self.assertEqual(info["source"]["pairs"]["slice_slopes"], "1 1.5 2 2.5")
+        self.assertIn("slices have slopes of their own", self.tagrid("decode", "out.tag", "-o", "a.nii").stderr)
         self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10")
