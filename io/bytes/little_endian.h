@@ -67,6 +67,13 @@ inline void swap_bytes_of_samples(std::byte* samples, std::size_t count, std::si
   if (sample_size == 8) swap_all(std::uint64_t{});
 }
 
+/// Turns samples from the byte order of a file into that of the machine, or back.
+inline void swap_if_not_native(std::byte* samples, std::size_t count, std::size_t sample_size,
+                               bool big_endian) {
+  if (big_endian != (std::endian::native == std::endian::big))
+    swap_bytes_of_samples(samples, count, sample_size);
+}
+
 /// `samples` of `sample_size` bytes in the machine's order, as little endian: the samples themselves, or a
 /// copy in `swapped`.
 inline std::span<const std::byte> little_endian_samples(std::span<const std::byte> samples,

@@ -9,6 +9,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/volume/slice_run.h"
@@ -82,6 +83,22 @@ void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put);
 /// Gives the content of the next block of an envelope; false after the last one.
 using NextBlock = std::function<bool(std::vector<std::byte>&)>;
 
+/// The bytes of an envelope, front to back, without the borders of its blocks.
+class EnvelopeBytes {
+ public:
+  explicit EnvelopeBytes(NextBlock next_block) : next_block_(std::move(next_block)) {}
+
+  /// The next bytes, as many as are there without reading on; none at the end.
+  std::span<const std::byte> ahead();
+  /// REQUIRES: count <= ahead().size().
+  void skip(std::size_t count) { position_ += count; }
+
+ private:
+  NextBlock next_block_;
+  std::vector<std::byte> block_;
+  std::size_t position_ = 0;  ///< in block_
+};
+
 /// Reads an envelope front to back. Wrong bytes throw BrokenInput.
 class EnvelopeReader {
  public:
@@ -98,8 +115,10 @@ class EnvelopeReader {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
-  void fill();
-  std::vector<std::byte> take(std::size_t size);
+  /// Passes the next `size` bytes, in pieces.
+  template <class Use>
+  void take(std::uint64_t size, Use use);
+  std::vector<std::byte> taken(std::size_t size);
   template <class T>
   T number();
   void read_name(EnvelopeFile& file);
@@ -108,9 +127,7 @@ class EnvelopeReader {
   std::string name_;
   SampleShape shape_;
   bool exact_;
-  NextBlock next_block_;
-  std::vector<std::byte> block_;
-  std::size_t position_ = 0;  ///< in block_
+  EnvelopeBytes bytes_;
   bool started_ = false;
   std::uint64_t files_left_ = 0, other_bytes_left_ = 0;
   std::set<std::string> names_;

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -34,32 +32,13 @@ std::vector<std::string> names_in_common_folder(const std::vector<std::string>& 
   return names;
 }
 
-/// The number of `used` bits that is nearest to `bits`. Only an encoding with an error makes others.
+/// The nearest number that the bits can hold. Only an encoding with an error makes others.
 template <class Bits>
-Bits nearest_of_range(Bits bits, const StoredBits& stored, Bits used) {
-  const auto half = static_cast<Bits>((used >> 1) + 1);
-  const auto low = static_cast<Bits>(stored.is_signed ? -half : 0),
-             high = static_cast<Bits>(stored.is_signed ? half - 1 : used);
-  if (static_cast<Bits>(bits - low) <= used) return bits;
-  return static_cast<Bits>(bits - high) < static_cast<Bits>(low - bits) ? high : low;
-}
-
-template <class Bits>
-void to_stored_bits(const SlicesInFile& slices, std::byte* samples, std::size_t count) {
-  const StoredBits& stored = slices.run.stored;
-  const int unused = stored.bits == 0 ? 0 : static_cast<int>(8 * sizeof(Bits)) - stored.bits;
-  const auto mask = static_cast<Bits>(static_cast<Bits>(~Bits{0}) >> unused);
-  const auto sign =
-      static_cast<Bits>(slices.spare == SpareBits::sign && unused > 0 ? Bits{1} << (stored.bits - 1) : 0);
-  const auto add = static_cast<Bits>(stored.add);
-  for (std::size_t i = 0; i < count; ++i) {
-    Bits bits;
-    std::memcpy(&bits, samples + i * sizeof(Bits), sizeof(Bits));
-    bits = static_cast<Bits>(bits - add);
-    if (unused > 0) bits = nearest_of_range(bits, stored, mask);
-    bits = static_cast<Bits>((static_cast<Bits>(bits & mask) ^ sign) - sign);
-    std::memcpy(samples + i * sizeof(Bits), &bits, sizeof(Bits));
-  }
+Bits nearest(Bits integer, const BitsThatCount<Bits>& bits, bool is_signed) {
+  const auto low = static_cast<Bits>(is_signed ? -bits.sign : 0),
+             high = static_cast<Bits>(is_signed ? bits.sign - 1 : bits.used);
+  if (static_cast<Bits>(integer - low) <= bits.used) return integer;
+  return static_cast<Bits>(integer - high) < static_cast<Bits>(low - integer) ? high : low;
 }
 
 }  // namespace
@@ -94,20 +73,18 @@ void for_each_stretch(
 }
 
 void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count) {
-  if (!slices.run.stored.changes_nothing()) {
-    switch (size_of(type)) {
-      case 1:
-        to_stored_bits<std::uint8_t>(slices, samples, count);
-        break;
-      case 2:
-        to_stored_bits<std::uint16_t>(slices, samples, count);
-        break;
-      default:
-        to_stored_bits<std::uint32_t>(slices, samples, count);
-    }
-  }
-  if (slices.run.big_endian != (std::endian::native == std::endian::big))
-    swap_bytes_of_samples(samples, count, size_of(type));
+  const StoredBits& stored = slices.run.stored;
+  if (!stored.changes_nothing())
+    with_bits_of(size_of(type), [&]<class Bits>(Bits) {
+      const BitsThatCount<Bits> bits(stored);
+      const auto add = static_cast<Bits>(stored.add);
+      change_each<Bits>({samples, count * sizeof(Bits)}, [&](Bits sample) {
+        auto integer = static_cast<Bits>(sample - add);
+        if (bits.sign != 0) integer = nearest(integer, bits, stored.is_signed);
+        return slices.spare == SpareBits::sign ? bits.with_sign(integer) : bits.low(integer);
+      });
+    });
+  swap_if_not_native(samples, count, size_of(type), slices.run.big_endian);
 }
 
 SourceFiles source_files(const SourceFacts& facts) {

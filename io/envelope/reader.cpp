@@ -14,36 +14,44 @@ EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool 
     : name_(std::move(name)),
       shape_(shape),
       exact_(exact),
-      next_block_(std::move(next_block)),
+      bytes_(std::move(next_block)),
       slices_left_(shape.dims.z) {}
 
 void EnvelopeReader::fail(const std::string& what) const {
   throw BrokenInput(fmt::format("{}: the envelope of its source files: {}", name_, what));
 }
 
-/// Goes to the next block when all of this one was taken.
-void EnvelopeReader::fill() {
+std::span<const std::byte> EnvelopeBytes::ahead() {
   while (position_ == block_.size()) {
     position_ = 0;
-    if (!next_block_(block_)) fail("it ends too soon");
+    if (next_block_(block_)) continue;
+    block_.clear();
+    return {};
+  }
+  return std::span(block_).subspan(position_);
+}
+
+template <class Use>
+void EnvelopeReader::take(std::uint64_t size, Use use) {
+  while (size > 0) {
+    const auto ahead = bytes_.ahead();
+    if (ahead.empty()) fail("it ends too soon");
+    const std::size_t n = std::min<std::uint64_t>(size, ahead.size());
+    use(ahead.first(n));
+    bytes_.skip(n);
+    size -= n;
   }
 }
 
-std::vector<std::byte> EnvelopeReader::take(std::size_t size) {
-  std::vector<std::byte> bytes;
-  while (bytes.size() < size) {
-    fill();
-    const std::size_t n = std::min(size - bytes.size(), block_.size() - position_);
-    const auto begin = block_.begin() + static_cast<std::ptrdiff_t>(position_);
-    bytes.insert(bytes.end(), begin, begin + static_cast<std::ptrdiff_t>(n));
-    position_ += n;
-  }
-  return bytes;
+std::vector<std::byte> EnvelopeReader::taken(std::size_t size) {
+  std::vector<std::byte> all;
+  take(size, [&](std::span<const std::byte> bytes) { all.insert(all.end(), bytes.begin(), bytes.end()); });
+  return all;
 }
 
 template <class T>
 T EnvelopeReader::number() {
-  return load_little_endian<T>(take(sizeof(T)).data());
+  return load_little_endian<T>(taken(sizeof(T)).data());
 }
 
 bool EnvelopeReader::next_file(EnvelopeFile& file) {
@@ -54,11 +62,8 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
   }
   if (files_left_ == 0) {
     if (slices_left_ != 0) fail(fmt::format("{} slices have no place", slices_left_));
-    while (position_ == block_.size()) {
-      position_ = 0;
-      if (!next_block_(block_)) return false;
-    }
-    fail("bytes follow its last file");
+    if (!bytes_.ahead().empty()) fail("bytes follow its last file");
+    return false;
   }
   --files_left_;
   file = {};
@@ -83,7 +88,7 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
 void EnvelopeReader::read_name(EnvelopeFile& file) {
   const auto size = number<std::uint16_t>();
   if (size > longest_envelope_name) fail("a name is too long");
-  const std::vector<std::byte> name = take(size);
+  const std::vector<std::byte> name = taken(size);
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
   if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
   // No name stands for two files, or for a file and a folder.
@@ -142,13 +147,10 @@ void EnvelopeReader::read_other_bytes(
   for_each_stretch(file, shape_.slice_bytes(),
                    [&](std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices) {
                      if (slices != nullptr && slices->spare != SpareBits::kept) return;
-                     while (begin < end) {
-                       fill();
-                       const std::size_t n = std::min<std::uint64_t>(end - begin, block_.size() - position_);
-                       use(begin, std::span(block_).subspan(position_, n));
-                       position_ += n;
-                       begin += n;
-                     }
+                     take(end - begin, [&](std::span<const std::byte> bytes) {
+                       use(begin, bytes);
+                       begin += bytes.size();
+                     });
                    });
 }
 

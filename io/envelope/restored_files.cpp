@@ -45,9 +45,7 @@ class RestoredFiles::OpenFile {
   void finish(const std::optional<FileAttributes>& like) {
     if (like) {
       set_permissions(descriptor_, *like);
-      const timespec times[2] = {like->accessed, like->modified};
-      // If the time cannot be set, the file is still good.
-      if (futimens(descriptor_, times) != 0) errno = 0;
+      set_times(descriptor_, *like);
     }
     if (uninterrupted([&] { return fsync(descriptor_); }) != 0)
       throw world_error("cannot write", name_, errno);

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
@@ -10,6 +8,7 @@
 #include "io/envelope/envelope.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/samples/stored_bits.h"
 
 namespace tagrid {
 namespace {
@@ -27,48 +26,28 @@ void read_stretch(const FileSource& source, std::uint64_t begin, std::uint64_t e
   }
 }
 
-void swap_if_needed(const SliceRun& run, std::size_t size, std::span<std::byte> bytes) {
-  if (run.big_endian != (std::endian::native == std::endian::big))
-    swap_bytes_of_samples(bytes.data(), bytes.size() / size, size);
-}
-
 /// Which of both forms all integers have.
 struct SpareBitsSeen {
   bool zero = true, sign = true;
 };
 
-template <class Bits>
-void look_at_spare(const StoredBits& stored, std::span<const std::byte> bytes, SpareBitsSeen& seen) {
-  const int unused = static_cast<int>(8 * sizeof(Bits)) - stored.bits;
-  const auto mask = static_cast<Bits>(static_cast<Bits>(~Bits{0}) >> unused);
-  const auto sign = static_cast<Bits>(Bits{1} << (stored.bits - 1));
-  for (std::size_t i = 0; i < bytes.size(); i += sizeof(Bits)) {
-    Bits word;
-    std::memcpy(&word, bytes.data() + i, sizeof(Bits));
-    const auto low = static_cast<Bits>(word & mask);
-    seen.zero = seen.zero && word == low;
-    seen.sign = seen.sign && word == static_cast<Bits>((low ^ sign) - sign);
-  }
+void look_at_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples,
+                   SpareBitsSeen& seen) {
+  with_bits_of(size, [&]<class Bits>(Bits) {
+    const BitsThatCount<Bits> bits(stored);
+    change_each<Bits>(samples, [&](Bits integer) {
+      seen.zero = seen.zero && integer == bits.low(integer);
+      seen.sign = seen.sign && integer == bits.with_sign(integer);
+      return integer;
+    });
+  });
 }
 
-template <class Bits>
-void keep_spare(const StoredBits& stored, std::span<std::byte> bytes) {
-  const auto mask =
-      static_cast<Bits>(static_cast<Bits>(~Bits{0}) >> (static_cast<int>(8 * sizeof(Bits)) - stored.bits));
-  for (std::size_t i = 0; i < bytes.size(); i += sizeof(Bits)) {
-    Bits word;
-    std::memcpy(&word, bytes.data() + i, sizeof(Bits));
-    word = static_cast<Bits>(word & static_cast<Bits>(~mask));
-    std::memcpy(bytes.data() + i, &word, sizeof(Bits));
-  }
-}
-
-/// Calls `use` with an unsigned integer of `size` bytes.
-template <class Use>
-void with_word(std::size_t size, Use use) {
-  if (size == 1) return use(std::uint8_t{});
-  if (size == 2) return use(std::uint16_t{});
-  use(std::uint32_t{});
+void leave_only_spare(const StoredBits& stored, std::size_t size, std::span<std::byte> samples) {
+  with_bits_of(size, [&]<class Bits>(Bits) {
+    const BitsThatCount<Bits> bits(stored);
+    change_each<Bits>(samples, [&](Bits integer) { return static_cast<Bits>(integer & ~bits.used); });
+  });
 }
 
 bool has_spare(const SlicesInFile& slices, std::size_t size) {
@@ -83,18 +62,16 @@ void look_at_content(const FileSource& source, const SampleShape& shape, bool ex
     return;
   RunningChecksum checksum;
   std::vector<SpareBitsSeen> seen(file.slices.size());
-  for_each_stretch(
-      file, shape.slice_bytes(), [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
-        read_stretch(source, begin, end, [&](std::span<std::byte> bytes) {
-          checksum.add(bytes);
-          if (slices == nullptr || !has_spare(*slices, size)) return;
-          swap_if_needed(slices->run, size, bytes);
-          with_word(size, [&](auto word) {
-            look_at_spare<decltype(word)>(slices->run.stored, bytes,
-                                          seen[static_cast<std::size_t>(slices - file.slices.data())]);
-          });
-        });
-      });
+  for_each_stretch(file, shape.slice_bytes(),
+                   [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+                     read_stretch(source, begin, end, [&](std::span<std::byte> bytes) {
+                       checksum.add(bytes);
+                       if (slices == nullptr || !has_spare(*slices, size)) return;
+                       swap_if_not_native(bytes.data(), bytes.size() / size, size, slices->run.big_endian);
+                       look_at_spare(slices->run.stored, size, bytes,
+                                     seen[static_cast<std::size_t>(slices - file.slices.data())]);
+                     });
+                   });
   for (std::size_t i = 0; i < seen.size(); ++i)
     file.slices[i].spare = seen[i].zero ? SpareBits::zero : seen[i].sign ? SpareBits::sign : SpareBits::kept;
   if (exact) file.checksum = checksum.value();
@@ -135,18 +112,19 @@ void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put) 
       throw BrokenInput(source.paths[i] + ": was changed while it was being read");
     look_at_content(bytes_of_file, source.shape, exact, file);
     put(description_of(file));
-    for_each_stretch(
-        file, source.shape.slice_bytes(), [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
-          if (slices != nullptr && slices->spare != SpareBits::kept) return;
-          read_stretch(bytes_of_file, begin, end, [&](std::span<std::byte> bytes) {
-            if (slices != nullptr) {
-              swap_if_needed(slices->run, size, bytes);
-              with_word(size, [&](auto word) { keep_spare<decltype(word)>(slices->run.stored, bytes); });
-              swap_if_needed(slices->run, size, bytes);
-            }
-            put(bytes);
-          });
-        });
+    for_each_stretch(file, source.shape.slice_bytes(),
+                     [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+                       if (slices != nullptr && slices->spare != SpareBits::kept) return;
+                       read_stretch(bytes_of_file, begin, end, [&](std::span<std::byte> bytes) {
+                         if (slices != nullptr) {
+                           const bool big_endian = slices->run.big_endian;
+                           swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
+                           leave_only_spare(slices->run.stored, size, bytes);
+                           swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
+                         }
+                         put(bytes);
+                       });
+                     });
   }
 }
 

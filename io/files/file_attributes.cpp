@@ -3,6 +3,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
+
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
 
@@ -34,6 +36,11 @@ void set_permissions(int descriptor, const FileAttributes& attributes) {
   if (fchown(descriptor, static_cast<uid_t>(-1), attributes.group) != 0)
     mode = (mode & 0707) | (((mode >> 3) & mode & 07) << 3);
   if (fchmod(descriptor, mode) != 0) return;
+}
+
+void set_times(int descriptor, const FileAttributes& attributes) {
+  const timespec times[2] = {attributes.accessed, attributes.modified};
+  if (futimens(descriptor, times) != 0) errno = 0;
 }
 
 bool is_regular_input(const std::string& path) {

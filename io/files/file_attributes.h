@@ -24,6 +24,9 @@ std::optional<FileAttributes> attributes_of(const std::string& path);
 /// the group gets no more permissions than everybody.
 void set_permissions(int descriptor, const FileAttributes& attributes);
 
+/// Gives a file the times. If they cannot be set, the file is still good.
+void set_times(int descriptor, const FileAttributes& attributes);
+
 /// True if `path` is a regular file, or "-" and the standard input is one. FileSource reads it in any order.
 bool is_regular_input(const std::string& path);
 

@@ -146,9 +146,7 @@ void OutputFile::write_at(std::uint64_t position, std::span<const std::byte> byt
 void OutputFile::sync() {
   if (options_.like && !temporary_.empty() && !synced_) {
     if (options_.others_write) set_permissions(descriptor_, *options_.like);
-    const timespec times[2] = {options_.like->accessed, options_.like->modified};
-    // If the time cannot be set, the file is still good.
-    if (futimens(descriptor_, times) != 0) errno = 0;
+    set_times(descriptor_, *options_.like);
   }
   if (!temporary_.empty() && !synced_ && uninterrupted([&] { return fsync(descriptor_); }) != 0)
     throw world_error("cannot write", name_, errno);

@@ -1,7 +1,6 @@
 #include "io/readers/program_source.h"
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 #include <utility>
 
@@ -56,8 +55,7 @@ class ProgramSource final : public VolumeSource {
     take(out, static_cast<std::uint64_t>(count) * size_of(info().type));
     // While these slices are encoded, the program prepares the next ones.
     if (to < info().dims.z) ask(to, std::min(to + (to - from), info().dims.z));
-    if (std::endian::native == std::endian::big)
-      swap_bytes_of_samples(out, static_cast<std::size_t>(count), size_of(info().type));
+    swap_if_not_native(out, static_cast<std::size_t>(count), size_of(info().type), false);
   }
 
   void ask(std::int64_t from, std::int64_t to) {

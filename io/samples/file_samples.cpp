@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 
 #include "io/bytes/little_endian.h"
 
@@ -51,8 +50,7 @@ void FileSamples::read(std::byte* out, std::int64_t first, std::int64_t count) {
   if (present != size)
     throw BrokenInput(
         fmt::format("{}: {}, but it ends after {}", file_->name(), expected(), position + present));
-  if (place_.big_endian != (std::endian::native == std::endian::big))
-    swap_bytes_of_samples(out, static_cast<std::size_t>(count), sample);
+  swap_if_not_native(out, static_cast<std::size_t>(count), sample, place_.big_endian);
 }
 
 void FileSamples::end() {

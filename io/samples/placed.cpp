@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <optional>
 #include <span>
@@ -86,8 +85,7 @@ class Placed final : public VolumeSource {
       file(run.file).read_at(run.offset + in_run * run.step + static_cast<std::uint64_t>(in_slice) * sample,
                              bytes);
       bytes_read_ += bytes.size();
-      if (run.big_endian != (std::endian::native == std::endian::big))
-        swap_bytes_of_samples(out, static_cast<std::size_t>(n), sample);
+      swap_if_not_native(out, static_cast<std::size_t>(n), sample, run.big_endian);
       apply(run.stored, info().type, out, static_cast<std::size_t>(n));
       out += bytes.size();
       first += n;

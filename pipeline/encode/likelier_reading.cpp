@@ -1,7 +1,6 @@
 #include "pipeline/encode/likelier_reading.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -43,8 +42,7 @@ double place_of(Bits bits, Order order) {
 template <class T>
 std::vector<T> samples_of(Bytes bytes, bool big_endian) {
   std::vector<T> samples(bytes.size() / sizeof(T));
-  if (big_endian != (std::endian::native == std::endian::big))
-    swap_bytes_of_samples(bytes.data(), samples.size(), sizeof(T));
+  swap_if_not_native(bytes.data(), samples.size(), sizeof(T), big_endian);
   std::memcpy(samples.data(), bytes.data(), bytes.size());
   return samples;
 }

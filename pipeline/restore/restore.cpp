@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
@@ -22,53 +21,37 @@ SampleShape shape_of(const CodingParameters& parameters) { return {parameters.di
 /// Compares an envelope that is being written with the one in a file.
 class EnvelopeComparison {
  public:
-  explicit EnvelopeComparison(NextBlock next) : next_(std::move(next)) {}
+  explicit EnvelopeComparison(NextBlock next) : kept_(std::move(next)) {}
 
   void compare(std::span<const std::byte> bytes) {
     while (is_same_ && !bytes.empty()) {
-      if (position_ == block_.size()) {
-        position_ = 0;
-        if (!next_(block_)) {
-          block_.clear();
-          is_same_ = false;
-          return;
-        }
-      }
-      const std::size_t n = std::min(bytes.size(), block_.size() - position_);
-      is_same_ = std::ranges::equal(bytes.first(n), std::span(block_).subspan(position_, n));
+      const auto ahead = kept_.ahead();
+      const std::size_t n = std::min(bytes.size(), ahead.size());
+      is_same_ = n > 0 && std::ranges::equal(bytes.first(n), ahead.first(n));
       bytes = bytes.subspan(n);
-      position_ += n;
+      kept_.skip(n);
     }
   }
-  bool is_same() { return is_same_ && position_ == block_.size() && !next_(block_); }
+  bool is_same() { return is_same_ && kept_.ahead().empty(); }
 
  private:
-  NextBlock next_;
-  std::vector<std::byte> block_;
-  std::size_t position_ = 0;
+  EnvelopeBytes kept_;
   bool is_same_ = true;
 };
 
 }  // namespace
 
-bool is_exact(const CodingParameters& parameters) {
-  // Fractions of a bound have no effect on integers.
-  const double bound =
-      is_float_type(parameters.type) ? parameters.max_error : std::floor(parameters.max_error);
-  return bound == 0;
-}
-
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
                               const PutBytes& put) {
   if (!keep) return "only the samples were wanted";
   const SourceFiles files = source_files(source.facts());
-  if (files.why_not.empty()) write_envelope(files, is_exact(parameters), put);
+  if (files.why_not.empty()) write_envelope(files, parameters.is_exact(), put);
   return files.why_not;
 }
 
 std::vector<EnvelopeFile> source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
-  EnvelopeReader reader(file.name(), shape_of(file.parameters()), is_exact(file.parameters()),
+  EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.parameters().is_exact(),
                         file.envelope());
   std::vector<EnvelopeFile> files;
   for (EnvelopeFile next; reader.next_file(next);) {
@@ -100,17 +83,16 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   }
   if (!result.difference.empty()) return result;
   EnvelopeComparison comparison(file.envelope());
-  write_envelope(source, is_exact(file.parameters()),
+  write_envelope(source, file.parameters().is_exact(),
                  [&](std::span<const std::byte> bytes) { comparison.compare(bytes); });
   result.is_same = comparison.is_same();
   if (!result.is_same) result.difference = "they have other bytes than those that were encoded";
   return result;
 }
 
-void require_same_source_files(const TagBricks& file, const VolumeSource& original) {
-  if (const SourceComparison found = compare_source_files(file, original); !found.is_same)
-    throw BrokenInput(
-        fmt::format("{}: would be restored differently: {}", original.name(), found.difference));
+void require_same(const SourceComparison& found, const std::string& original) {
+  if (!found.is_same)
+    throw BrokenInput(fmt::format("{}: would be restored differently: {}", original, found.difference));
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
@@ -129,7 +111,7 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files =
       std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.input, run.folder, options);
-  EnvelopeReader envelope(file.name(), shape_of(parameters), is_exact(parameters), file.envelope());
+  EnvelopeReader envelope(file.name(), shape_of(parameters), parameters.is_exact(), file.envelope());
   files->make(envelope);
   RowOutput output(*files, "", run.folder);
   RowDecoder decoder(parameters, plan.budget);

@@ -16,9 +16,6 @@
 
 namespace tagrid {
 
-/// True if every sample is decoded exactly.
-bool is_exact(const CodingParameters& parameters);
-
 /// Writes the envelope of a source if `keep`, and if the source allows it; returns why there is none, "" if there is
 /// one. Throws as write_envelope() does.
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
@@ -55,7 +52,7 @@ struct SourceComparison {
 };
 /// Compares all bytes in the envelope with the files of `original`.
 SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original);
-/// Throws BrokenInput if they differ.
-void require_same_source_files(const TagBricks& file, const VolumeSource& original);
+/// Throws BrokenInput if the files of the volume named `original` differ.
+void require_same(const SourceComparison& found, const std::string& original);
 
 }  // namespace tagrid

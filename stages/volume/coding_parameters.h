@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -74,6 +75,9 @@ struct CodingParameters {
   /// True if the values of the mesh at voxels differ from the original ones, so that a brick must be coded to
   /// know them.
   bool mesh_has_coded_values() const { return mode == FileMode::voxels && max_error > 0; }
+
+  /// True if every sample is decoded exactly. Fractions of a bound have no effect on integers.
+  bool is_exact() const { return (is_float_type(type) ? max_error : std::floor(max_error)) == 0; }
 
   bool stores_grid() const { return grid == GridOrigin::stored; }
 

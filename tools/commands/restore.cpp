@@ -28,7 +28,7 @@ struct RestoreCommand {
     const RestoreResult& result = restored.result;
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
-    settings["exact"] = is_exact(parameters);
+    settings["exact"] = parameters.is_exact();
     settings["files"] = result.files.size();
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
                   achieved_json(result.index)});
@@ -48,7 +48,7 @@ struct RestoreCommand {
 
   void tell(const RestoreResult& result) const {
     const std::size_t count = result.files.size();
-    if (!is_exact(result.header.parameters) && result.index.total.max_error > 0) {
+    if (!result.header.parameters.is_exact() && result.index.total.max_error > 0) {
       std::vector<std::string> changed;
       for (const EnvelopeFile& file : result.files)
         if (!file.slices.empty()) changed.push_back(file.name);
@@ -60,7 +60,7 @@ struct RestoreCommand {
     if (run.verbosity == 0 || run.quiet) return;
     for (const EnvelopeFile& file : result.files)
       say_line(fmt::format("{}/{}: {} bytes", output.path, file.name, file.size));
-    if (is_exact(result.header.parameters))
+    if (result.header.parameters.is_exact())
       say_line(fmt::format("{} file{} restored, byte for byte: all checksums agree", count,
                            count == 1 ? "" : "s"));
   }

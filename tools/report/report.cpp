@@ -10,7 +10,6 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
-#include "pipeline/restore/restore.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/printable.h"
@@ -242,7 +241,7 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
                    {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
   json["achieved"] = achieved_json(index);
-  json["restorable"] = sizes.envelope > 0 && is_exact(header.parameters);
+  json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact();
   json["source"] = source_json(header);
   return json;
 }
@@ -259,9 +258,9 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   print_geometry(header, line);
   print_source(header, line);
-  line("source files", sizes.envelope == 0           ? "not kept, but for the fields that --json shows"
-                       : is_exact(header.parameters) ? "can be restored byte for byte"
-                                                     : "can be restored, with the decoded samples");
+  line("source files", sizes.envelope == 0            ? "not kept, but for the fields that --json shows"
+                       : header.parameters.is_exact() ? "can be restored byte for byte"
+                                                      : "can be restored, with the decoded samples");
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -185,8 +184,7 @@ class TiffSlices final : public ServedVolume {
   void read_slice(std::int64_t z, std::byte* out) override {
     const TiffPlane& plane = planes_[static_cast<std::size_t>(z)];
     file(plane.file).read(plane.page, out);
-    if (std::endian::native == std::endian::big)
-      swap_bytes_of_samples(out, static_cast<std::size_t>(dims.x * dims.y), size_of(type));
+    swap_if_not_native(out, static_cast<std::size_t>(dims.x * dims.y), size_of(type), false);
   }
 
  private:

@@ -1,4 +1,4 @@
-#include "io/formats/file_checksum.h"
+#include "io/samples/file_checksum.h"
 
 #include <vector>
 
