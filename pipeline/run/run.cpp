@@ -1,12 +1,11 @@
 #include "pipeline/run/run.h"
 
-#include <array>
 #include <stdexcept>
 #include <utility>
 
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
-#include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/spooled.h"
 #include "io/tag/bricks.h"
@@ -33,21 +32,11 @@ bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
 }
 
-/// The sizes and times of files, which change with their content.
-std::vector<std::array<std::int64_t, 4>> states_of(const std::vector<std::string>& files) {
-  std::vector<std::array<std::int64_t, 4>> states;
-  for (const std::string& file : files)
-    if (const auto status = file == "-" ? std::nullopt : status_of(file))
-      states.push_back({static_cast<std::int64_t>(status->st_ino), status->st_size, status->st_mtim.tv_sec,
-                        status->st_mtim.tv_nsec});
-  return states;
-}
-
 FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) {
   check_output(run.output, run.overwrite);
   std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
   for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
-  const auto states = states_of(volume->files());
+  const UnchangedFiles files(volume->files());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const SourceTraits& traits = volume->traits();
   const auto [options, reason] = for_samples(run.options, volume->facts().rescale);
@@ -78,8 +67,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
       keep_source_files(*volume, parameters, run.keep_files && !plain.options.strip,
                         [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
   // Samples and other bytes must be those of the same files.
-  if (run.keep_files && states_of(volume->files()) != states)
-    throw BrokenInput(volume->name() + ": was changed while it was being read");
+  if (run.keep_files) files.require();
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();
@@ -174,7 +162,10 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
     Ranks alone;
     verify_file(alone, {.input = encoded, .original = input, .source = source, .resources = resources});
     const TagBricks file(std::make_shared<FileSource>(encoded));
-    if (file.sizes().envelope > 0) require_same_source_files(file, *open_volume(input, source));
+    if (file.sizes().envelope > 0) {
+      const auto volume = open_volume(input, source);
+      require_same(compare_source_files(file, *volume), volume->name());
+    }
   } catch (const BrokenInput& broken) {
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }

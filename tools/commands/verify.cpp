@@ -62,8 +62,8 @@ struct VerifyCommand {
     const auto volume = open_volume(original, description);
     const SourceComparison found = compare_source_files(file, *volume);
     if (found.is_same)
-      return is_exact(file.parameters()) ? "the same, byte for byte" : "the same but for samples";
-    if (found.has_same_names) require_same_source_files(file, *volume);
+      return file.parameters().is_exact() ? "the same, byte for byte" : "the same but for samples";
+    if (found.has_same_names) require_same(found, volume->name());
     return "others: " + found.difference;
   }
 

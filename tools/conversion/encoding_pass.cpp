@@ -6,8 +6,8 @@
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
-#include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
+#include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/estimate/plain_bound.h"
@@ -133,7 +133,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
     say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
-           result.why_not_restorable.empty() && is_exact(result.header.parameters), input_checksum,
+           result.why_not_restorable.empty() && result.header.parameters.is_exact(), input_checksum,
            output_checksum, record);
 }
 
@@ -156,9 +156,9 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
     const bool keeps_files = file.sizes().envelope > 0;
     if (keeps_files != (!options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
-    if (keeps_files) require_same_source_files(file, *original);
+    if (keeps_files) require_same(compare_source_files(file, *original), original->name());
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
-             keeps_files && is_exact(header.parameters),
+             keeps_files && header.parameters.is_exact(),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));

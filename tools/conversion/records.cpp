@@ -49,6 +49,22 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
   return known;
 }
 
+/// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
+bool is_there(const KnownOutput& known, const std::string& input) {
+  if (!status_of_name(input)) return false;
+  if (!is_folder(input)) return true;
+  for (const InputFile& file : known.input_files)
+    if (status_of_name(file.path)) return true;
+  try {
+    open_volume(input, encoding_of(known.options).source);
+  } catch (const BrokenInput&) {
+    return false;  // no slices
+  } catch (const UsageError&) {
+    return !known.options.contains("series");  // other series than this one
+  }
+  return true;
+}
+
 }  // namespace
 
 void require_file_or_folder(const std::string& path) {
@@ -92,26 +108,6 @@ void skip(const KnownOutput& known, ordered_json& record) {
   add_output(known, record);
   record["status"] = "skipped";
 }
-
-namespace {
-
-/// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
-bool is_there(const KnownOutput& known, const std::string& input) {
-  if (!status_of_name(input)) return false;
-  if (!is_folder(input)) return true;
-  for (const InputFile& file : known.input_files)
-    if (status_of_name(file.path)) return true;
-  try {
-    open_volume(input, encoding_of(known.options).source);
-  } catch (const BrokenInput&) {
-    return false;  // no slices
-  } catch (const UsageError&) {
-    return !known.options.contains("series");  // other series than this one
-  }
-  return true;
-}
-
-}  // namespace
 
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
                   ordered_json& record) {

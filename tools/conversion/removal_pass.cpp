@@ -7,8 +7,8 @@
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
-#include "io/formats/file_checksum.h"
 #include "io/formats/open_volume.h"
+#include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/restore/restore.h"
@@ -103,15 +103,14 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 }
 
 /// What the volume has besides its samples must come back as it is now.
-void RemovalPass::require_kept_files(const ManifestLine& line, const KnownOutput& known) const {
-  const auto volume = open_volume(line.input, encoding_of(known.options).source);
+void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
   if (file.sizes().envelope > 0) {
-    const SourceComparison found = compare_source_files(file, *volume);
+    const SourceComparison found = compare_source_files(file, volume);
     if (!found.is_same)
       throw BrokenInput(
           fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
-  } else if (volume->facts().holds_other_bytes) {
+  } else if (volume.facts().holds_other_bytes) {
     throw BrokenInput(fmt::format("{}: holds bytes besides its samples, which {} does not keep; it is kept",
                                   line.input, output_path(line)));
   }
@@ -138,8 +137,9 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .source = source,
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
-  require_kept_files(line, known);
-  if (open_volume(line.input, source)->info().nrrd_fields != found.header.nrrd_fields)
+  const auto volume = open_volume(line.input, source);
+  require_kept_files(line, *volume);
+  if (volume->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
 }
 

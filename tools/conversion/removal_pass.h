@@ -25,7 +25,7 @@ class RemovalPass {
  private:
   std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known) const;
   void require_same_options(const ManifestLine& line, const KnownOutput& known) const;
-  void require_kept_files(const ManifestLine& line, const KnownOutput& known) const;
+  void require_kept_files(const ManifestLine& line, const VolumeSource& volume) const;
   void verify(const ManifestLine& line, const KnownOutput& known, nlohmann::ordered_json& record) const;
   std::string output_path(const ManifestLine& line) const;
 

@@ -1,0 +1,22 @@
+#include "io/files/unchanged_files.h"
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+
+UnchangedFiles::UnchangedFiles(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (const auto status = file == "-" ? std::nullopt : status_of(file)) files_.push_back({file, *status});
+}
+
+void UnchangedFiles::require() const {
+  for (const auto& [path, was] : files_) {
+    const auto now = status_of(path);
+    if (!now || now->st_ino != was.st_ino || now->st_size != was.st_size ||
+        now->st_mtim.tv_sec != was.st_mtim.tv_sec || now->st_mtim.tv_nsec != was.st_mtim.tv_nsec)
+      throw BrokenInput(path + ": was changed while it was being read");
+  }
+}
+
+}  // namespace tagrid
