@@ -1,6 +1,7 @@
 #include "io/formats/formats.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "io/nifti/header.h"
 #include "io/nifti/sink.h"
 #include "io/nifti/source.h"
+#include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
 #include "io/nrrd/sink.h"
 #include "io/nrrd/source.h"
@@ -83,6 +85,7 @@ std::vector<Format> all_formats() {
          return create_vdb(path, info, options.files, options.vdb);
        },
        .has_grids = true,
+       .slices_are_alike = true,
        .memory = memory_of_vdb_writer},
       {.name = "nifti",
        .extensions = {".nii"},
@@ -96,6 +99,7 @@ std::vector<Format> all_formats() {
          return create_nifti(path, info, options.files);
        },
        .any_order = true,
+       .slices_are_alike = true,
        .lost = lost_in_nifti},
       // The row "nifti" reads these files.
       {.name = "nifti.gz",
@@ -104,6 +108,7 @@ std::vector<Format> all_formats() {
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_nifti_gz(path, info, options.files);
        },
+       .slices_are_alike = true,
        .lost = lost_in_nifti},
       {.name = "metaimage",
        .extensions = {".mha"},
@@ -116,6 +121,7 @@ std::vector<Format> all_formats() {
          return create_mha(path, info, options.files);
        },
        .any_order = true,
+       .slices_are_alike = true,
        .lost = lost_in_meta_image},
       // The row "metaimage" reads these files.
       {.name = "mhd",
@@ -126,6 +132,7 @@ std::vector<Format> all_formats() {
        },
        .any_order = true,
        .samples_extension = ".raw",
+       .slices_are_alike = true,
        .lost = lost_in_meta_image},
       // Before TIFF: a DICOM file may begin as one of TIFF does.
       {.name = "dicom",
@@ -148,6 +155,7 @@ std::vector<Format> all_formats() {
          return create_tiff(path, info, options.files);
        },
        .any_order = true,
+       .slices_are_alike = true,
        .lost = lost_in_tiff,
        .memory = memory_of_tiff},
       {.name = "vti",
@@ -157,6 +165,7 @@ std::vector<Format> all_formats() {
          return create_vti(path, info, options.files);
        },
        .any_order = true,
+       .slices_are_alike = true,
        .lost = lost_in_vti},
       {.name = "vgi",
        .extensions = {".vgi"},
@@ -264,6 +273,22 @@ const Format* format_of(std::string_view beginning, bool is_read) {
   for (const Format& format : formats())
     if (format.is_mine != nullptr && format.is_read() == is_read && format.is_mine(beginning)) return &format;
   return nullptr;
+}
+
+std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
+  std::vector<std::string> all;
+  if (std::string lost = format.lost(info); !lost.empty()) all.push_back(std::move(lost));
+  if (!format.slices_are_alike) return all;
+  std::vector<std::string> differences;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
+    if (key == "slice_positions")
+      differences.emplace_back("slices lie at unequal distances (slice_positions)");
+    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
+  }
+  if (!differences.empty())
+    all.push_back(fmt::format("{}, which {} cannot say; info --json and .nrrd files have them",
+                              fmt::join(differences, ", and "), format.name));
+  return all;
 }
 
 std::string samples_path(const std::string& path, const Format& format) {

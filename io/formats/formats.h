@@ -57,7 +57,9 @@ struct Format {
   bool has_grids = false;  ///< SourceDescription::vdb_grid and VdbOptions apply to it.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
   std::string_view samples_extension = "";
-  /// What a file of this format cannot say of the volume; "" if nothing is lost.
+  /// A file says one distance between slices, and one slope and intercept for all samples.
+  bool slices_are_alike = false;
+  /// What else a file of this format cannot say of the volume; "" if nothing is lost.
   std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
   /// Bytes of memory that writing takes, besides the samples that are passed in.
   std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
@@ -85,6 +87,9 @@ std::size_t bytes_to_recognise();
 /// The format of a file that begins like this, among those that can be read, or among the others. nullptr if
 /// there is none.
 const Format* format_of(std::string_view beginning, bool is_read);
+
+/// What a file of this format cannot say of the volume: sentences for users.
+std::vector<std::string> losses(const Format& format, const VolumeInfo& info);
 
 /// The file that holds the samples of a volume at `path`: the one beside a detached header, or `path` itself.
 std::string samples_path(const std::string& path, const Format& format);

@@ -1,12 +1,9 @@
 // tagrid decode: writes the volume of a .tag file.
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <tuple>
-#include <vector>
 
-#include "io/nrrd/geometry.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -19,19 +16,6 @@
 
 namespace tagrid {
 namespace {
-
-/// What only NRRD says of single slices, as key/value pairs.
-std::string lost_of_slices(const Format& format, const TagHeader& header) {
-  if (format.name == "nrrd" || format.name == "nhdr" || format.name == "raw") return "";
-  std::vector<std::string> lost;
-  for (const auto& [key, value] : key_values_of(header.nrrd_fields)) {
-    if (key == "slice_positions") lost.emplace_back("slices lie at unequal distances (slice_positions)");
-    if (key == "slice_slopes") lost.emplace_back("slices have slopes of their own (slice_slopes)");
-  }
-  if (lost.empty()) return "";
-  return fmt::format("{}, which {} cannot say; info --json and .nrrd files have them",
-                     fmt::join(lost, ", and "), format.name);
-}
 
 struct DecodeCommand {
   std::string input;
@@ -79,9 +63,7 @@ struct DecodeCommand {
     decoded.commit();
     report.keep();
     if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
-    if (const std::string lost = chosen.lost(volume_info_of(result.header)); !lost.empty())
-      warn(run, fmt::format("{}: {}", path, lost));
-    if (const std::string lost = lost_of_slices(chosen, result.header); !lost.empty())
+    for (const std::string& lost : losses(chosen, volume_info_of(result.header)))
       warn(run, fmt::format("{}: {}", path, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
