@@ -89,13 +89,14 @@ class EnvelopeBlocks {
 
 /// Reads the first envelope_head_size bytes of a block. `rest` receives the number of bytes that follow.
 Status parse_envelope_head(std::span<const std::byte> head, std::uint64_t& rest);
-/// Reads a whole block; see envelope_block(). `content` may be null: then only the checksum is read and checked.
+/// Reads a whole block. `content` may be null: then only the checksum is read and checked.
 Status parse_envelope_block(std::span<const std::byte> block, std::uint64_t& checksum,
                             std::vector<std::byte>* content);
 
 inline constexpr std::array<std::uint8_t, 8> end_magic = {'T', 'A', 'G', ' ', 'E', 'N', 'D', '\n'};
 
-/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`; `last_checksum` is that of the last block.
+/// Index and footer of a file whose blocks, those of the envelope included, end at byte `start`; `last_checksum` is
+/// that of the last block.
 std::vector<std::byte> file_end(const CodingParameters& parameters, const TagIndex& index,
                                 std::uint64_t start, std::uint64_t last_checksum,
                                 std::uint64_t header_checksum);

@@ -99,8 +99,7 @@ bool TagReader::read_brick(BrickBytes& brick) {
     read_frame(ahead_);
   } else {
     ahead_.id = -1;
-    read_envelope();
-    read_index_section();
+    read_index_section(read_envelope());
   }
   return true;
 }
@@ -116,15 +115,18 @@ void TagReader::read_frame(BrickBytes& brick) {
   ++next_brick_;
 }
 
-// Leaves the first four bytes of the index in marker_.
-void TagReader::read_envelope() {
+TagReader::Marker TagReader::read_envelope() {
   const std::uint64_t start = bytes_->position();
   for (;;) {
-    read_exactly(marker_.data(), marker_.size(), "the index");
-    if (load_little_endian<std::uint32_t>(marker_.data()) != envelope_marker) break;
+    Marker marker;
+    read_exactly(marker.data(), marker.size(), "the index");
+    if (load_little_endian<std::uint32_t>(marker.data()) != envelope_marker) {
+      envelope_size_ = bytes_->position() - marker.size() - start;
+      return marker;
+    }
     std::array<std::byte, envelope_head_size> head;
-    std::ranges::copy(marker_, head.begin());
-    read_exactly(head.data() + marker_.size(), head.size() - marker_.size(), "the envelope");
+    std::ranges::copy(marker, head.begin());
+    read_exactly(head.data() + marker.size(), head.size() - marker.size(), "the envelope");
     std::uint64_t rest = 0;
     const auto require = [&](const Status& status) {
       if (!status.ok()) throw broken_part(name(), "the envelope", bytes_->position(), status.what());
@@ -133,15 +135,14 @@ void TagReader::read_envelope() {
     read_growing(block_, head, rest, "the envelope");
     require(parse_envelope_block(block_, last_checksum_, nullptr));
   }
-  envelope_size_ = bytes_->position() - marker_.size() - start;
 }
 
-void TagReader::read_index_section() {
-  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker_.size(),
+void TagReader::read_index_section(const Marker& marker) {
+  const FileEnd end = {parameters(), header_size_, header_checksum_, bytes_->position() - marker.size(),
                        last_checksum_};
   std::array<std::byte, index_head_size> head;
-  std::ranges::copy(marker_, head.begin());
-  read_exactly(head.data() + marker_.size(), head.size() - marker_.size(), "the index");
+  std::ranges::copy(marker, head.begin());
+  read_exactly(head.data() + marker.size(), head.size() - marker.size(), "the index");
   std::uint64_t rest = 0;
   if (Status status = end.parse_head(head, rest); !status.ok()) fail(status.what());
   std::vector<std::byte> section;

@@ -77,8 +77,11 @@ class TagReader {
   void read_growing(std::vector<std::byte>& out, std::span<const std::byte> before, std::uint64_t size,
                     const char* what);
   void read_frame(BrickBytes& brick);
-  void read_envelope();
-  void read_index_section();
+  /// The first bytes of a block, which say what it is.
+  using Marker = std::array<std::byte, 4>;
+  /// Reads the envelope, and the first bytes of the index, which it returns.
+  Marker read_envelope();
+  void read_index_section(const Marker& marker);
   [[noreturn]] void fail(const std::string& what) const;
   std::string place() const;
 
@@ -91,7 +94,6 @@ class TagReader {
   BrickBytes ahead_;                 ///< the brick after the one that was handed out; id -1 after the last
   std::vector<std::byte> block_;
   TagIndex index_;
-  std::array<std::byte, 4> marker_;  ///< of the block after the bricks
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
 };
 

@@ -77,28 +77,27 @@ class Tiff(ReaderTest):
         # Refused, as the tags of the files would be lost.
         self.assert_refused(64, "--strip leaves them out", "encode", "s", "--rm", "-f", "--strip")
 
-    def test_the_log_of_a_skyscan_folder(self):
-        truth = volume("uint8", (4, 20, 30))
+    def encoded_skyscan_folder(self, numbers, log):
+        """What info says of slices with these numbers in their names, beside a log."""
+        truth = volume("uint8", (len(numbers), 20, 30))
         (self.folder / "s").mkdir()
-        for z in range(4):
-            self.write(f"s/mouse_rec{z:08}.tif", truth[z])
-        (self.folder / "s" / "mouse_rec.log").write_text("[System]\nScanner=SkyScan1172\n[Acquisition]\nImage Pixel Size (um)= 34.5\n"
-                                                         "Source Voltage (kV)= 59\n[Reconstruction]\nPixel Size (um)=17.25\n")
+        for number, slice in zip(numbers, truth):
+            self.write(f"s/mouse_rec{number:08}.tif", slice)
+        (self.folder / "s" / "mouse_rec.log").write_text(log)
         samples, info = self.encoded("s")
         self.assert_same(samples, truth)
+        return info
+
+    def test_the_log_of_a_skyscan_folder(self):
+        info = self.encoded_skyscan_folder(range(4), "[System]\nScanner=SkyScan1172\n[Acquisition]\nImage Pixel Size (um)= 34.5\n"
+                                                         "Source Voltage (kV)= 59\n[Reconstruction]\nPixel Size (um)=17.25\n")
         self.assertEqual(info["geometry"]["spacing"], [17.25] * 3)
         self.assertEqual(info["geometry"]["units"], ["um"] * 3)
         self.assertEqual(info["source"]["pairs"]["skyscan_acquisition/source voltage (kv)"], "59")
 
     def test_only_every_other_section_was_saved(self):
-        truth = volume("uint8", (4, 20, 30))
-        (self.folder / "s").mkdir()
-        for z in range(4):
-            self.write(f"s/mouse_rec{400 + 2 * z:08}.tif", truth[z])
-        (self.folder / "s" / "mouse_rec.log").write_text("[Reconstruction]\nFirst Section=400\nLast Section=406\nSection to Section Step=2\n"
-                                                         "Pixel Size (um)=17.25\n")
-        samples, info = self.encoded("s")
-        self.assert_same(samples, truth)
+        info = self.encoded_skyscan_folder(range(400, 408, 2), "[Reconstruction]\nFirst Section=400\nLast Section=406\nSection to Section Step=2\n"
+                                                               "Pixel Size (um)=17.25\n")
         self.assertEqual(info["geometry"]["spacing"], [17.25, 17.25, 34.5])
 
     def test_a_gap_is_refused_unless_it_is_accepted(self):
