@@ -286,7 +286,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
     if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
   }
   if (!differences.empty())
-    all.push_back(fmt::format("{}, which {} cannot say; info --json and .nrrd files have them",
+    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them",
                               fmt::join(differences, ", and "), format.name));
   return all;
 }
