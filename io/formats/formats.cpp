@@ -57,10 +57,10 @@ std::vector<Format> all_formats() {
          return create_nrrd(path, info, options.files);
        },
        .any_order = true},
-      // The row "nrrd" reads these files.
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, with samples in a .raw file beside it",
+       .read_as = "nrrd",
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_nhdr(path, samples_path(path, format_named("nhdr")), info, options.files);
        },
@@ -105,6 +105,7 @@ std::vector<Format> all_formats() {
       {.name = "nifti.gz",
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
+       .read_as = "nifti",
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_nifti_gz(path, info, options.files);
        },
@@ -127,6 +128,7 @@ std::vector<Format> all_formats() {
       {.name = "mhd",
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",
+       .read_as = "metaimage",
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_mhd(path, samples_path(path, format_named("mhd")), info, options.files);
        },

@@ -47,6 +47,9 @@ struct Format {
   std::string_view reader = "";
   bool has_folders = false;  ///< A folder of such files can be one volume, or hold several.
 
+  /// The format whose row reads such files, too; "" for this one.
+  std::string_view read_as = "";
+
   bool is_read() const { return open != nullptr || !reader.empty(); }
 
   /// Begins a volume at `path`, or on the standard output for "-". Throws UsageError if a file exists and may

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "io/readers/find.h"
@@ -28,7 +29,7 @@ KnownFormat known(const Format& format) {
   KnownFormat result{.name = std::string(format.name),
                      .help = std::string(format.help),
                      .extensions = fmt::format("{}", fmt::join(format.extensions, " ")),
-                     .reads = format.is_read(),
+                     .reads = format.is_read() || !format.read_as.empty(),
                      .writes = format.create != nullptr};
   if (format.reader.empty()) return result;
   const auto program = find_reader(format.reader);
@@ -42,11 +43,8 @@ KnownFormat known(const Format& format) {
 
 std::vector<KnownFormat> known_formats() {
   std::vector<KnownFormat> list;
-  for (const Format& format : formats()) {
+  for (const Format& format : formats())
     if (format.is_read() || format.create != nullptr) list.push_back(known(format));
-    // The row of NRRD reads detached headers, too.
-    if (format.name == "nhdr") list.back().reads = true;
-  }
   for (const ReaderProgram& reader : all_readers())
     if (read_format_named(reader.name) == nullptr)
       list.push_back({.name = reader.name,
@@ -82,11 +80,23 @@ struct FormatsCommand {
       fmt::print("{}\n", json.dump(2));
       return;
     }
-    fmt::print("{:<8} {:<5} {:<6} {:<53} {}\n", "format", "reads", "writes", "", "by");
+    const auto described = [](const KnownFormat& format) {
+      return fmt::format("{} ({})", format.help, format.extensions);
+    };
+    std::size_t names = 0, descriptions = 0;
+    for (const KnownFormat& format : list) {
+      names = std::max(names, format.name.size());
+      descriptions = std::max(descriptions, described(format).size());
+    }
+    const auto print = [&](std::string_view name, std::string_view reads, std::string_view writes,
+                           std::string_view description, std::string_view by) {
+      fmt::print("{:<{}}  {:<5}  {:<6}  {:<{}}  {}\n", name, names, reads, writes, description, descriptions,
+                 by);
+    };
+    print("format", "reads", "writes", "", "by");
     for (const KnownFormat& format : list)
-      fmt::print("{:<8} {:<5} {:<6} {:<53} {}\n", format.name, format.reads ? "yes" : "-",
-                 format.writes ? "yes" : "-", fmt::format("{} ({})", format.help, format.extensions),
-                 where(format));
+      print(format.name, format.reads ? "yes" : "-", format.writes ? "yes" : "-", described(format),
+            where(format));
   }
 };
 
