@@ -130,6 +130,8 @@ class Dicom(ReaderTest):
             self.assertEqual((run.returncode, "slices lie at unequal distances" in run.stderr), (0, warns), name)
         text = self.tagrid("info", "out.tag").stdout
         self.assertRegex(text, r"\nslices +at unequal distances")
+        mesh = self.tagrid("mesh", "out.tag", "-o", "a.vtu")
+        self.assertEqual((mesh.returncode, "slices of the source lie at unequal distances" in mesh.stderr), (0, True), mesh.stderr)
         self.assertRegex(text, r"\npatient +Doe\^Jane \(4711\)\n")
         self.assertRegex(text, r"\nmetadata +\d+ key/value pairs")
 
@@ -194,6 +196,7 @@ class Dicom(ReaderTest):
         self.assertEqual(info["source"]["pairs"]["slice_slopes"], "1 1.5 2 2.5")
         self.assertIn("slices have slopes of their own", self.tagrid("decode", "out.tag", "-o", "a.nii").stderr)
         self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
+        self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +of a slope and intercept for each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10")
         self.assertIn("an error of 10 is one of 4", self.messages)

@@ -37,6 +37,9 @@ struct MeshCommand {
                   achieved_json(result.index)});
     mesh.commit();
     report.keep();
+    if (has_uneven_slices(result.header))
+      warn(run,
+           path + ": slices of the source lie at unequal distances; in the mesh all distances are equal");
     if (run.verbosity > 0 && !run.quiet)
       say_line(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra));
   }

@@ -153,7 +153,9 @@ void print_source(const TagHeader& header, const Line& line) {
     const auto found = pairs.find(key);
     return found == pairs.end() ? std::string() : printable(found->second);
   };
-  if (pairs.contains("rescale_slope"))
+  if (pairs.contains("slice_slopes"))
+    line("values", "of a slope and intercept for each slice; --json has them");
+  else if (pairs.contains("rescale_slope"))
     line("values", fmt::format("{} * sample + {} {}", text("rescale_slope"), text("rescale_intercept"),
                                text("rescale_units")));
   if (pairs.contains("slice_positions")) line("slices", "at unequal distances; --json has their positions");
@@ -167,6 +169,8 @@ std::uint64_t voxels(const TagHeader& header) {
 }
 
 }  // namespace
+
+bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
 
 std::string json_text(const std::string& bytes) {
   using nlohmann::json;

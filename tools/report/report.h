@@ -22,6 +22,8 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
 /// --json.
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);
 nlohmann::ordered_json achieved_json(const TagIndex& index);
+/// True if the slices of the source lie at unequal distances.
+bool has_uneven_slices(const TagHeader& header);
 
 /// The object of `info --json`. `with_levels`: the active points in the index are those of the grid; otherwise they are
 /// not known.
