@@ -1,6 +1,5 @@
 #include "io/envelope/restored_files.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/samples/file_checksum.h"
 
 namespace tagrid {
 namespace {
@@ -24,37 +24,6 @@ namespace {
 constexpr std::size_t most_open_files = 64;
 
 }  // namespace
-
-class RestoredFiles::OpenFile {
- public:
-  OpenFile(const std::string& path, std::string name, int flags) : name_(std::move(name)) {
-    descriptor_ = uninterrupted([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0600); });
-    if (descriptor_ < 0) throw world_error("cannot create", name_, errno);
-  }
-  ~OpenFile() { close(descriptor_); }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-
-  void write_at(std::uint64_t position, std::span<const std::byte> bytes) {
-    if (!write_all_at(descriptor_, position, bytes)) throw world_error("cannot write", name_, errno);
-  }
-  void resize(std::uint64_t size) {
-    if (uninterrupted([&] { return ftruncate(descriptor_, static_cast<off_t>(size)); }) != 0)
-      throw world_error("cannot write", name_, errno);
-  }
-  void finish(const std::optional<FileAttributes>& like) {
-    if (like) {
-      set_permissions(descriptor_, *like);
-      set_times(descriptor_, *like);
-    }
-    if (uninterrupted([&] { return fsync(descriptor_); }) != 0)
-      throw world_error("cannot write", name_, errno);
-  }
-
- private:
-  std::string name_;
-  int descriptor_ = -1;
-};
 
 RestoredFiles::RestoredFiles(const VolumeInfo& info, std::string input, std::string folder,
                              const SinkOptions& options)
@@ -93,7 +62,7 @@ void RestoredFiles::make(EnvelopeReader& envelope) {
     const std::size_t number = files_.size();
     files_.push_back(file);
     check_target(number);
-    OpenFile out(staged(number), path(number), O_RDWR | O_CREAT | O_EXCL);
+    PlacedFile out(staged(number), path(number), true);
     envelope.read_other_bytes(file, [&](std::uint64_t position, std::span<const std::byte> bytes) {
       out.write_at(position, bytes);
     });
@@ -103,10 +72,10 @@ void RestoredFiles::make(EnvelopeReader& envelope) {
   std::ranges::sort(slices_, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
 }
 
-RestoredFiles::OpenFile& RestoredFiles::open(std::size_t file) {
+PlacedFile& RestoredFiles::open(std::size_t file) {
   if (const auto found = open_.find(file); found != open_.end()) return *found->second;
   if (open_.size() == most_open_files) open_.clear();
-  return *(open_[file] = std::make_unique<OpenFile>(staged(file), path(file), O_RDWR));
+  return *(open_[file] = std::make_unique<PlacedFile>(staged(file), path(file)));
 }
 
 void RestoredFiles::write(std::int64_t first, std::span<const std::byte> samples) {
@@ -139,19 +108,11 @@ void RestoredFiles::write(std::int64_t first, std::span<const std::byte> samples
 void RestoredFiles::check() {
   open_.clear();
   for (std::size_t i = 0; i < files_.size(); ++i) {
-    if (files_[i].checksum) {
-      const FileSource file(staged(i));
-      RunningChecksum checksum;
-      std::vector<std::byte> bytes;
-      for (std::uint64_t position = 0; position < file.size(); position += bytes.size()) {
-        bytes.resize(std::min<std::uint64_t>(file.size() - position, 1 << 18));
-        file.read_at(position, bytes);
-        checksum.add(bytes);
-      }
-      if (!checksums_agree(*files_[i].checksum, checksum.value()))
-        throw BrokenInput(fmt::format("{}: is not the file that was encoded: its checksum differs", path(i)));
-    }
-    OpenFile(staged(i), path(i), O_RDWR).finish(options_.like);
+    if (files_[i].checksum && !checksums_agree(*files_[i].checksum, checksum_of_file(staged(i))))
+      throw BrokenInput(fmt::format("{}: is not the file that was encoded: its checksum differs", path(i)));
+    PlacedFile file(staged(i), path(i));
+    if (options_.like) file.set_attributes(*options_.like);
+    file.finish();
   }
 }
 

@@ -12,6 +12,7 @@
 
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
+#include "io/files/placed_file.h"
 #include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"
 
@@ -41,14 +42,13 @@ class RestoredFiles : public VolumeSink {
   std::uint64_t bytes_written() const override;
 
  private:
-  class OpenFile;
   struct SlicesOfFile {
     std::size_t file = 0;
     SlicesInFile slices;
   };
 
   void write(std::int64_t first, std::span<const std::byte> samples) override;
-  OpenFile& open(std::size_t file);
+  PlacedFile& open(std::size_t file);
   std::string staged(std::size_t file) const;
   std::string older(std::size_t file) const;
   std::string path(std::size_t file) const { return folder_ + "/" + files_[file].name; }
@@ -62,7 +62,7 @@ class RestoredFiles : public VolumeSink {
   int staging_slot_ = -1;
   std::vector<EnvelopeFile> files_;
   std::vector<SlicesOfFile> slices_;  ///< in the order of the volume
-  std::map<std::size_t, std::unique_ptr<OpenFile>> open_;
+  std::map<std::size_t, std::unique_ptr<PlacedFile>> open_;
   std::vector<std::string> made_folders_;
   std::size_t published_ = 0;  ///< files that have their names
   bool kept_ = false;

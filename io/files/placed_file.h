@@ -1,4 +1,4 @@
-// A file that several processes write together, each at its own positions.
+// A file that is not written front to back: in pieces, or by several processes, each at its own positions.
 #pragma once
 
 #include <cstddef>
@@ -6,16 +6,21 @@
 #include <span>
 #include <string>
 
+#include "io/files/file_attributes.h"
+
 namespace tagrid {
 
-/// An existing file that is written at any position. Every failure is a WorldError that names `name`.
+/// A file that is written at any position. Every failure is a WorldError that names `name`.
 class PlacedFile {
  public:
-  PlacedFile(const std::string& path, std::string name);
+  /// The file exists, or is made if it `is_new`.
+  PlacedFile(const std::string& path, std::string name, bool is_new = false);
   ~PlacedFile();
   PlacedFile(const PlacedFile&) = delete;
   PlacedFile& operator=(const PlacedFile&) = delete;
 
+  void resize(std::uint64_t size);
+  void set_attributes(const FileAttributes& attributes);
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
   /// Makes the written bytes durable and closes the file: only after this is it certain that they were
   /// written.
