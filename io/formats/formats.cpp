@@ -101,7 +101,6 @@ std::vector<Format> all_formats() {
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_nifti},
-      // The row "nifti" reads these files.
       {.name = "nifti.gz",
        .extensions = {".nii.gz"},
        .help = "NIfTI in gzip",
@@ -124,7 +123,6 @@ std::vector<Format> all_formats() {
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_meta_image},
-      // The row "metaimage" reads these files.
       {.name = "mhd",
        .extensions = {".mhd"},
        .help = "MetaImage header, with samples in a .raw file beside it",

@@ -25,10 +25,9 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
       return "; decompress it into a file: zcat FILE > OTHER, or, if it holds NRRD, NIfTI, MetaImage or "
-             "samples without a header, which need --dims and --type, into a pipe: zcat FILE | tagrid encode "
-             "- -o NAME.tag (or tagrid verify NAME.tag --against -); use zstdcat, xzcat or bzcat for zstd, "
-             "xz "
-             "or bzip2";
+             "samples without a header, which need --dims and --type, into a pipe: "
+             "zcat FILE | tagrid encode - -o NAME.tag (or tagrid verify NAME.tag --against -); "
+             "use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
     case Problem::describes_itself:
