@@ -19,7 +19,8 @@ namespace tagrid {
 enum class Problem : std::uint8_t {
   none,
   output_exists,
-  memory_limit,           ///< a MemoryLimit
+  memory_limit,  ///< a MemoryLimit
+  writer_memory,  ///< the program that writes the output needs more memory than there may be; its bytes, and the limit
   no_known_format,        ///< the file may be samples without a header
   compressed_file,        ///< compressed by gzip or a similar program
   not_openvdb,            ///< a grid was requested, but the file is not OpenVDB
@@ -27,7 +28,6 @@ enum class Problem : std::uint8_t {
   endian_differs,         ///< the byte order differs from that in the NRRD header
   spacing_differs,        ///< the spacing differs from that in the NRRD header
   spacing_not_in_header,  ///< the NRRD header has no spacing
-  several_grids,          ///< an OpenVDB file has several grids, and none was chosen
   mesh_fills_no_space,    ///< the volume is a slice
   no_source_files,        ///< a .tag file has no envelope
   slices_missing,         ///< by the numbers in the names of files, slices are missing

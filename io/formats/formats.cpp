@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <set>
 
 #include "io/files/text.h"
@@ -19,9 +21,9 @@
 #include "io/nrrd/header.h"
 #include "io/nrrd/sink.h"
 #include "io/nrrd/source.h"
-#include "io/readers/find.h"
+#include "io/programs/find.h"
+#include "io/programs/program_sink.h"
 #include "io/tiff/sink.h"
-#include "io/vdb/reader.h"
 #include "io/vendors/vendors.h"
 #include "io/vti/sink.h"
 
@@ -79,14 +81,11 @@ std::vector<Format> all_formats() {
        .help = "OpenVDB",
        .what = "an OpenVDB file",
        .peek = 8,
-       .is_mine = begins_vdb,
-       .open = open_vdb,
-       .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
-         return create_vdb(path, info, options.files, options.vdb);
-       },
+       .is_mine = [](std::string_view b) { return b.starts_with(std::string_view(" BDV\0\0\0\0", 8)); },
+       .reader = "vdb",
+       .writer = "vdb",
        .has_grids = true,
-       .slices_are_alike = true,
-       .memory = memory_of_vdb_writer},
+       .slices_are_alike = true},
       {.name = "nifti",
        .extensions = {".nii"},
        .help = "NIfTI",
@@ -215,10 +214,33 @@ const std::vector<Format>& formats() {
   return table;
 }
 
+namespace {
+
+/// The format of a program that somebody added; nullptr if there is none.
+const Format* added_format(std::string_view name) {
+  struct Added {
+    std::string name, extension, help;
+    Format format;
+  };
+  static std::map<std::string, Added, std::less<>> known;
+  if (const auto found = known.find(name); found != known.end()) return &found->second.format;
+  if (read_format_named(name) != nullptr || !find_writer(name)) return nullptr;
+  Added& added = known[std::string(name)];
+  added.name = name;
+  added.extension = "." + added.name;
+  added.help = "written by tagrid-write-" + added.name;
+  added.format.name = added.format.writer = added.name;
+  added.format.extensions = {added.extension};
+  added.format.help = added.help;
+  return &added.format;
+}
+
+}  // namespace
+
 std::vector<const Format*> written_formats() {
   std::vector<const Format*> written;
   for (const Format& format : formats())
-    if (format.create != nullptr) written.push_back(&format);
+    if (format.is_written()) written.push_back(&format);
   return written;
 }
 
@@ -228,6 +250,7 @@ const Format& format_named(std::string_view name) {
     if (format->name == name) return *format;
     names.push_back(format->name);
   }
+  if (const Format* added = added_format(name)) return *added;
   throw UsageError(fmt::format("{}: must be one of {}", name, fmt::join(names, ", ")));
 }
 
@@ -236,7 +259,8 @@ const Format* format_with_extension(const std::string& path) {
   for (const Format* format : written_formats())
     for (const std::string_view extension : format->extensions)
       if (name.size() > extension.size() && name.ends_with(extension)) return format;
-  return nullptr;
+  const std::size_t dot = name.rfind('.');
+  return dot == name.npos || dot == 0 ? nullptr : added_format(std::string_view(name).substr(dot + 1));
 }
 
 const Format& format_from_name(const std::string& path) {
@@ -253,6 +277,18 @@ const Format& format_from_name(const std::string& path) {
   throw UsageError(fmt::format("{}: the name of a volume must end in {}", path, endings));
 }
 
+std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
+                                          const VolumeInfo& info, const WriteOptions& options) {
+  if (format.create != nullptr) return format.create(path, info, options);
+  const auto program = find_writer(format.writer);
+  if (!program)
+    throw WorldError(fmt::format(
+        "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
+        path == "-" ? "standard output" : path, format.help, format.writer,
+        fmt::join(program_folders(), ", ")));
+  return create_with_writer(*program, path, info, options.files, options.wishes);
+}
+
 const Format* read_format_named(std::string_view name) {
   for (const Format& format : formats())
     if (format.name == name && format.is_read()) return &format;
@@ -263,7 +299,7 @@ std::vector<std::string> read_format_names() {
   std::set<std::string> names;
   for (const Format& format : formats())
     if (format.is_read()) names.emplace(format.name);
-  for (const ReaderProgram& reader : all_readers()) names.insert(reader.name);
+  for (const FoundProgram& reader : all_readers()) names.insert(reader.name);
   return {names.begin(), names.end()};
 }
 

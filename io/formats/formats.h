@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -11,20 +12,20 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_bytes.h"
-#include "io/vdb/writer.h"
 #include "io/volume/volume_sink.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
 
-/// How a volume is written. A format ignores the options that are meant for another format.
+/// How a volume is written.
 struct WriteOptions {
   SinkOptions files = {};
-  VdbOptions vdb = {};
+  /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have are ignored.
+  std::map<std::string, std::string> wishes = {};
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one without `create` cannot be written. A format with none
-/// of them is only recognised, so that a message can say what to do with the file.
+/// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be written. A
+/// format with none of them is only recognised, so that a message can say what to do with the file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
@@ -52,33 +53,43 @@ struct Format {
 
   bool is_read() const { return open != nullptr || !reader.empty(); }
 
-  /// Begins a volume at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
+  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
   /// not be overwritten, or if the format cannot be written there; WorldError if it cannot be created.
   std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
                                         const WriteOptions& options) = nullptr;
+  /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
+  std::string_view writer = "";
+  bool is_written() const { return create != nullptr || !writer.empty(); }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
-  bool has_grids = false;  ///< SourceDescription::vdb_grid and VdbOptions apply to it.
+  bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.
   /// The extension of the file with the samples, if that is a separate file: ".raw"; otherwise "".
   std::string_view samples_extension = "";
   /// A file says one distance between slices, and one slope and intercept for all samples.
   bool slices_are_alike = false;
   /// What else a file of this format cannot say of the volume; "" if nothing is lost.
   std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
-  /// Bytes of memory that writing takes, besides the samples that are passed in.
+  /// Bytes of memory that writing takes, besides the samples that are passed in, and besides VolumeSink::memory().
   std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
 };
 
 /// All known formats. Those that can be written come in the order in which help lists them.
 const std::vector<Format>& formats();
 
-/// The formats that can be written.
+/// The formats that can be written, but for those of programs that somebody added.
 std::vector<const Format*> written_formats();
-/// The format with this name. Throws UsageError if no format with this name can be written.
+/// The format with this name: of the table, or of a program tagrid-write-NAME that somebody added. Throws UsageError if
+/// no format with this name can be written.
 const Format& format_named(std::string_view name);
-/// The format that is written to files with this extension; nullptr if there is none.
+/// The format that is written to files with this extension, as above; nullptr if there is none.
 const Format* format_with_extension(const std::string& path);
 /// The same, but raw for "-". Throws UsageError if there is none.
 const Format& format_from_name(const std::string& path);
+
+/// Begins a volume of this format at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
+/// not be overwritten, or if the format cannot be written there; WorldError if it cannot be created, or if the program
+/// that writes the format is missing.
+std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
+                                          const VolumeInfo& info, const WriteOptions& options);
 
 /// The format with this name, if it can be read; nullptr if there is none.
 const Format* read_format_named(std::string_view name);

@@ -15,8 +15,8 @@
 #include "io/files/text.h"
 #include "io/formats/formats.h"
 #include "io/nrrd/geometry.h"
-#include "io/readers/find.h"
-#include "io/readers/program_source.h"
+#include "io/programs/find.h"
+#include "io/programs/program_source.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/placed.h"
 
@@ -36,7 +36,7 @@ Way way_of(const Format& format, const std::string& name) {
   if (const auto program = find_reader(format.reader)) return {&format, *program};
   throw WorldError(
       fmt::format("{}: is {}, which tagrid-read-{} reads; that program is not installed (looked for in {})",
-                  name, format.what, format.reader, fmt::join(reader_folders(), ", ")));
+                  name, format.what, format.reader, fmt::join(program_folders(), ", ")));
 }
 
 Way way_named(const std::string& from, const std::string& name) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "io/files/file_attributes.h"
 #include "io/volume/volume_info.h"
@@ -62,6 +63,13 @@ class VolumeSink {
   }
   /// The total size of all files so far, including headers.
   virtual std::uint64_t bytes_written() const = 0;
+
+  /// Bytes of memory that a program takes which writes the files; 0 if there is none.
+  virtual std::uint64_t memory() const { return 0; }
+  /// What users should know of the files, a sentence each.
+  virtual std::vector<std::string> warnings() const { return {}; }
+  /// What the program says of the files that it has written: a JSON object; "" if there is no program.
+  virtual std::string facts() const { return ""; }
 
  protected:
   explicit VolumeSink(const VolumeInfo& info);

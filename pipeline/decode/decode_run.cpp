@@ -1,5 +1,7 @@
 #include "pipeline/decode/decode_run.h"
 
+#include <fmt/format.h>
+
 namespace tagrid {
 
 bool WantedRegion::is_all() const {
@@ -10,11 +12,11 @@ bool WantedRegion::is_all() const {
 
 std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
                                         const CodingParameters& parameters, bool others_write) {
-  VdbOptions grid = run.vdb;
-  grid.max_error = parameters.max_error >= 0 ? std::optional(parameters.max_error) : std::nullopt;
-  const SinkOptions files = {
-      .overwrite = run.overwrite, .like = attributes_of(run.input), .others_write = others_write};
-  return run.format.create(run.output, info, {.files = files, .vdb = grid});
+  WriteOptions options = {
+      .files = {.overwrite = run.overwrite, .like = attributes_of(run.input), .others_write = others_write},
+      .wishes = run.wishes};
+  if (parameters.max_error >= 0) options.wishes["max-error"] = fmt::format("{}", parameters.max_error);
+  return create_volume(run.format, run.output, info, options);
 }
 
 }  // namespace tagrid

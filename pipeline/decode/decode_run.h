@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/formats/formats.h"
 #include "io/tag/header.h"
@@ -33,19 +35,20 @@ struct DecodeRun {
   const Format& format = format_named("nrrd");
   bool overwrite = false;
   WantedRegion region = {};
-  VdbOptions vdb = {};     ///< for OpenVDB files; its max_error is ignored
-  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
+  std::map<std::string, std::string> wishes = {};  ///< WriteOptions::wishes; those about errors are added
+  Resources resources{0};                          ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
 };
 
 struct DecodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;            ///< of the .tag file
-  std::uint64_t bytes_out = 0;           ///< written, headers included
-  std::uint64_t memory = 0;              ///< the plan's upper limit
-  std::optional<VdbSummary> vdb;         ///< only for an OpenVDB file
-  Index3 dims = header.parameters.dims;  ///< of the volume that was written
+  std::uint64_t bytes_in = 0;              ///< of the .tag file
+  std::uint64_t bytes_out = 0;             ///< written, headers included
+  std::uint64_t memory = 0;                ///< the plan's upper limit
+  std::string facts = {};                  ///< VolumeSink::facts()
+  std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
+  Index3 dims = header.parameters.dims;    ///< of the volume that was written
 };
 
 using FinishedDecode = Finished<DecodeResult>;

@@ -14,6 +14,7 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/within.h"
 
 namespace tagrid {
@@ -168,8 +169,11 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const Region region = region_of(run.region, parameters);
   const VolumeInfo info = info_of(blocks.header(), region);
   const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const RegionPlan plan = plan_region(region, parameters, resources, any_order, run.format.memory(info));
   const auto sink = open_output(run, info, parameters);
+  const RegionPlan plan = plan_with_writer(run.format.writer, sink->memory(), [&] {
+    return plan_region(region, parameters, resources, any_order, run.format.memory(info) + sink->memory());
+  });
+  require_memory_of_writer(run.format.writer, sink->memory(), resources);
 
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
@@ -192,8 +196,8 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     watch.done(samples.size());
   }
   const TagIndex& index = blocks.finish();
-  DecodeResult result = {blocks.header(),       index,       blocks.sizes().file,
-                         sink->bytes_written(), plan.memory, vdb_summary(*sink)};
+  DecodeResult result = {blocks.header(), index,         blocks.sizes().file, sink->bytes_written(),
+                         plan.memory,     sink->facts(), sink->warnings()};
   result.dims = info.dims;
   return {std::move(result), sink};
 }

@@ -15,6 +15,7 @@
 #include "pipeline/encode/input_slices.h"
 #include "pipeline/encode/row_encoder.h"
 #include "pipeline/estimate/plain_bound.h"
+#include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/encode_parts.h"
@@ -77,19 +78,24 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   return {std::move(result), file};
 }
 
-DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
+DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeSink& sink,
                    const Resources& resources) {
   const bool any_order = run.format.any_order && is_regular_output(run.output);
-  return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
-                       run.format.memory(info));
+  const std::uint64_t of_writer = sink.memory();
+  const DecodePlan plan = plan_with_writer(run.format.writer, of_writer, [&] {
+    return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
+                         run.format.memory(sink.info()) + of_writer);
+  });
+  require_memory_of_writer(run.format.writer, of_writer, resources);
+  return plan;
 }
 
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
   TagReader reader(run.input);
   const CodingParameters& parameters = reader.parameters();
   const VolumeInfo info = volume_info_of(reader.header());
-  const DecodePlan plan = plan_of(run, parameters, info, resources);
   const auto sink = open_output(run, info, parameters);
+  const DecodePlan plan = plan_of(run, parameters, *sink, resources);
   RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
   RowDecoder decoder(parameters, plan.budget);
   reader.stop_when(decoder.failed());
@@ -98,7 +104,7 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
       [&](const DecodedRows& rows) { output.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
   return {{reader.header(), reader.index(), reader.sizes().file, sink->bytes_written(), plan.memory,
-           vdb_summary(*sink)},
+           sink->facts(), sink->warnings()},
           sink};
 }
 
@@ -106,15 +112,15 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
   TagSummary file = summary_of(run.input);
   const CodingParameters& parameters = file.header.parameters;
   const VolumeInfo info = volume_info_of(file.header);
-  const DecodePlan plan = plan_of(run, parameters, info, resources);
   const auto sink = open_output(run, info, parameters, true);
+  const DecodePlan plan = plan_of(run, parameters, *sink, resources);
   const VolumeSink::Place place = sink->place();
   const DecodeOrder order{run.input, place.file, place.name, place.start, run.resources};
   send_order(ranks, order);
   decode_parts(ranks, order, run.progress);
   sink->samples_were_placed();
   return {{std::move(file.header), std::move(file.index), file.sizes.file, sink->bytes_written(), plan.memory,
-           vdb_summary(*sink)},
+           sink->facts(), sink->warnings()},
           sink};
 }
 

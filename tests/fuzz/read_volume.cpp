@@ -29,7 +29,7 @@ void read_volume(const std::string& path) {
   } catch (const BrokenInput&) {
   } catch (const WorldError&) {
   } catch (const UsageError&) {
-    // A file of OpenVDB on a pipe, or one with several grids.
+    // Several volumes, of which none was chosen.
   }
 }
 

@@ -14,7 +14,6 @@
 #include "io/bytes/zstd_bytes.h"
 #include "io/parts/part_file.h"
 #include "io/parts/run_record.h"
-#include "io/vdb/writer.h"
 #include "stages/brick/codec.h"
 #include "stages/grid/lattice.h"
 #include "stages/phantom/phantom.h"
@@ -175,23 +174,6 @@ void add_volumes(Seeds& seeds) {
   seeds.push_back(input_of(shape + "encoding: raw\ndata file: s%03d 1 3 2 2\n\n" + samples));
 }
 
-/// Volumes of integers and floats, most of whose voxels are background.
-void add_vdb_files(Seeds& seeds) {
-  static const Folder folder;
-  for (const SampleType type : {SampleType::int16, SampleType::float32, SampleType::float64}) {
-    const std::string path = folder.write("out.vdb", "");
-    VolumeInfo info;
-    info.dims = {11, 9, 10};
-    info.type = type;
-    std::vector<std::byte> samples(990 * size_of(type));
-    for (std::size_t i = 0; i < samples.size() / 3; ++i) samples[i] = static_cast<std::byte>(i * 37 % 61);
-    const auto sink = create_vdb(path, info, {.overwrite = true}, {});
-    sink->write_slices(samples);
-    sink->commit();
-    seeds.push_back(content_of(path));
-  }
-}
-
 void add_record(Seeds& seeds) {
   RunRecord record;
   record.program = "tagrid 1.2.3";
@@ -320,7 +302,6 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_volumes(seeds["nrrd"]);
   add_nifti_files(seeds["nifti"]);
   add_meta_images(seeds["metaimage"]);
-  add_vdb_files(seeds["vdb"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);
   add_numbers(seeds["numbers"]);

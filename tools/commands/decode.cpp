@@ -57,12 +57,14 @@ struct DecodeCommand {
     const DecodeResult& result = decoded.result;
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
-    if (result.vdb) settings["vdb"] = vdb_json(*result.vdb);
+    nlohmann::ordered_json facts;
+    if (!result.facts.empty()) settings[chosen.name] = facts = nlohmann::ordered_json::parse(result.facts);
     report.write({result.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
                   achieved_json(result.index)});
     decoded.commit();
     report.keep();
-    if (result.vdb) tell_of_tolerance(run, path, *result.vdb);
+    if (chosen.has_grids) tell_of_tolerance(run, path, facts);
+    for (const std::string& warning : result.warnings) warn(run, warning);
     for (const std::string& lost : losses(chosen, volume_info_of(result.header)))
       warn(run, fmt::format("{}: {}", path, lost));
     if (run.verbosity > 0 && !run.quiet) {
@@ -98,7 +100,7 @@ struct DecodeCommand {
                                  .format = chosen,
                                  .overwrite = output.overwrite,
                                  .region = wanted,
-                                 .vdb = vdb,
+                                 .wishes = wishes_of(vdb),
                                  .resources = run.resources_of_each_rank(),
                                  .progress = meter.progress()});
   }

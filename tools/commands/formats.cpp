@@ -5,9 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
-#include "io/readers/find.h"
+#include "io/programs/find.h"
 #include "tools/commands/commands.h"
 #include "tools/report/printable.h"
 
@@ -20,53 +21,85 @@ using Json = nlohmann::ordered_json;
 struct KnownFormat {
   std::string name, help, extensions;
   bool reads = false, writes = false;
-  std::string program =
-      "";  ///< the path of the reader; "" if tagrid reads the format itself, or if it is missing
-  std::string missing = "";  ///< the program that is missing
+  std::string reader = "",
+              writer = "";  ///< paths of programs; "" if tagrid does it itself, or if it is missing
+  std::vector<std::string> missing = {};  ///< programs that are missing
 };
+
+/// The package that brings the program of a format.
+std::string_view package_of(std::string_view name) {
+  return name == "vdb" ? "tagrid-openvdb" : "tagrid-readers";
+}
 
 KnownFormat known(const Format& format) {
   KnownFormat result{.name = std::string(format.name),
                      .help = std::string(format.help),
                      .extensions = fmt::format("{}", fmt::join(format.extensions, " ")),
                      .reads = format.is_read() || !format.read_as.empty(),
-                     .writes = format.create != nullptr};
-  if (format.reader.empty()) return result;
-  const auto program = find_reader(format.reader);
-  if (program)
-    result.program = *program;
-  else
-    result.missing = fmt::format("tagrid-read-{}", format.reader);
-  result.reads = program.has_value();
+                     .writes = format.is_written()};
+  const auto look = [&](std::string_view name, const auto& program, std::string_view kind, std::string& path,
+                        bool& can) {
+    if (name.empty()) return;
+    can = program.has_value();
+    if (program)
+      path = *program;
+    else
+      result.missing.push_back(fmt::format("tagrid-{}-{}", kind, name));
+  };
+  look(format.reader, find_reader(format.reader), "read", result.reader, result.reads);
+  look(format.writer, find_writer(format.writer), "write", result.writer, result.writes);
   return result;
 }
 
 std::vector<KnownFormat> known_formats() {
   std::vector<KnownFormat> list;
   for (const Format& format : formats())
-    if (format.is_read() || format.create != nullptr) list.push_back(known(format));
-  for (const ReaderProgram& reader : all_readers())
-    if (read_format_named(reader.name) == nullptr)
-      list.push_back({.name = reader.name,
-                      .help = "added to this machine",
-                      .extensions = "." + reader.name,
-                      .reads = true,
-                      .program = reader.path});
+    if (format.is_read() || format.is_written()) list.push_back(known(format));
+  std::map<std::string, KnownFormat> added;
+  const auto add = [&](const FoundProgram& program) -> KnownFormat& {
+    KnownFormat& format = added[program.name];
+    format.name = program.name;
+    format.help = "added to this machine";
+    format.extensions = "." + program.name;
+    return format;
+  };
+  for (const FoundProgram& reader : all_readers())
+    if (read_format_named(reader.name) == nullptr) {
+      KnownFormat& format = add(reader);
+      format.reads = true;
+      format.reader = reader.path;
+    }
+  for (const FoundProgram& writer : all_writers())
+    if (read_format_named(writer.name) == nullptr) {
+      KnownFormat& format = add(writer);
+      format.writes = true;
+      format.writer = writer.path;
+    }
+  for (auto& [name, format] : added) list.push_back(std::move(format));
   return list;
 }
 
 Json json_of(const KnownFormat& format) {
   Json json = {
       {"name", format.name}, {"help", format.help}, {"reads", format.reads}, {"writes", format.writes}};
-  json["program"] = format.program.empty() ? Json(nullptr) : Json(printable(format.program));
-  json["missing"] = format.missing.empty() ? Json(nullptr) : Json(format.missing);
+  const auto path_or_null = [](const std::string& path) {
+    return path.empty() ? Json(nullptr) : Json(printable(path));
+  };
+  json["program"] = path_or_null(format.reader);
+  json["writer"] = path_or_null(format.writer);
+  json["missing"] =
+      format.missing.empty() ? Json(nullptr) : Json(fmt::format("{}", fmt::join(format.missing, " ")));
   return json;
 }
 
 std::string where(const KnownFormat& format) {
   if (!format.missing.empty())
-    return fmt::format("{} is not installed (package tagrid-readers)", format.missing);
-  return format.program.empty() ? "built in" : printable(format.program);
+    return fmt::format("{} {} not installed (package {})", fmt::join(format.missing, " and "),
+                       format.missing.size() > 1 ? "are" : "is", package_of(format.name));
+  std::vector<std::string> programs;
+  for (const std::string& path : {format.reader, format.writer})
+    if (!path.empty()) programs.push_back(printable(path));
+  return programs.empty() ? "built in" : fmt::format("{}", fmt::join(programs, ", "));
 }
 
 struct FormatsCommand {

@@ -12,6 +12,14 @@ void add_vdb_output_options(CLI::App& command, VdbOptions& options) {
   command.add_option("--vdb-grid", options.grid, "Name of the grid; default: the name it had, or density")
       ->option_text("NAME")
       ->group(group);
+  command
+      .add_option("--vdb-type", options.type,
+                  "Type of the grid for samples of 8 and 16 bits: float, which most programs read, or int32; "
+                  "default: "
+                  "float")
+      ->check(one_of({"float", "int32"}))
+      ->option_text("float|int32")
+      ->group(group);
   add_number_option(
       command, "--vdb-background", options.background,
       "Value of inactive voxels; default: the background it had, or the value of the first voxel")
@@ -27,32 +35,31 @@ void check_vdb_options(const VdbOptions& options, const Format& format) {
   if (!(options.tolerance >= 0))
     throw UsageError(fmt::format("--vdb-tolerance {}: must not be negative", options.tolerance));
   if (format.has_grids) return;
-  if (!options.grid.empty() || options.background || options.tolerance > 0)
+  if (!options.grid.empty() || !options.type.empty() || options.background || options.tolerance > 0)
     throw UsageError(
-        "--vdb-grid, --vdb-background and --vdb-tolerance are for OpenVDB files; give -o FILE.vdb");
+        "--vdb-grid, --vdb-type, --vdb-background and --vdb-tolerance are for OpenVDB files; give -o "
+        "FILE.vdb");
 }
 
-nlohmann::ordered_json vdb_json(const VdbSummary& summary) {
-  nlohmann::ordered_json json;
-  json["grid"] = summary.grid;
-  json["background"] = summary.background;
-  json["tolerance"] = summary.tolerance;
-  json["max_error"] =
-      summary.max_error ? nlohmann::ordered_json(*summary.max_error) : nlohmann::ordered_json(nullptr);
-  json["active_voxels"] = summary.active_voxels;
-  json["leaves"] = summary.leaves;
-  return json;
+std::map<std::string, std::string> wishes_of(const VdbOptions& options) {
+  std::map<std::string, std::string> wishes;
+  if (!options.grid.empty()) wishes["grid"] = options.grid;
+  if (!options.type.empty()) wishes["type"] = options.type;
+  if (options.background) wishes["background"] = fmt::format("{}", *options.background);
+  if (options.tolerance > 0) wishes["tolerance"] = fmt::format("{}", options.tolerance);
+  return wishes;
 }
 
-void tell_of_tolerance(const RunOptions& run, const std::string& output, const VdbSummary& summary) {
-  if (summary.tolerance == 0 || run.quiet) return;
-  const std::string bound =
-      summary.max_error
-          ? fmt::format("; every voxel is within {} of the original, {} + {}", *summary.max_error,
-                        *summary.max_error - summary.tolerance, summary.tolerance)
-          : "";
+void tell_of_tolerance(const RunOptions& run, const std::string& output,
+                       const nlohmann::ordered_json& facts) {
+  const double tolerance = facts.value("tolerance", 0.0);
+  if (tolerance == 0 || run.quiet) return;
+  std::string bound;
+  if (const auto error = facts.find("max_error"); error != facts.end() && error->is_number())
+    bound = fmt::format("; every voxel is within {} of the original, {} + {}", error->get<double>(),
+                        error->get<double>() - tolerance, tolerance);
   say_line(fmt::format("tagrid: {}: voxels within {} of the background, {}, became the background{}", output,
-                       summary.tolerance, summary.background, bound));
+                       tolerance, facts.value("background", 0.0), bound));
 }
 
 }  // namespace tagrid

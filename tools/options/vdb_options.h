@@ -2,25 +2,34 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "io/formats/formats.h"
-#include "io/vdb/writer.h"
 #include "tools/options/shared_options.h"
 
 namespace tagrid {
 
-/// --vdb-grid, --vdb-background, --vdb-tolerance of an output
+/// How a volume becomes a grid. See tools/writers/vdb/vdb_output.h for what is not given.
+struct VdbOptions {
+  std::string grid;
+  std::string type;  ///< "float" or "int32"
+  std::optional<double> background;
+  double tolerance = 0;  ///< Samples at most this far from the background become the background.
+};
+
+/// --vdb-grid, --vdb-type, --vdb-background, --vdb-tolerance of an output
 void add_vdb_output_options(CLI::App& command, VdbOptions& options);
 
 /// Throws UsageError if they were given for another format, or make no sense.
 void check_vdb_options(const VdbOptions& options, const Format& format);
 
-/// Statistics of the written grid, for scripts.
-nlohmann::ordered_json vdb_json(const VdbSummary& summary);
+/// The same, as the program that writes grids gets them.
+std::map<std::string, std::string> wishes_of(const VdbOptions& options);
 
-/// Tells how large errors can be if a tolerance has added to them.
-void tell_of_tolerance(const RunOptions& run, const std::string& output, const VdbSummary& summary);
+/// Tells how large errors can be if a tolerance has added to them. `facts` is what the program said of the grid.
+void tell_of_tolerance(const RunOptions& run, const std::string& output, const nlohmann::ordered_json& facts);
 
 }  // namespace tagrid

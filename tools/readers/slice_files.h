@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "io/files/numbered_names.h"
-#include "io/readers/serve.h"
+#include "io/programs/serve_reader.h"
 
 namespace tagrid {
 

@@ -21,6 +21,11 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; give -f to overwrite it";
     case Problem::memory_limit:
       return memory_advice(detail.numbers);
+    case Problem::writer_memory:
+      return fmt::format(
+          "{}, if so much is there or most of the volume is background, or write parts of it (--region, "
+          "--step), or another format, such as .nrrd",
+          memory_advice({detail.numbers.at(0)}));
     case Problem::no_known_format:
       return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
@@ -38,8 +43,6 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; leave out --spacing";
     case Problem::spacing_not_in_header:
       return "; leave out --spacing, or add to its header the line \"spacings: x y z\"";
-    case Problem::several_grids:
-      return "; choose one with --vdb-grid";
     case Problem::mesh_fills_no_space:
       return "; give --padded for the mesh of whole root cubes";
     case Problem::no_source_files:

@@ -32,7 +32,7 @@ TEST_F(Vdb, APipeGetsWhatAFileGets) {
   const Ending ending = tagrid({"decode", "-", "--format", "vdb"}, content("volume.tag"));
   expect_ok(ending);
   EXPECT_EQ(ending.out, content("a.vdb"));
-  expect_error(tagrid({"encode", "-"}, ending.out), usage, "cannot be read from a pipe");
+  expect_error(tagrid({"encode", "-"}, ending.out), usage, "save it to one first");
 }
 
 TEST_F(Vdb, AToleranceAddsToTheBoundAndIsTold) {
@@ -46,7 +46,7 @@ TEST_F(Vdb, AToleranceAddsToTheBoundAndIsTold) {
   EXPECT_EQ(vdb["tolerance"], 50);
   EXPECT_EQ(vdb["background"], -1000);
   const std::string text = print("a.vdb");
-  for (const char* line : {"Name: scan\n", "Background value: -1000\n", "tagrid_max_error: 55\n", "int32"})
+  for (const char* line : {"Name: scan\n", "Background value: -1000\n", "tagrid_max_error: 55\n", "float"})
     EXPECT_NE(text.find(line), text.npos) << text;
   // Every voxel is within both bounds together, and no active one is near the background.
   expect_ok(tagrid({"encode", "a.vdb", "-o", "b.tag", "--vdb-grid", "scan"}));
@@ -66,6 +66,26 @@ TEST_F(Vdb, AToleranceAddsToTheBoundAndIsTold) {
   EXPECT_EQ(tagrid({"decode", "volume.tag", "-o", "c.vdb", "--vdb-tolerance", "1", "-q"}).err, "");
 }
 
+TEST_F(Vdb, TheTypeOfAGridCanBeChosenWhereNothingIsLost) {
+  make_tag();
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb", "--vdb-type", "int32"}));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "b.vdb", "--vdb-type", "float"}));
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "c.vdb"}));
+  EXPECT_NE(print("a.vdb").find("Tree_int32_5_4_3"), std::string::npos);
+  EXPECT_NE(print("b.vdb").find("Tree_float_5_4_3"), std::string::npos);
+  EXPECT_TRUE(content("b.vdb") == content("c.vdb"));
+  for (const char* grid : {"a.vdb", "b.vdb"})
+    expect_ok(tagrid({"verify", "volume.tag", "--against", grid, "-q"}));
+  expect_error(tagrid({"decode", "volume.tag", "-o", "d.vdb", "--vdb-type", "double"}), usage,
+               "--vdb-type");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "d.nrrd", "--vdb-type", "float"}), usage,
+               "-o FILE.vdb");
+  file("f.raw", std::string(27 * 4, '\1'));
+  expect_ok(tagrid({"encode", "f.raw", "--dims", "3,3,3", "--type", "float32", "-o", "f.tag"}));
+  expect_error(tagrid({"decode", "f.tag", "-o", "f.vdb", "--vdb-type", "int32"}), usage,
+               "cannot be stored exactly as int32");
+}
+
 TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
   make_tag();
   expect_error(tagrid({"decode", "volume.tag", "-o", "a.nrrd", "--vdb-grid", "x"}), usage, "-o FILE.vdb");
@@ -75,7 +95,8 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
   expect_error(tagrid({"encode", "volume.nrrd", "-o", "b.tag", "--vdb-grid", "x"}), usage,
                "not an OpenVDB file");
   expect_ok(tagrid({"decode", "volume.tag", "-o", "a.vdb"}));
-  expect_error(tagrid({"encode", "a.vdb", "--vdb-grid", "other"}), usage, "\"density\"");
+  expect_error(tagrid({"encode", "a.vdb", "--vdb-grid", "other"}), usage,
+               "has no grid other; those that it has are density");
   expect_error(tagrid(with({"encode", "a.vdb"}, raw_)), usage, "--dims");
   // The set of active voxels would be lost.
   expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "holds bytes besides its samples");

@@ -4,7 +4,7 @@
 // The configuration comes first.
 #include <dcmtk/oflog/oflog.h>
 
-#include "io/readers/serve.h"
+#include "io/programs/serve_reader.h"
 #include "tools/readers/dicom/dicom_volumes.h"
 
 int main() {

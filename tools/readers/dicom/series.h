@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "io/readers/serve.h"
+#include "io/programs/serve_reader.h"
 #include "tools/readers/dicom/dicom_file.h"
 
 namespace tagrid {

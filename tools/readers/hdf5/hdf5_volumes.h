@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "io/readers/serve.h"
+#include "io/programs/serve_reader.h"
 
 namespace tagrid {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/readers/serve.h"
+#include "io/programs/serve_reader.h"
 #include "tools/readers/tiff/tiff_file.h"
 
 namespace tagrid {

@@ -1,0 +1,103 @@
+#include "io/programs/answers.h"
+
+#include <fmt/format.h>
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+constexpr int protocol_version = 1;
+
+}  // namespace
+
+const Json& member(const Json& object, const char* key) {
+  static const Json none;
+  const auto found = object.find(key);
+  return found == object.end() ? none : *found;
+}
+
+std::string text_in(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (value.is_null()) return "";
+  if (!value.is_string()) throw WrongAnswer(fmt::format("\"{}\" is not a text", key));
+  return value.get<std::string>();
+}
+
+const Json& list_in(const Json& object, const char* key) {
+  static const Json none = Json::array();
+  const Json& value = member(object, key);
+  if (value.is_null()) return none;
+  if (!value.is_array()) throw WrongAnswer(fmt::format("\"{}\" is not a list", key));
+  return value;
+}
+
+std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least) {
+  const Json& value = member(object, key);
+  if (value.is_null()) return otherwise;
+  const bool is_number = value.is_number_integer() && (!value.is_number_unsigned() ||
+                                                       value.get<std::uint64_t>() <= std::uint64_t{1} << 62);
+  if (!is_number || value.get<std::int64_t>() < least)
+    throw WrongAnswer(
+        fmt::format("\"{}\" is {}, which is not a whole number of at least {}", key, value.dump(), least));
+  return value.get<std::int64_t>();
+}
+
+std::vector<std::string> texts_in(const Json& object, const char* key) {
+  std::vector<std::string> texts;
+  for (const Json& text : list_in(object, key)) {
+    if (!text.is_string()) throw WrongAnswer(fmt::format("\"{}\" is not a list of texts", key));
+    texts.push_back(text.get<std::string>());
+  }
+  return texts;
+}
+
+void throw_error(const Json& answer) {
+  const std::string kind = text_in(answer, "kind"), message = text_in(answer, "message");
+  if (message.empty()) throw WrongAnswer("reports an error without a message");
+  const Problem problem = text_in(answer, "option") == "gaps-ok" ? Problem::slices_missing : Problem::none;
+  if (kind == "input") throw BrokenInput(message, problem);
+  if (kind == "usage") throw UsageError(message);
+  if (kind == "world") throw WorldError(message);
+  throw WrongAnswer(fmt::format("reports an error of the unknown kind \"{}\": {}", kind, message));
+}
+
+void hear_hello(FormatProgram& program, const std::string& kind) {
+  with(program, [&] {
+    const Json hello = Json::parse(program.hear(), nullptr, false);
+    const std::int64_t version = hello.is_object() ? count_in(hello, ("tagrid-" + kind).c_str(), 0, 0) : 0;
+    if (version == 0) throw WrongAnswer(fmt::format("does not begin as a {} does", kind));
+    if (version != protocol_version)
+      throw WrongAnswer(fmt::format("speaks version {} of the protocol of {}s; this tagrid knows version {}",
+                                    version, kind, protocol_version));
+  });
+}
+
+Json next_answer(FormatProgram& program) {
+  for (;;) {
+    Json answer = Json::parse(program.hear(), nullptr, false);
+    if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
+    const std::string kind = text_in(answer, "answer");
+    if (kind == "error") throw_error(answer);
+    if (kind != "working") return answer;
+  }
+}
+
+void require_answer(const Json& answer, const char* kind) {
+  if (const std::string given = text_in(answer, "answer"); given != kind)
+    throw WrongAnswer(fmt::format("it answers \"{}\" instead of \"{}\"", given, kind));
+}
+
+void say_request(FormatProgram& program, const Json& request, const std::string& path) {
+  std::string line;
+  try {
+    line = request.dump();  // JSON is text
+  } catch (const Json::exception&) {
+    throw UsageError(
+        path +
+        ": its name is not UTF-8, which programs that read and write formats need; give it another name");
+  }
+  program.say(line);
+}
+
+}  // namespace tagrid

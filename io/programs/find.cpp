@@ -1,0 +1,86 @@
+#include "io/programs/find.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+
+namespace tagrid {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view reader_prefix = "tagrid-read-", writer_prefix = "tagrid-write-";
+
+bool is_format_name(std::string_view name) {
+  return !name.empty() && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+  });
+}
+
+bool is_program(const std::string& path) {
+  const auto status = status_of(path);
+  if (!status || !S_ISREG(status->st_mode) || access(path.c_str(), X_OK) != 0) return false;
+  if ((status->st_mode & S_IWOTH) != 0)
+    throw WorldError(
+        path + ": is not started, because any user can change it; take that permission away (chmod o-w)");
+  return true;
+}
+
+std::optional<std::string> find(std::string_view prefix, std::string_view name) {
+  if (!is_format_name(name)) return std::nullopt;
+  for (const std::string& folder : program_folders())
+    if (std::string path = (fs::path(folder) / prefix).string().append(name); is_program(path)) return path;
+  return std::nullopt;
+}
+
+std::vector<FoundProgram> all(std::string_view prefix) {
+  std::map<std::string, std::string> found;
+  for (const std::string& folder : program_folders()) {
+    std::error_code absent;
+    for (const auto& entry : fs::directory_iterator(folder, absent)) {
+      const std::string file = entry.path().filename();
+      if (!file.starts_with(prefix)) continue;
+      const std::string name = file.substr(prefix.size());
+      if (is_format_name(name) && !found.contains(name) && is_program(entry.path()))
+        found.emplace(name, entry.path());
+    }
+  }
+  std::vector<FoundProgram> programs;
+  for (const auto& [name, path] : found) programs.push_back({name, path});
+  return programs;
+}
+
+}  // namespace
+
+std::vector<std::string> program_folders() {
+  std::vector<std::string> folders;
+  if (const char* variable = std::getenv("TAGRID_READER_PATH"); variable != nullptr) {
+    for (std::string_view left = variable; !left.empty();) {
+      const std::size_t colon = std::min(left.find(':'), left.size());
+      // Otherwise the current folder, which may belong to anybody, would choose programs.
+      if (left.starts_with('/')) folders.emplace_back(left.substr(0, colon));
+      left.remove_prefix(std::min(colon + 1, left.size()));
+    }
+  }
+  std::error_code unknown;
+  const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
+  if (!unknown) {
+    folders.push_back(program.parent_path());
+    folders.push_back(program.parent_path().parent_path() / "libexec/tagrid");
+  }
+  return folders;
+}
+
+std::optional<std::string> find_reader(std::string_view name) { return find(reader_prefix, name); }
+std::optional<std::string> find_writer(std::string_view name) { return find(writer_prefix, name); }
+
+std::vector<FoundProgram> all_readers() { return all(reader_prefix); }
+std::vector<FoundProgram> all_writers() { return all(writer_prefix); }
+
+}  // namespace tagrid

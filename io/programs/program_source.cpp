@@ -1,0 +1,145 @@
+#include "io/programs/program_source.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/files/system_call.h"
+#include "io/samples/placed.h"
+
+namespace tagrid {
+namespace {
+
+std::uint64_t size_of_files(const std::vector<std::string>& files) {
+  return std::accumulate(
+      files.begin(), files.end(), std::uint64_t{0}, [](std::uint64_t sum, const std::string& file) {
+        const auto status = status_of(file);
+        return sum + (status && S_ISREG(status->st_mode) ? static_cast<std::uint64_t>(status->st_size) : 0);
+      });
+}
+
+/// Slices of a volume that a program gives.
+class ProgramSource final : public VolumeSource {
+ public:
+  ProgramSource(SourceFacts facts, const std::string& program, const std::string& path, ReaderOptions options,
+                std::unique_ptr<ReaderConversation> conversation, bool any_order)
+      : VolumeSource(std::move(facts)),
+        program_(program),
+        path_(path),
+        options_(std::move(options)),
+        any_order_(any_order),
+        size_(size_of_files(files())),
+        conversation_(std::move(conversation)) {}
+
+  std::uint64_t bytes_read() const override { return size_; }
+  void stop_when(const std::atomic<bool>& stop) override {
+    stop_ = &stop;
+    conversation_->stop_when(stop);
+  }
+
+ private:
+  /// Slices that the program was asked for, but for those of which it has said that they come.
+  struct Asked {
+    std::int64_t from = 0, to = 0;
+    std::uint64_t coming = 0;  ///< bytes that it has said to come, and that were not read
+
+    bool is_done() const { return from == to && coming == 0; }
+  };
+
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    const std::int64_t from = first / slice_samples(), to = from + count / slice_samples();
+    if (!asked_.is_done() && (asked_.from != from || asked_.to != to)) drop_asked();
+    if (asked_.is_done()) ask(from, to);
+    take(out, static_cast<std::uint64_t>(count) * size_of(info().type));
+    // While these slices are encoded, the program prepares the next ones.
+    if (to < info().dims.z) ask(to, std::min(to + (to - from), info().dims.z));
+    swap_if_not_native(out, static_cast<std::size_t>(count), size_of(info().type), false);
+  }
+
+  void ask(std::int64_t from, std::int64_t to) {
+    if (!any_order_ && from != asked_.to) skip_to(from);
+    conversation_->ask_for_slices(from, to);
+    asked_ = {from, to, 0};
+  }
+
+  void take(std::byte* out, std::uint64_t size) {
+    while (size > 0) {
+      if (asked_.coming == 0) {
+        const std::int64_t end = conversation_->hear_of_slices(asked_.from, asked_.to);
+        asked_.coming = static_cast<std::uint64_t>(end - asked_.from) * slice_bytes();
+        asked_.from = end;
+      }
+      const std::uint64_t part = std::min(size, asked_.coming);
+      conversation_->read(out, part);
+      asked_.coming -= part;
+      out += part;
+      size -= part;
+    }
+  }
+
+  void drop_asked() {
+    std::vector<std::byte> bytes(std::min<std::uint64_t>(slice_bytes(), 1 << 16));
+    while (!asked_.is_done()) take(bytes.data(), std::min<std::uint64_t>(bytes.size(), left_of_asked()));
+  }
+  std::uint64_t left_of_asked() const {
+    return asked_.coming + static_cast<std::uint64_t>(asked_.to - asked_.from) * slice_bytes();
+  }
+
+  /// Of a program that gives slices only from front to back.
+  void skip_to(std::int64_t z) {
+    if (z < asked_.to) restart();
+    while (asked_.to < z) {
+      conversation_->ask_for_slices(asked_.to, asked_.to + 1);
+      asked_ = {asked_.to, asked_.to + 1, 0};
+      drop_asked();
+    }
+  }
+
+  void restart() {
+    conversation_.reset();  // one program at a time
+    conversation_ = std::make_unique<ReaderConversation>(program_);
+    if (stop_ != nullptr) conversation_->stop_when(*stop_);
+    const ReaderVolume again = conversation_->describe(path_, options_);
+    if (again.info.dims != info().dims || again.info.type != info().type)
+      throw BrokenInput(path_ + ": changed while it was being read");
+    asked_ = {};
+  }
+
+  void seek(std::int64_t) override {}  // read() finds any slice
+
+  void end() override {
+    if (any_order_) return;  // it may be read again
+    conversation_->finish();
+  }
+
+  std::string program_, path_;
+  ReaderOptions options_;
+  bool any_order_;
+  std::uint64_t size_;
+  std::unique_ptr<ReaderConversation> conversation_;
+  Asked asked_;
+  const std::atomic<bool>* stop_ = nullptr;
+};
+
+}  // namespace
+
+std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const std::string& path,
+                                               const ReaderOptions& options) {
+  auto conversation = std::make_unique<ReaderConversation>(program);
+  ReaderVolume volume = conversation->describe(path, options);
+  SourceFacts facts{.info = std::move(volume.info), .files = std::move(volume.files), .traits = {}};
+  facts.warnings = std::move(volume.warnings);
+  facts.rescale = std::move(volume.rescale);
+  facts.holds_other_bytes = true;  // only the reader knows what else there is
+  if (!volume.places.empty()) {
+    conversation->finish();
+    return placed_samples(std::move(facts), std::move(volume.places));
+  }
+  facts.traits = {.again = true, .any_rows = false, .whole_slices = true, .memory = volume.memory};
+  return std::make_unique<ProgramSource>(std::move(facts), program, path, options, std::move(conversation),
+                                         volume.any_order);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,227 @@
+#include "io/programs/reader_conversation.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/programs/answers.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::int64_t most_added = std::int64_t{1} << 30;  // to a sample
+/// Of a reader that does not say what it needs.
+constexpr std::uint64_t default_memory = std::uint64_t{256} << 20;
+
+std::array<double, 3> vector_from(const Json& value, const char* key) {
+  std::array<double, 3> numbers = {};
+  bool good = value.is_array() && value.size() == 3;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    good = value[i].is_number();
+    if (good) numbers[i] = value[i].get<double>();
+  }
+  if (!good) throw WrongAnswer(fmt::format("\"{}\" does not have 3 numbers", key));
+  return numbers;
+}
+
+Geometry geometry_of_volume(const Json& answer) {
+  Geometry geometry;
+  if (const Json& spacing = member(answer, "spacing"); !spacing.is_null()) {
+    Json known = spacing;
+    if (known.is_array())
+      for (Json& distance : known)
+        if (distance.is_null()) distance = Geometry::unknown;
+    geometry.spacing = vector_from(known, "spacing");
+    geometry.has_spacing = true;
+  }
+  if (const Json& directions = member(answer, "directions"); !directions.is_null()) {
+    if (!directions.is_array() || directions.size() != 3)
+      throw WrongAnswer("\"directions\" does not have 3 vectors");
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      geometry.directions[axis] = vector_from(directions[axis], "directions");
+    geometry.has_directions = true;
+  }
+  if (const Json& origin = member(answer, "origin"); !origin.is_null()) {
+    geometry.origin = vector_from(origin, "origin");
+    geometry.has_origin = true;
+  }
+  geometry.space = text_in(answer, "space");
+  geometry.units.fill(text_in(answer, "units"));
+  return geometry;
+}
+
+KeyValues pairs_of(const Json& answer) {
+  const Json& pairs = member(answer, "pairs");
+  if (pairs.is_null()) return {};
+  if (!pairs.is_object()) throw WrongAnswer("\"pairs\" is not an object");
+  KeyValues texts;
+  for (const auto& [key, value] : pairs.items()) {
+    if (!value.is_string())
+      throw WrongAnswer(fmt::format("\"pairs\": the value of \"{}\" is not a text", key));
+    texts.emplace_back(key, value.get<std::string>());
+  }
+  return texts;
+}
+
+VolumeInfo info_of(const Json& answer, const Rescale& rescale) {
+  const Json& dims = member(answer, "dims");
+  if (!dims.is_array() || dims.size() != 3) throw WrongAnswer("\"dims\" does not have 3 numbers");
+  Index3 size;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!dims[axis].is_number_integer()) throw WrongAnswer("\"dims\" are not whole numbers");
+    (axis == 0 ? size.x : axis == 1 ? size.y : size.z) = dims[axis].get<std::int64_t>();
+  }
+  const auto type = sample_type_named(text_in(answer, "type"));
+  if (!type)
+    throw WrongAnswer(
+        fmt::format("\"type\" is {}, which is not the type of samples", member(answer, "type").dump()));
+  if (!sample_bytes(size, *type) || !is_volume_size(size))
+    throw WrongAnswer(fmt::format("a volume cannot have {} samples", described(size, *type)));
+  KeyValues pairs = pairs_of(answer);
+  add_rescale(rescale, pairs);
+  try {
+    if (const std::string lines = text_in(answer, "nrrd"); !lines.empty())
+      return volume_info(size, *type, lines);
+    return volume_info(size, *type, nrrd_fields_of(geometry_of_volume(answer), pairs));
+  } catch (const BrokenInput& error) {
+    throw WrongAnswer(error.what());
+  }
+}
+
+StoredBits stored_bits_of(const Json& place, SampleType type) {
+  StoredBits stored;
+  const std::int64_t bits = count_in(place, "bits", 0, 0), add = count_in(place, "add", 0, -most_added);
+  const Json& is_signed = member(place, "signed");
+  if (!is_signed.is_null() && !is_signed.is_boolean())
+    throw WrongAnswer("\"signed\" is neither true nor false");
+  const auto type_bits = static_cast<std::int64_t>(8 * size_of(type));
+  if (bits > type_bits)
+    throw WrongAnswer(fmt::format("\"bits\" is {}, but a sample has {}", bits, type_bits));
+  if (add > most_added) throw WrongAnswer(fmt::format("\"add\" is {}, which is too much", add));
+  stored.bits = bits == type_bits ? 0 : static_cast<int>(bits);
+  stored.is_signed = is_signed.is_boolean() && is_signed.get<bool>();
+  stored.add = static_cast<std::int32_t>(add);
+  if (!stored.changes_nothing() && (is_float_type(type) || type_bits > 32))
+    throw WrongAnswer("only integers can have \"bits\" and \"add\"");
+  return stored;
+}
+
+Rescale rescale_of(const Json& answer) {
+  const Json& given = member(answer, "rescale");
+  if (given.is_null()) return {};
+  if (!given.is_object()) throw WrongAnswer("\"rescale\" is not an object");
+  Rescale rescale;
+  for (const auto& [key, number] : {std::pair("slope", &rescale.slope), {"intercept", &rescale.intercept}}) {
+    const Json& value = member(given, key);
+    if (value.is_null()) continue;
+    if (!value.is_number()) throw WrongAnswer(fmt::format("\"rescale\": \"{}\" is not a number", key));
+    *number = value.get<double>();
+  }
+  if (!std::isfinite(rescale.slope) || rescale.slope == 0 || !std::isfinite(rescale.intercept))
+    throw WrongAnswer("\"rescale\" does not give values");
+  rescale.units = text_in(given, "units");
+  return rescale;
+}
+
+std::vector<SliceRun> places_of(const Json& answer, const VolumeInfo& info, std::size_t files) {
+  std::vector<SliceRun> places;
+  const auto slice_bytes = static_cast<std::int64_t>(*sample_bytes({info.dims.x, info.dims.y, 1}, info.type));
+  std::int64_t left = info.dims.z;
+  for (const Json& place : list_in(answer, "places")) {
+    if (!place.is_object()) throw WrongAnswer("\"places\" is not a list of objects");
+    SliceRun run;
+    run.file = static_cast<std::size_t>(count_in(place, "file", 0, 0));
+    run.offset = static_cast<std::uint64_t>(count_in(place, "offset", 0, 0));
+    run.slices = count_in(place, "slices", 1, 1);
+    run.step = static_cast<std::uint64_t>(count_in(place, "step", slice_bytes, 0));
+    const Json& big_endian = member(place, "big_endian");
+    if (!big_endian.is_null() && !big_endian.is_boolean())
+      throw WrongAnswer("\"big_endian\" is neither true nor false");
+    run.big_endian = big_endian.is_boolean() && big_endian.get<bool>();
+    run.stored = stored_bits_of(place, info.type);
+    if (run.file >= files)
+      throw WrongAnswer(fmt::format("a place is in file {}, but there are {}", run.file, files));
+    if (run.slices > left) throw WrongAnswer(fmt::format("its places have more than {} slices", info.dims.z));
+    left -= run.slices;
+    places.push_back(run);
+  }
+  if (!places.empty() && left > 0)
+    throw WrongAnswer(fmt::format("its places have {} of {} slices", info.dims.z - left, info.dims.z));
+  return places;
+}
+
+ReaderVolume volume_of(const Json& answer, const std::string& path) {
+  ReaderVolume volume;
+  volume.rescale = rescale_of(answer);
+  volume.info = info_of(answer, volume.rescale);
+  volume.files = texts_in(answer, "files");
+  if (volume.files.empty()) volume.files = {path};
+  for (const std::string& file : volume.files)
+    if (file.empty() || file == "-") throw WrongAnswer(fmt::format("\"{}\" is not the name of a file", file));
+  volume.warnings = texts_in(answer, "warnings");
+  volume.places = places_of(answer, volume.info, volume.files.size());
+  const std::string order = text_in(answer, "order");
+  if (!order.empty() && order != "any" && order != "next")
+    throw WrongAnswer(fmt::format("\"order\" is \"{}\", and neither \"any\" nor \"next\"", order));
+  volume.any_order = order != "next";
+  volume.memory = static_cast<std::uint64_t>(count_in(answer, "memory", default_memory, 0));
+  return volume;
+}
+
+[[noreturn]] void throw_several(const Json& answer, const std::string& path) {
+  const std::string option = text_in(answer, "option");
+  if (option != "series" && option != "dataset" && option != "grid")
+    throw WrongAnswer(fmt::format("gives a list from which \"{}\" chooses, which is not an option", option));
+  std::vector<Choice> choices;
+  for (const Json& volume : list_in(answer, "list")) {
+    if (!volume.is_object()) throw WrongAnswer("\"list\" is not a list of objects");
+    choices.push_back({text_in(volume, "name"), text_in(volume, "text")});
+  }
+  const Sentence sentence{"{}: holds {} volumes; choose one with {}, by its number or its name:",
+                          {path, choices.size(), Setting{option, "the option " + option}}};
+  throw UsageError(sentence, std::move(choices));
+}
+
+}  // namespace
+
+ReaderConversation::ReaderConversation(const std::string& program, const FormatProgram::Limits& limits)
+    : process_(program, limits) {
+  hear_hello(process_, "reader");
+}
+
+ReaderVolume ReaderConversation::describe(const std::string& path, const ReaderOptions& options) {
+  process_.reads(path);
+  say_request(process_, {{"request", "describe"}, {"path", path}, {"options", options}}, path);
+  return with(process_, [&] {
+    const Json answer = next_answer(process_);
+    if (text_in(answer, "answer") == "several") throw_several(answer, path);
+    require_answer(answer, "volume");
+    ReaderVolume volume = volume_of(answer, path);
+    process_.limit_memory(volume.memory);
+    return volume;
+  });
+}
+
+void ReaderConversation::ask_for_slices(std::int64_t from, std::int64_t to) {
+  const Json request = {{"request", "slices"}, {"from", from}, {"to", to}};
+  process_.say(request.dump());
+}
+
+std::int64_t ReaderConversation::hear_of_slices(std::int64_t from, std::int64_t to) {
+  return with(process_, [&] {
+    const Json answer = next_answer(process_);
+    require_answer(answer, "slices");
+    const std::int64_t first = count_in(answer, "from", -1, 0), end = count_in(answer, "to", -1, 0);
+    if (first != from || end <= from || end > to)
+      throw WrongAnswer(
+          fmt::format("gives slices {} to {}, but was asked for {} to {}", first, end, from, to));
+    return end;
+  });
+}
+
+}  // namespace tagrid

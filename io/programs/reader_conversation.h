@@ -1,0 +1,53 @@
+// What tagrid and a reader program say to each other; docs/readers.md specifies it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/programs/format_program.h"
+#include "io/volume/slice_run.h"
+#include "io/volume/volume_info.h"
+
+namespace tagrid {
+
+/// What users say about a volume, by the names of options: {"series", "2"}. Readers ignore those that they do not know.
+using ReaderOptions = std::map<std::string, std::string>;
+
+/// What a reader says about a volume.
+struct ReaderVolume {
+  VolumeInfo info;
+  std::vector<std::string> files;
+  std::vector<std::string> warnings;
+  std::vector<SliceRun> places;  ///< of all samples; empty if the reader gives them
+  Rescale rescale;
+  bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.
+  std::uint64_t memory = 0;  ///< bytes that the reader may take
+};
+
+/// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader itself does
+/// wrong, they throw WorldError.
+class ReaderConversation {
+ public:
+  /// Starts the program, and hears which version of the protocol it speaks.
+  explicit ReaderConversation(const std::string& program, const FormatProgram::Limits& limits = {});
+
+  /// Asks what is at `path`. Throws UsageError if it holds several volumes and the options choose none.
+  ReaderVolume describe(const std::string& path, const ReaderOptions& options);
+  /// Asks for slices [from, to). REQUIRES: describe() said that slices can be asked for.
+  void ask_for_slices(std::int64_t from, std::int64_t to);
+  /// Hears that slices [from, z) come, and returns z, which is at most `to`. They must be read next.
+  std::int64_t hear_of_slices(std::int64_t from, std::int64_t to);
+  /// Reads the next bytes of slices.
+  void read(std::byte* out, std::size_t size) { process_.read(out, size); }
+  /// Ends the program, which must have nothing left to say.
+  void finish() { process_.finish(); }
+  void stop_when(const std::atomic<bool>& stop) { process_.stop_when(stop); }
+
+ private:
+  FormatProgram process_;
+};
+
+}  // namespace tagrid

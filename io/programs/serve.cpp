@@ -1,0 +1,69 @@
+#include "io/programs/serve.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "io/files/error_kinds.h"
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+std::FILE* answers = stdout;
+
+}  // namespace
+
+std::uint64_t memory_of_program() {
+  std::uint64_t size = 0, resident = 0, of_files = 0;
+  std::ifstream statm("/proc/self/statm");
+  if (!(statm >> size >> resident >> of_files) || resident < of_files) return 0;
+  return (resident - of_files) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+void begin_to_answer() {
+  const int output = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+  std::FILE* file = output < 0 ? nullptr : fdopen(output, "w");
+  if (file == nullptr) return;  // prints of libraries would be wrong answers, which tagrid notices
+  answers = file;
+  dup2(STDERR_FILENO, STDOUT_FILENO);
+}
+
+void say(const OrderedJson& answer) {
+  const std::string line = answer.dump(-1, ' ', false, OrderedJson::error_handler_t::replace) + '\n';
+  std::fwrite(line.data(), 1, line.size(), answers);
+  std::fflush(answers);
+}
+
+void say_samples(const std::vector<std::byte>& samples) {
+  std::fwrite(samples.data(), 1, samples.size(), answers);
+}
+
+void flush_samples() { std::fflush(answers); }
+
+void say_error(const std::exception_ptr& exception, const std::string& path) {
+  SortedError error = sorted_error(exception);
+  if (error.kind == ErrorKind::memory)
+    error.message = path + ": needs more memory than was to be expected; if it is read, it may be damaged";
+  const char* kind = error.kind == ErrorKind::usage          ? "usage"
+                     : error.kind == ErrorKind::broken_input ? "input"
+                                                             : "world";
+  OrderedJson answer = {{"answer", "error"}, {"kind", kind}, {"message", error.message}};
+  if (error.detail.problem == Problem::slices_missing) answer["option"] = "gaps-ok";
+  say(answer);
+}
+
+void say_working() {
+  using Clock = std::chrono::steady_clock;
+  static Clock::time_point last = Clock::now();
+  if (Clock::now() - last < std::chrono::seconds(1)) return;
+  last = Clock::now();
+  say({{"answer", "working"}});
+}
+
+}  // namespace tagrid

@@ -1,0 +1,127 @@
+#include "io/programs/serve_reader.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "io/files/errors.h"
+#include "io/programs/serve.h"
+
+namespace tagrid {
+namespace {
+
+OrderedJson json_of(const SliceRun& run) {
+  OrderedJson json = {{"file", run.file},
+                      {"offset", run.offset},
+                      {"slices", run.slices},
+                      {"step", run.step},
+                      {"big_endian", run.big_endian}};
+  if (run.stored.bits != 0) json["bits"] = run.stored.bits;
+  if (run.stored.is_signed) json["signed"] = true;
+  if (run.stored.add != 0) json["add"] = run.stored.add;
+  return json;
+}
+
+OrderedJson json_of(const ServedVolume& volume) {
+  OrderedJson json = {{"answer", "volume"},
+                      {"dims", {volume.dims.x, volume.dims.y, volume.dims.z}},
+                      {"type", name_of(volume.type)}};
+  const Geometry& g = volume.geometry;
+  if (g.has_directions)
+    json["directions"] = g.directions;
+  else if (g.has_spacing)
+    json["spacing"] = g.spacing;
+  if (g.has_origin) json["origin"] = g.origin;
+  if (!g.space.empty()) json["space"] = g.space;
+  if (!g.units[0].empty()) json["units"] = g.units[0];
+  for (const auto& [key, value] : volume.pairs) json["pairs"][key] = value;
+  if (!volume.nrrd.empty()) json["nrrd"] = volume.nrrd;
+  if (volume.rescale != Rescale{})
+    json["rescale"] = {{"slope", volume.rescale.slope},
+                       {"intercept", volume.rescale.intercept},
+                       {"units", volume.rescale.units}};
+  json["files"] = volume.files;
+  json["warnings"] = volume.warnings;
+  for (const SliceRun& run : volume.places) json["places"].push_back(json_of(run));
+  json["order"] = volume.any_order ? "any" : "next";
+  // Headers may be read once more for the samples.
+  json["memory"] = memory_besides + 2 * memory_of_program() + volume.memory;
+  return json;
+}
+
+OrderedJson json_of(const SeveralVolumes& several) {
+  OrderedJson json = {{"answer", "several"}, {"option", several.option}};
+  for (const Choice& choice : several.list)
+    json["list"].push_back({{"name", choice.name}, {"text", choice.text}});
+  return json;
+}
+
+void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
+  if (from < 0 || to > volume.dims.z || from >= to)
+    throw UsageError(fmt::format("there are no slices {} to {}", from, to));
+  std::vector<std::byte> slice(*sample_bytes({volume.dims.x, volume.dims.y, 1}, volume.type));
+  for (std::int64_t z = from; z < to; ++z) {
+    volume.read_slice(z, slice.data());
+    say({{"answer", "slices"}, {"from", z}, {"to", z + 1}});
+    say_samples(slice);
+  }
+  flush_samples();
+}
+
+constexpr std::size_t most_listed = 10;
+
+void answer(const OrderedJson& request, const OpenServed& open, std::unique_ptr<ServedVolume>& volume) {
+  const std::string what = request.value("request", "");
+  if (what == "describe") {
+    volume.reset();
+    volume = open(request.at("path"), request.value("options", ReaderOptions()));
+    say(json_of(*volume));
+  } else if (what == "slices") {
+    if (!volume) throw UsageError("slices are asked for before a description");
+    give_slices(*volume, request.at("from"), request.at("to"));
+  } else {
+    say({{"answer", "unknown"}});
+  }
+}
+
+}  // namespace
+
+std::size_t chosen(const std::string& path, const std::string& option, const std::string& wanted,
+                   const std::vector<Choice>& list) {
+  if (wanted.empty()) {
+    if (list.size() == 1) return 0;
+    throw SeveralVolumes{option, list};
+  }
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (list[i].name == wanted) return i;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    if (std::to_string(i + 1) == wanted) return i;
+  std::vector<std::string> names;
+  for (const Choice& choice : list) names.push_back(choice.name);
+  const std::string those = names.size() <= most_listed
+                                ? fmt::format("those that it has are {}", fmt::join(names, ", "))
+                                : "without this option, those that it has are listed";
+  throw UsageError(fmt::format("{}: has no {} {}; {}", path, option, wanted, those));
+}
+
+int serve_volumes(const std::string& name, const OpenServed& open) {
+  begin_to_answer();
+  say({{"tagrid-reader", 1}, {"name", name}, {"version", TAGRID_VERSION}});
+  std::unique_ptr<ServedVolume> volume;
+  std::string path;
+  for (std::string line; std::getline(std::cin, line);) {
+    try {
+      const OrderedJson request = OrderedJson::parse(line);
+      path = request.value("path", path);
+      answer(request, open, volume);
+    } catch (const SeveralVolumes& several) {
+      say(json_of(several));
+    } catch (const std::exception&) {
+      say_error(std::current_exception(), path);
+    }
+  }
+  return 0;
+}
+
+}  // namespace tagrid

@@ -1,0 +1,57 @@
+// The other side of the conversation: what a reader program written in C++ needs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/programs/reader_conversation.h"
+#include "io/programs/serve.h"
+#include "io/volume/slice_run.h"
+
+namespace tagrid {
+
+/// A volume that a reader program has opened.
+class ServedVolume {
+ public:
+  virtual ~ServedVolume() = default;
+
+  Index3 dims;
+  SampleType type = SampleType::uint8;
+  Geometry geometry;
+  KeyValues pairs;
+  std::string nrrd;  ///< the lines of an NRRD header instead of geometry and pairs, if the file has them
+  std::vector<std::string> files, warnings;
+  Rescale rescale;
+  std::vector<SliceRun> places;  ///< of all samples, if they lie plainly in the files
+  bool any_order = true;
+  std::uint64_t memory = 0;  ///< bytes that read_slice() takes; the program's own are added
+
+  /// Reads slice z, little endian. Called for each slice that is asked for, only if there are no places.
+  virtual void read_slice(std::int64_t z, std::byte* out) = 0;
+};
+
+/// Thrown by a reader that finds several volumes where one is wanted.
+struct SeveralVolumes {
+  std::string option;  ///< the option that chooses one
+  std::vector<Choice> list;
+};
+
+/// The number, from 0 on, of the one that `wanted` names, or numbers from 1 on; without `wanted`, of the only one.
+/// Throws SeveralVolumes if there are several; UsageError if none is meant. `path` is for messages.
+std::size_t chosen(const std::string& path, const std::string& option, const std::string& wanted,
+                   const std::vector<Choice>& list);
+
+/// Opens the volume at `path`. Throws BrokenInput, UsageError, WorldError, SeveralVolumes.
+using OpenServed =
+    std::function<std::unique_ptr<ServedVolume>(const std::string& path, const ReaderOptions& options)>;
+
+/// Answers requests on the standard input until it ends. Returns the exit code of the program.
+int serve_volumes(const std::string& name, const OpenServed& open);
+
+}  // namespace tagrid

@@ -1,0 +1,91 @@
+#include "io/programs/writer_conversation.h"
+
+#include <fmt/format.h>
+
+#include "io/nrrd/geometry.h"
+#include "io/programs/answers.h"
+
+namespace tagrid {
+namespace {
+
+Json json_of(const VolumeInfo& info) {
+  const Geometry& g = info.geometry;
+  Json json = {{"dims", {info.dims.x, info.dims.y, info.dims.z}},
+               {"type", name_of(info.type)},
+               {"nrrd", info.nrrd_fields},
+               {"pairs", Json::object()}};
+  if (g.has_directions)
+    json["directions"] = g.directions;
+  else if (g.has_spacing)
+    json["spacing"] = g.spacing;  // null where it is not known
+  if (g.has_origin) json["origin"] = g.origin;
+  if (!g.space.empty()) json["space"] = g.space;
+  if (!g.units[0].empty()) json["units"] = g.units[0];
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields)) json["pairs"][key] = value;
+  return json;
+}
+
+}  // namespace
+
+WriterConversation::WriterConversation(const std::string& program, const FormatProgram::Limits& limits)
+    : process_(program, limits) {
+  hear_hello(process_, "writer");
+}
+
+WriterReady WriterConversation::begin(const std::string& path, const std::string& name,
+                                      const VolumeInfo& info, const WriterOptions& options) {
+  const Json request = {
+      {"request", "write"}, {"path", path}, {"name", name}, {"volume", json_of(info)}, {"options", options}};
+  say_request(process_, request, name);
+  return with(process_, [&] {
+    const Json answer = next_answer(process_);
+    require_answer(answer, "ready");
+    const std::int64_t memory = count_in(answer, "memory", -1, 0);
+    if (memory < 0) throw WrongAnswer("does not say how much memory it takes");
+    process_.limit_memory(static_cast<std::uint64_t>(memory));
+    return WriterReady{static_cast<std::uint64_t>(memory), texts_in(answer, "warnings")};
+  });
+}
+
+void WriterConversation::announce_slices(std::int64_t from, std::int64_t to) {
+  const std::string line = Json({{"request", "slices"}, {"from", from}, {"to", to}}).dump() + '\n';
+  write(reinterpret_cast<const std::byte*>(line.data()), line.size());
+}
+
+void WriterConversation::write(const std::byte* bytes, std::size_t size) {
+  for (;;) {
+    const std::size_t sent = process_.write(bytes, size);
+    listen();
+    if (sent == size) return;
+    bytes += sent;
+    size -= sent;
+  }
+}
+
+void WriterConversation::listen() {
+  with(process_, [&] {
+    while (process_.has_line()) {
+      const Json answer = Json::parse(process_.hear(), nullptr, false);
+      if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
+      const std::string kind = text_in(answer, "answer");
+      if (kind == "error") throw_error(answer);
+      if (kind != "working")
+        throw WrongAnswer(fmt::format("it answers \"{}\" while it is given slices", kind));
+    }
+  });
+}
+
+std::string WriterConversation::finish() {
+  const std::string line = Json({{"request", "finish"}}).dump() + '\n';
+  write(reinterpret_cast<const std::byte*>(line.data()), line.size());
+  return with(process_, [&] {
+    const Json answer = next_answer(process_);
+    require_answer(answer, "done");
+    const Json& facts = member(answer, "facts");
+    if (!facts.is_null() && !facts.is_object()) throw WrongAnswer("\"facts\" is not an object");
+    process_.finish();
+    return facts.is_null() ? "{}" : facts.dump();
+  });
+}
+
+}  // namespace tagrid

@@ -1,0 +1,29 @@
+// The memory of programs that write volumes.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "io/files/errors.h"
+#include "pipeline/memory/resources.h"
+
+namespace tagrid {
+
+/// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program tagrid-write-WRITER.
+[[noreturn]] void throw_for_writer(const MemoryLimit& limit, std::string_view writer, std::uint64_t bytes);
+
+/// Throws UsageError if the machine does not have the memory that the program needs, and there is no other limit.
+void require_memory_of_writer(std::string_view writer, std::uint64_t bytes, const Resources& resources);
+
+/// Returns plan(). If that throws MemoryLimit, and `bytes` of it are for a program, the error says so.
+template <class Plan>
+auto plan_with_writer(std::string_view writer, std::uint64_t bytes, Plan plan) {
+  try {
+    return plan();
+  } catch (const MemoryLimit& limit) {
+    if (bytes == 0) throw;
+    throw_for_writer(limit, writer, bytes);
+  }
+}
+
+}  // namespace tagrid

@@ -1,0 +1,181 @@
+// Programs that do as they should, and programs that do not.
+
+#include "io/programs/format_program.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "io/files/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::HasSubstr;
+
+class FormatProgramTest : public TemporaryFolder {
+ protected:
+  /// Starts a script of a shell.
+  FormatProgram& start(const std::string& script, const FormatProgram::Limits& limits = {}) {
+    program_ = file("reader", "#!/bin/sh\n" + script + "\n");
+    chmod(program_.c_str(), 0700);
+    process_ = std::make_unique<FormatProgram>(program_, limits);
+    return *process_;
+  }
+  /// The message of the WorldError that `work` throws; it begins with the path of the program.
+  template <class Work>
+  std::string failure(Work work) const {
+    try {
+      work();
+    } catch (const WorldError& error) {
+      EXPECT_THAT(error.what(), testing::StartsWith(program_ + ": "));
+      return error.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return "";
+  }
+  static bool runs(pid_t process) {
+    std::ifstream file(fmt::format("/proc/{}/stat", process));
+    std::string number, name, state;
+    return (file >> number >> name >> state) && state != "Z";
+  }
+  void end() { process_.reset(); }
+
+  std::string program_;
+
+ private:
+  std::unique_ptr<FormatProgram> process_;
+};
+
+TEST_F(FormatProgramTest, AnswersLinesAndBytes) {
+  FormatProgram& program = start("while read -r line; do echo \"heard $line\"; printf abcdef; done");
+  for (const char* text : {"one", "two words"}) {
+    program.say(text);
+    EXPECT_EQ(program.hear(), std::string("heard ") + text);
+    std::array<std::byte, 6> bytes;
+    program.read(bytes.data(), 2);
+    program.read(bytes.data() + 2, 4);
+    EXPECT_EQ(std::string(reinterpret_cast<const char*>(bytes.data()), 6), "abcdef");
+  }
+  program.finish();
+}
+
+TEST_F(FormatProgramTest, LongLinesAndManyBytesCome) {
+  FormatProgram& program = start("read -r line; echo \"$line\"; head -c 3000000 /dev/zero");
+  const std::string line(500'000, 'x');
+  program.say(line);
+  EXPECT_EQ(program.hear(), line);
+  std::vector<std::byte> bytes(3'000'000, std::byte{1});
+  program.read(bytes.data(), bytes.size());
+  EXPECT_EQ(bytes, std::vector<std::byte>(bytes.size()));
+  program.finish();
+}
+
+TEST_F(FormatProgramTest, OneThatCannotBeStartedIsAnError) {
+  program_ = path("absent");
+  EXPECT_THAT(failure([&] { FormatProgram(program_, FormatProgram::Limits{}); }),
+              HasSubstr("cannot start it: No such file"));
+  file("absent", "#!/bin/sh\n");
+  EXPECT_THAT(failure([&] { FormatProgram(program_, FormatProgram::Limits{}); }),
+              HasSubstr("Permission denied"));
+}
+
+TEST_F(FormatProgramTest, OneThatDiesIsQuoted) {
+  EXPECT_THAT(failure([&] { start("echo 'the file is odd' >&2; exit 3").hear(); }),
+              HasSubstr("ended with code 3 before it had answered; its last words: the file is odd"));
+  EXPECT_THAT(failure([&] { start("printf 'half a line'; kill -SEGV $$").hear(); }),
+              HasSubstr("ended by signal 11 (Segmentation fault)"));
+  EXPECT_THAT(failure([&] {
+                std::array<std::byte, 6> bytes;
+                start("printf abc").read(bytes.data(), bytes.size());
+              }),
+              HasSubstr("ended with code 0 before it had answered"));
+  // A line that nobody reads is an error, and no signal.
+  EXPECT_THAT(failure([&] {
+                FormatProgram& program = start("exit 1");
+                for (;;) program.say(std::string(10'000, 'x'));
+              }),
+              HasSubstr("ended with code 1"));
+}
+
+TEST_F(FormatProgramTest, OneThatIsSilentIsEnded) {
+  const auto start_time = std::chrono::steady_clock::now();
+  EXPECT_THAT(failure([&] { start("sleep 1000", {.silence = 300ms}).hear(); }), HasSubstr("was silent for"));
+  EXPECT_THAT(failure([&] { start("sleep 1000", {.silence = 300ms}).say(std::string(10'000'000, 'x')); }),
+              HasSubstr("was silent for"));
+  end();
+  EXPECT_LT(std::chrono::steady_clock::now() - start_time, 60s);
+}
+
+TEST_F(FormatProgramTest, OneThatSpeaksAgainAndAgainIsNotSilent) {
+  FormatProgram& program =
+      start("for i in 1 2 3 4 5 6; do sleep 0.2; printf .; done; echo end", {.silence = 700ms});
+  EXPECT_EQ(program.hear(), "......end");
+}
+
+TEST_F(FormatProgramTest, AFloodIsEnded) {
+  EXPECT_THAT(failure([&] { start("yes >&2", {.silence = 300ms}).hear(); }),
+              AllOf(HasSubstr("was silent"), HasSubstr("y\ny")));
+  EXPECT_THAT(failure([&] { start("cat /dev/zero", {.line = 1'000'000}).hear(); }),
+              HasSubstr("gave an answer of more than 1000000 bytes"));
+}
+
+TEST_F(FormatProgramTest, MuchOnStandardErrorIsTakenAndItsEndKept) {
+  FormatProgram& program =
+      start("head -c 300000 /dev/zero | tr '\\0' x >&2; echo ' the end' >&2; echo answer; exit 7");
+  EXPECT_EQ(program.hear(), "answer");
+  const std::string message = failure([&] { program.finish(); });
+  EXPECT_THAT(message, AllOf(HasSubstr("ended with code 7"), testing::EndsWith("x the end")));
+  EXPECT_LT(message.size(), 3000U);
+}
+
+TEST_F(FormatProgramTest, OneThatSaysTooMuchIsAnError) {
+  EXPECT_THAT(failure([&] {
+                FormatProgram& program = start("echo answer; echo more");
+                program.hear();
+                program.finish();
+              }),
+              HasSubstr("said more than it was asked for"));
+}
+
+TEST_F(FormatProgramTest, ItsProcessesEndWithIt) {
+  FormatProgram& program = start("sleep 1000 & echo $!; wait");
+  const pid_t grandchild = std::stoi(program.hear());
+  EXPECT_TRUE(runs(grandchild));
+  end();
+  for (int i = 0; i < 500 && runs(grandchild); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_FALSE(runs(grandchild));
+}
+
+TEST_F(FormatProgramTest, ItGetsNoFilesOfOursAndPlainMessages) {
+  const std::ifstream ours("/dev/null");
+  FormatProgram& program = start("echo $(ls /proc/self/fd); echo $LC_ALL");
+  EXPECT_EQ(program.hear(), "0 1 2 3") << "3 is the folder that ls reads";
+  EXPECT_EQ(program.hear(), "C");
+}
+
+TEST_F(FormatProgramTest, AWaitCanBeStopped) {
+  std::atomic<bool> stop = false;
+  FormatProgram& program = start("sleep 1000");
+  program.stop_when(stop);
+  std::thread later([&] {
+    std::this_thread::sleep_for(50ms);
+    stop = true;
+  });
+  EXPECT_THAT(failure([&] { program.hear(); }), HasSubstr("no longer needed"));
+  later.join();
+}
+
+}  // namespace
+}  // namespace tagrid
