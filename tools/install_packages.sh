@@ -5,10 +5,11 @@
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
-  libblosc-dev libtiff-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev pkgconf)
+  libtiff-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev pkgconf
+  libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
-  libopenvdb-dev libopenvdb-tools libboost-dev python3 pkgconf dpkg-dev file jq
+  libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch
   python3-pydicom dcmtk libgdcm-tools python3-h5py libopenjp2-tools)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)

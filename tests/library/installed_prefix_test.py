@@ -152,20 +152,24 @@ class InstalledLibrary(unittest.TestCase):
                 self.assertNotIn(str(ROOT), text, file)
 
     @unittest.skipUnless(shutil.which("dpkg-deb") and shutil.which("dpkg-shlibdeps"), "there are no tools for Debian packages")
-    def test_there_are_four_debian_packages(self):
+    def test_there_are_five_debian_packages(self):
         folder = self.folder / "packages"
         run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
         packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
-        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "libtagrid", "libtagrid-dev"})
+        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"})
         content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
             self.assertIn(path, content["tagrid"])
         for format in ("dicom", "hdf5", "jp2", "tiff"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
+        for program in ("tagrid-read-vdb", "tagrid-write-vdb"):
+            self.assertIn(f"/usr/libexec/tagrid/{program}\n", content["tagrid-openvdb"])
         self.assertNotIn("tagrid-read-tiff", content["tagrid"])
         self.assertRegex(field["tagrid-readers"], r"Depends: .*libtiff")
-        self.assertNotRegex(field["tagrid"], r"Depends: .*libtiff")
+        self.assertRegex(field["tagrid-openvdb"], r"Depends: .*libopenvdb")
+        self.assertNotRegex(field["tagrid"], r"Depends: .*(libtiff|libopenvdb)")
+        self.assertNotIn("libopenvdb", field["tagrid-readers"])
         self.assertIn("libtagrid.so.0 ->", content["libtagrid"])
         for path in ("include/tagrid/tagrid.h\n", "include/tagrid/tagrid.hpp", "libtagrid.so ->", "libtagrid.a", "tagrid.pc",
                      "tagridConfig.cmake", "examples/read_region.c"):

@@ -10,7 +10,7 @@ _tagrid_options() {
     --cube --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
-    decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-background
+    decode) echo "$run $memory --spool $output $removal --format --region --step --vdb-grid --vdb-type --vdb-background
       --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
@@ -39,6 +39,7 @@ _tagrid() {
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
     --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti' -- "$current") && return ;;
+    --vdb-type) mapfile -t COMPREPLY < <(compgen -W 'float int32' -- "$current") && return ;;
     --grid) mapfile -t COMPREPLY < <(compgen -W 'stored derived' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
     --endian) mapfile -t COMPREPLY < <(compgen -W 'little big' -- "$current") && return ;;
