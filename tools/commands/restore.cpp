@@ -7,6 +7,7 @@
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/printable.h"
+#include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
