@@ -73,7 +73,7 @@ TEST(Formats, NamesAndExtensionsAreOfOneRowEach) {
 TEST(Formats, TheNameOfAFileSaysTheFormatThatIsWritten) {
   for (const Format& format : formats())
     for (const std::string_view extension : format.extensions) {
-      const Format* expected = format.create != nullptr ? &format : nullptr;
+      const Format* expected = format.is_written() ? &format : nullptr;
       for (const std::string folder : {"", "a/b.c/", "/x.nrrd/"}) {
         EXPECT_EQ(format_with_extension(folder + "volume" + std::string(extension)), expected) << extension;
         EXPECT_EQ(format_with_extension(folder + std::string(extension)), nullptr) << "only an extension";
@@ -106,7 +106,7 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
   const std::vector<std::byte> samples(48, std::byte{1});
   for (const Format* format : written_formats()) {
     const std::string name = path(std::string(format->name) + std::string(format->extensions.front()));
-    const auto sink = format->create(name, info, {});
+    const auto sink = create_volume(*format, name, info, {});
     EXPECT_EQ(sink->any_order(), format->any_order) << name;
     sink->write_slices(samples);
     sink->commit();

@@ -35,7 +35,7 @@ std::vector<std::byte> samples_of(const VolumeInfo& info) {
 }
 
 void write_volume(const std::string& path, const VolumeInfo& info) {
-  const auto writer = format_from_name(path).create(path, info, {});
+  const auto writer = create_volume(format_from_name(path), path, info, {});
   const auto samples = samples_of(info);
   writer->write_slices(std::span(samples).first(samples.size() / 4));
   writer->write_slices(std::span(samples).subspan(samples.size() / 4));
@@ -76,7 +76,7 @@ TEST_F(WriteVolumeTest, AVolumeThatMovesKeepsItsSamples) {
 
 TEST_F(WriteVolumeTest, NothingAppearsBeforeCommitAndNothingIsLeftWithout) {
   {
-    const auto writer = format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {});
+    const auto writer = create_volume(format_named("nhdr"), path("a.nhdr"), info_of(SampleType::uint8), {});
     writer->write_slices(samples_of(writer->info()));
     for (const auto& name : names()) EXPECT_TRUE(name.starts_with(".a.")) << name;
     EXPECT_EQ(names().size(), 2u);
@@ -86,15 +86,17 @@ TEST_F(WriteVolumeTest, NothingAppearsBeforeCommitAndNothingIsLeftWithout) {
 
 TEST_F(WriteVolumeTest, NeitherFileOfADetachedVolumeIsOverwrittenUnasked) {
   file("a.raw", "precious");
-  EXPECT_THROW(format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {}), UsageError);
+  EXPECT_THROW(create_volume(format_named("nhdr"), path("a.nhdr"), info_of(SampleType::uint8), {}),
+               UsageError);
   EXPECT_EQ(names(), Names{"a.raw"});
   file("b.nhdr", "precious");
-  EXPECT_THROW(format_named("nhdr").create(path("b.nhdr"), info_of(SampleType::uint8), {}), UsageError);
+  EXPECT_THROW(create_volume(format_named("nhdr"), path("b.nhdr"), info_of(SampleType::uint8), {}),
+               UsageError);
   EXPECT_EQ(content("b.nhdr"), "precious");
 }
 
 TEST_F(WriteVolumeTest, SamplesDoNotStayWhenTheHeaderCannotAppear) {
-  const auto writer = format_named("nhdr").create(path("a.nhdr"), info_of(SampleType::uint8), {});
+  const auto writer = create_volume(format_named("nhdr"), path("a.nhdr"), info_of(SampleType::uint8), {});
   writer->write_slices(samples_of(writer->info()));
   file("a.nhdr", "somebody else's");
   EXPECT_THROW(writer->commit(), UsageError);
@@ -112,14 +114,14 @@ TEST_F(WriteVolumeTest, StandardOutputGetsSamplesAloneOrAfterAHeader) {
     const int descriptor = open(path("out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
     dup2(descriptor, STDOUT_FILENO);
     close(descriptor);
-    const auto writer = format_named(name).create("-", info, {});
+    const auto writer = create_volume(format_named(name), "-", info, {});
     writer->write_slices(samples_of(info));
     writer->commit();
     dup2(kept, STDOUT_FILENO);
     close(kept);
     EXPECT_EQ(content("out"), content("a." + name));
   }
-  EXPECT_THROW(format_named("nhdr").create("-", info, {}), UsageError);
+  EXPECT_THROW(create_volume(format_named("nhdr"), "-", info, {}), UsageError);
 }
 
 TEST(LittleEndian, StoresTheLowByteFirst) {

@@ -96,7 +96,8 @@ TEST_F(DecodedRowsTest, WrittenInAnyOrderMakeTheSameFile) {
   for (const std::string name : {"b.nrrd", "b.nhdr", "b.raw"}) {
     std::shuffle(rows.begin(), rows.end(), random);
     VolumeInfo info{dims, SampleType::int16, {}, ""};
-    const auto writer = format_from_name(name).create(path(name), info, {.files = {.overwrite = true}});
+    const auto writer =
+        create_volume(format_from_name(name), path(name), info, {.files = {.overwrite = true}});
     ASSERT_TRUE(writer->any_order());
     for (const BrickRows& row : rows)
       decode(file, row, {1, 1, 1}, [&](std::int64_t first, std::span<const std::byte> part) {
