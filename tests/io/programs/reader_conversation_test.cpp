@@ -123,7 +123,7 @@ TEST_F(ReaderConversationTest, SeveralVolumesAreListed) {
   EXPECT_THAT(wrong(R"({"answer": "several", "option": "series", "list": [1]})"), HasSubstr("\"list\""));
 }
 
-TEST_F(ReaderConversationTest, WrongDescriptionsNameTheReader) {
+TEST_F(ReaderConversationTest, WrongDescriptionsNameTheFileAndTheReader) {
   for (const char* answer :
        {"text", "[]", R"({"answer": "unknown"})", R"({"answer": 1})", R"({"answer": "volume"})",
         R"({"answer": "volume", "dims": [4, 3], "type": "int16"})",
@@ -134,7 +134,7 @@ TEST_F(ReaderConversationTest, WrongDescriptionsNameTheReader) {
         R"({"answer": "volume", "dims": [18446744073709551615, 3, 5], "type": "int16"})",
         R"({"answer": "volume", "dims": [4, 3, 5], "type": "int12"})",
         R"({"answer": "volume", "dims": [4, 3, 5]})", "{\"answer\": \"volume\", \"type\": \"\xff\"}"})
-    EXPECT_THAT(wrong(answer), StartsWith(path("reader") + ": ")) << answer;
+    EXPECT_THAT(wrong(answer), StartsWith("scan.x: " + path("reader") + ": ")) << answer;
   for (const char* members : {R"("spacing": 1)",
                               R"("spacing": [1, 2])",
                               R"("spacing": [1, 2, "3"])",
@@ -165,7 +165,7 @@ TEST_F(ReaderConversationTest, WrongDescriptionsNameTheReader) {
                               R"("places": [{"slices": 5, "offset": -1}])",
                               R"("places": [{"slices": 5, "offset": 1e300}])",
                               R"("places": [{"slices": 5, "big_endian": 1}])"})
-    EXPECT_THAT(wrong_with(members), StartsWith(path("reader") + ": ")) << members;
+    EXPECT_THAT(wrong_with(members), StartsWith("scan.x: " + path("reader") + ": ")) << members;
 }
 
 TEST_F(ReaderConversationTest, SlicesComeInOrderAndNoOthers) {
@@ -182,7 +182,8 @@ TEST_F(ReaderConversationTest, SlicesComeInOrderAndNoOthers) {
        {R"({"answer": "slices", "from": 3, "to": 5})", R"({"answer": "slices", "from": 2, "to": 6})",
         R"({"answer": "slices", "from": 2, "to": 2})", R"({"answer": "slices", "from": 2})",
         R"({"answer": "unknown"})", R"({"answer": "volume"})", "bytes"})
-    EXPECT_THAT(message<WorldError>([&] { hears(answer); }), StartsWith(path("reader") + ": ")) << answer;
+    EXPECT_THAT(message<WorldError>([&] { hears(answer); }), StartsWith("scan.x: " + path("reader") + ": "))
+        << answer;
   EXPECT_EQ(message<BrokenInput>(
                 [&] { hears(R"({"answer": "error", "kind": "input", "message": "slice 2 is gone"})"); }),
             "slice 2 is gone");
