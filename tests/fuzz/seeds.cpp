@@ -285,6 +285,30 @@ void add_meta_images(Seeds& seeds) {
       input_of("NDims: 4\nDimSize: 3 2 2 2\nElementType: MET_SHORT\nElementDataFile: LOCAL\n" + samples));
 }
 
+void add_vendors_files(Seeds& seeds) {
+  seeds.push_back(
+      input_of("{volume1}\n[representation]\nsize = 3 4 2\n[file1]\nName = a.vol\nSize = 3 4 2\nDatatype = "
+               "unsigned integer\n"
+               "BitsPerElement = 16\nFileFormat = raw\nSkipHeader = 0\n{volumeprimitive1}\n[geometry]\n"
+               "resolution = 0.1 0.1 0.2\nunit = mm\n"));
+  seeds.push_back(
+      input_of("{volume1}\n[file1]\nName = a.vol\nSize = 3 4 1\nDatatype = float\nBitsPerElement = 32\n"));
+  for (const char* size : {"4", "2", "1"})
+    seeds.push_back(input_of(std::string("[XTekCT]\nVoxelsX=3\nVoxelsY=4\nVoxelsZ=") + size +
+                             "\nVoxelSizeX=0.1\nVoxelSizeY=0.1\nVoxelSizeZ=0.2\nName=scan\n"));
+  std::string scanco = "CTDATA-HEADER_V1" + std::string(496, '\0');
+  const auto put = [&](std::size_t at, std::int32_t value) {
+    std::byte bytes[4];
+    store_little_endian(bytes, value);
+    std::memcpy(scanco.data() + at, bytes, 4);
+  };
+  put(16, 3);
+  for (const auto& [at, value] :
+       {std::pair{44, 3}, {48, 4}, {52, 2}, {56, 30}, {60, 40}, {64, 50}, {88, 4096}})
+    put(static_cast<std::size_t>(at), value);
+  seeds.push_back(input_of(scanco + std::string(48, 'x')));
+}
+
 }  // namespace
 
 std::map<std::string, Seeds> make_seeds(const std::string& golden) {
@@ -302,6 +326,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_volumes(seeds["nrrd"]);
   add_nifti_files(seeds["nifti"]);
   add_meta_images(seeds["metaimage"]);
+  add_vendors_files(seeds["vendors"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);
   add_numbers(seeds["numbers"]);

@@ -26,6 +26,8 @@ void nrrd(Bytes bytes);
 void nifti(Bytes bytes);
 /// A MetaImage file.
 void metaimage(Bytes bytes);
+/// A file of a scanner's program: VGStudio, Nikon, Scanco.
+void vendors(Bytes bytes);
 /// The record of a run that can be continued.
 void record(Bytes bytes);
 /// A part of such a run: `seed_part`.
@@ -40,9 +42,10 @@ struct Target {
   void (*run)(Bytes);
 };
 
-inline constexpr Target targets[] = {
-    {"header", header},       {"brick", brick},   {"index", index}, {"nrrd", nrrd},       {"nifti", nifti},
-    {"metaimage", metaimage}, {"record", record}, {"part", part},   {"numbers", numbers}, {"file", file}};
+inline constexpr Target targets[] = {{"header", header},   {"brick", brick},   {"index", index},
+                                     {"nrrd", nrrd},       {"nifti", nifti},   {"metaimage", metaimage},
+                                     {"vendors", vendors}, {"record", record}, {"part", part},
+                                     {"numbers", numbers}, {"file", file}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};
