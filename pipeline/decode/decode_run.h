@@ -15,6 +15,7 @@
 #include "pipeline/memory/finished.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "stages/grid/brick_run.h"
 
 namespace tagrid {
 
@@ -35,9 +36,21 @@ struct DecodeRun {
   const Format& format = format_named("nrrd");
   bool overwrite = false;
   WantedRegion region = {};
+  /// If set, a damaged file is no error: samples of bricks that are not whole become this value, which must be one of the
+  /// type of the samples, and the result tells of them. REQUIRES: the input is a regular file.
+  std::optional<double> fill = {};
   std::map<std::string, std::string> wishes = {};  ///< WriteOptions::wishes; those about errors are added
   Resources resources{0};                          ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
+};
+
+/// What is damaged in a file that was salvaged.
+struct Salvage {
+  std::vector<BrickRun> lost;         ///< in increasing order
+  bool has_index = true;              ///< DecodeResult::index is that of the file
+  bool is_damaged_elsewhere = false;  ///< something besides bricks is damaged
+
+  bool is_damaged() const { return !lost.empty() || is_damaged_elsewhere; }
 };
 
 struct DecodeResult {
@@ -49,6 +62,7 @@ struct DecodeResult {
   std::string facts = {};                  ///< VolumeSink::facts()
   std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
   Index3 dims = header.parameters.dims;    ///< of the volume that was written
+  std::optional<Salvage> salvage = {};     ///< if DecodeRun::fill is set
 };
 
 using FinishedDecode = Finished<DecodeResult>;

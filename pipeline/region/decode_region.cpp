@@ -13,46 +13,109 @@
 #include "io/nrrd/region.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "io/tag/whole_bricks.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/within.h"
+#include "stages/volume/values.h"
 
 namespace tagrid {
 namespace {
 
-// The blocks of bricks with increasing numbers: from a file by its index, from a pipe as they come.
+// The blocks of bricks with increasing numbers.
 class Blocks {
  public:
-  explicit Blocks(const std::string& input) {
-    if (is_regular_input(input))
-      indexed_ = std::make_unique<TagBricks>(std::make_shared<FileSource>(input));
-    else
-      stream_ = std::make_unique<TagReader>(input);
-  }
+  virtual ~Blocks() = default;
+  virtual const TagHeader& header() const = 0;
+  virtual BlocksInOrder in_order() = 0;
+  // What is known when all blocks were read.
+  virtual void finish(DecodeResult& result) = 0;
+};
 
-  const TagHeader& header() const { return indexed_ ? indexed_->header() : stream_->header(); }
-  const std::string& name() const { return indexed_ ? indexed_->name() : stream_->name(); }
-
-  BrickBytes read(std::int64_t id) {
-    if (indexed_) return indexed_->read(id);
-    BrickBytes brick;
-    do {
-      if (!stream_->read_brick(brick)) throw BrokenInput(name() + ": a brick is missing");
-    } while (brick.id < id);
-    return brick;
+// From a file, by its index.
+class IndexedBlocks final : public Blocks {
+ public:
+  explicit IndexedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {}
+  const TagHeader& header() const override { return file_.header(); }
+  BlocksInOrder in_order() override {
+    return {file_.name(), [this](std::int64_t id) { return file_.read(id); }};
   }
-  /// Returns the index. A pipe is read to its end, so that its writer does not fail, and damage is found.
-  const TagIndex& finish() {
-    if (indexed_) return indexed_->index();
-    stream_->read_to_end();
-    return stream_->index();
+  void finish(DecodeResult& result) override {
+    result.index = file_.index();
+    result.bytes_in = file_.sizes().file;
   }
-  TagSizes sizes() const { return indexed_ ? indexed_->sizes() : stream_->sizes(); }
 
  private:
-  std::unique_ptr<TagBricks> indexed_;
-  std::unique_ptr<TagReader> stream_;
+  TagBricks file_;
 };
+
+// From a pipe, as they come.
+class BlocksOfPipe final : public Blocks {
+ public:
+  explicit BlocksOfPipe(const std::string& input) : stream_(input) {}
+  const TagHeader& header() const override { return stream_.header(); }
+  BlocksInOrder in_order() override {
+    return {stream_.name(), [this](std::int64_t id) {
+              BrickBytes brick;
+              do {
+                if (!stream_.read_brick(brick)) throw BrokenInput(stream_.name() + ": a brick is missing");
+              } while (brick.id < id);
+              return brick;
+            }};
+  }
+  // A pipe is read to its end, so that its writer does not fail, and damage is found.
+  void finish(DecodeResult& result) override {
+    stream_.read_to_end();
+    result.index = stream_.index();
+    result.bytes_in = stream_.sizes().file;
+  }
+
+ private:
+  TagReader stream_;
+};
+
+// Those of a damaged file that are whole.
+class SalvagedBlocks final : public Blocks {
+ public:
+  explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {}
+  const TagHeader& header() const override { return file_.header(); }
+  BlocksInOrder in_order() override {
+    return {
+        file_.name(),
+        [this](std::int64_t id) { return file_.is_whole(id) ? std::optional(file_.read(id)) : std::nullopt; },
+        [this](std::int64_t id) {
+          broken_.push_back({id, id});
+        }};
+  }
+  void finish(DecodeResult& result) override {
+    if (file_.index()) result.index = *file_.index();
+    result.bytes_in = file_.file_bytes();
+    result.salvage = {file_.lost(), file_.index().has_value(), file_.is_damaged_elsewhere()};
+    std::ranges::sort(broken_, {}, &BrickRun::first);
+    auto& lost = result.salvage->lost;
+    lost.insert(lost.end(), broken_.begin(), broken_.end());
+    std::ranges::sort(lost, {}, &BrickRun::first);
+  }
+
+ private:
+  WholeBricks file_;
+  std::vector<BrickRun> broken_;  // whole, but not decodable
+};
+
+std::unique_ptr<Blocks> blocks_of(const DecodeRun& run) {
+  if (run.fill) return std::make_unique<SalvagedBlocks>(run.input);
+  if (is_regular_input(run.input)) return std::make_unique<IndexedBlocks>(run.input);
+  return std::make_unique<BlocksOfPipe>(run.input);
+}
+
+// Sets every sample to the value that stands for those of lost bricks.
+void fill_with(double value, SampleType type, std::vector<std::byte>& samples) {
+  with_sample_type(type, [&](auto sample) {
+    using S = decltype(sample);
+    auto* first = reinterpret_cast<S*>(samples.data());
+    std::fill(first, first + samples.size() / sizeof(S), static_cast<S>(value));
+  });
+}
 
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
   return volume_info(region.shape(), header.parameters.type,
@@ -164,10 +227,10 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
 }
 
 FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
-  Blocks blocks(run.input);
-  const CodingParameters& parameters = blocks.header().parameters;
+  const std::unique_ptr<Blocks> blocks = blocks_of(run);
+  const CodingParameters& parameters = blocks->header().parameters;
   const Region region = region_of(run.region, parameters);
-  const VolumeInfo info = info_of(blocks.header(), region);
+  const VolumeInfo info = info_of(blocks->header(), region);
   const bool any_order = run.format.any_order && is_regular_output(run.output);
   const auto sink = open_output(run, info, parameters);
   const RegionPlan plan = plan_with_writer(run.format.writer, sink->memory(), [&] {
@@ -175,8 +238,13 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   });
   require_memory_of_writer(run.format.writer, sink->memory(), resources);
 
+  if (run.fill && !is_value_of(parameters.type, *run.fill))
+    throw UsageError(
+        fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(parameters.type)));
+
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
+  const BlocksInOrder in_order = blocks->in_order();
   std::vector<std::byte> samples;
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
@@ -186,8 +254,8 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     samples.resize(static_cast<std::size_t>(shape.z) * slice);
     const Strides strides = {static_cast<std::int64_t>(size_of(info.type)), static_cast<std::int64_t>(row),
                              static_cast<std::int64_t>(slice)};
-    decode_bricks([&](std::int64_t id) { return blocks.read(id); }, parameters, blocks.name(), piece,
-                  samples.data(), strides, plan.threads);
+    if (run.fill) fill_with(*run.fill, info.type, samples);
+    decode_bricks(in_order, parameters, piece, samples.data(), strides, plan.threads);
     for (std::int64_t z = 0; z < shape.z; ++z) {
       const Box& numbers = pieces.numbers();
       const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;
@@ -195,10 +263,14 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     }
     watch.done(samples.size());
   }
-  const TagIndex& index = blocks.finish();
-  DecodeResult result = {blocks.header(), index,         blocks.sizes().file, sink->bytes_written(),
-                         plan.memory,     sink->facts(), sink->warnings()};
-  result.dims = info.dims;
+  DecodeResult result = {.header = blocks->header(),
+                         .index = {},
+                         .bytes_out = sink->bytes_written(),
+                         .memory = plan.memory,
+                         .facts = sink->facts(),
+                         .warnings = sink->warnings(),
+                         .dims = info.dims};
+  blocks->finish(result);
   return {std::move(result), sink};
 }
 

@@ -98,22 +98,28 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
   throw MemoryLimit("reading a part of the volume", *resources.memory, memory_of_reading(parameters, 1), {});
 }
 
-void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
-                   const CodingParameters& parameters, const std::string& name, const Region& region,
+void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads) {
-  const BrickDecoder decoder = {parameters, name, region, out, strides};
+  const BrickDecoder decoder = {parameters, blocks.name, region, out, strides};
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
   std::mutex reading;
   auto id = ids.begin();
   // A free thread takes the next block, whatever number it was called with, because blocks are read in order.
   for_each_number(ids.size(), threads, [&](std::size_t) {
-    BrickBytes block;
+    std::optional<BrickBytes> block;
     {
       const std::lock_guard lock(reading);
-      block = next(*id);
+      block = blocks.next(*id);
       ++id;
     }
-    decoder.hand_out(block);
+    if (!block) return;
+    try {
+      decoder.hand_out(*block);
+    } catch (const BrokenInput&) {
+      if (!blocks.broken) throw;
+      const std::lock_guard lock(reading);
+      blocks.broken(block->id);
+    }
   });
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,11 +58,19 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 void read_region(const TagBricks& file, const Region& region, std::byte* out, const Strides& strides,
                  int threads, const Progress& progress = {});
 
-/// The same for blocks that come in order. `next` is called by one thread at a time, for the blocks in the
-/// order of bricks_of(). At most `threads` blocks are in memory. `name` is the name of the file, for
-/// messages.
-void decode_bricks(const std::function<BrickBytes(std::int64_t brick)>& next,
-                   const CodingParameters& parameters, const std::string& name, const Region& region,
+/// Blocks that come in order.
+struct BlocksInOrder {
+  std::string name;  ///< of the file, for messages
+  /// Called by one thread at a time, for the blocks in the order of bricks_of(). Nothing: the samples of this brick stay as
+  /// they are.
+  std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
+  /// Takes a brick that cannot be decoded, whose samples stay as they are; if it is empty, that is an error. Called by
+  /// one thread at a time.
+  std::function<void(std::int64_t brick)> broken = {};
+};
+
+/// The same for such blocks. At most `threads` of them are in memory.
+void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads);
 
 }  // namespace tagrid

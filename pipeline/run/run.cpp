@@ -138,7 +138,7 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
   refuse_same_file(run.input, run.output);
   refuse_same_file(run.input, samples_path(run.output, run.format));
   const Resources resources = of_this_rank(ranks, run.resources);
-  if (!run.region.is_all()) return decode_region(run, resources);
+  if (!run.region.is_all() || run.fill) return decode_region(run, resources);
   const bool in_parts =
       ranks.count() > 1 && run.format.any_order && parts_are_possible(run.input, run.output);
   return in_parts ? decode_to_parts(ranks, run, resources) : decode_at_once(run, resources);

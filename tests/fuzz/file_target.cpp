@@ -4,6 +4,7 @@
 
 #include "io/files/errors.h"
 #include "io/tag/bricks.h"
+#include "io/tag/whole_bricks.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/verify/active_points.h"
 #include "tests/fuzz/memory_files.h"
@@ -62,6 +63,22 @@ bool report(const std::string& path) {
   }
 }
 
+/// What of a small file is damaged; nothing if even its header is.
+std::optional<Salvage> salvaged(const std::string& path, const std::string& output) {
+  try {
+    if (!is_small(WholeBricks(std::make_shared<FileSource>(path)).header().parameters)) return std::nullopt;
+    Ranks alone;
+    FinishedDecode decoded = decode_volume(alone, {.input = path,
+                                                   .output = output,
+                                                   .format = format_named("raw"),
+                                                   .fill = 0,
+                                                   .resources = Resources(1)});
+    return decoded.result.salvage;
+  } catch (const BrokenInput&) {
+    return std::nullopt;
+  }
+}
+
 template <class Run>
 bool is_accepted(Run run) {
   try {
@@ -81,10 +98,12 @@ void file(Bytes bytes) {
   claim(!samples || whole_index, "a file that decodes has a whole index");
   if (bytes.size() <= pipe_holds)
     claim(samples == samples_of(MemoryPipe(bytes).path()), "a pipe decodes as a file does");
+  static const Folder folder;
+  const auto salvage = salvaged(file.path(), folder.null_named("salvaged.raw"));
+  claim(!samples || (salvage && salvage->lost.empty()), "of a file that decodes, all is whole");
   if (!whole_index) return;
   const bool verified = is_accepted([&] { verify_file(file.path(), "", {}, Resources(1)); });
   claim(samples || !verified, "what does not decode is not verified");
-  static const Folder folder;
   const bool meshed =
       is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");

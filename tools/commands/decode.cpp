@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <tuple>
 
 #include "pipeline/run/run.h"
@@ -10,6 +11,7 @@
 #include "tools/options/numbers.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
+#include "tools/report/damage.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -25,7 +27,8 @@ struct DecodeCommand {
   VdbOptions vdb;
   std::string region;
   std::int64_t step = 1;
-  bool remove = false;
+  bool remove = false, salvage = false;
+  std::optional<double> fill;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
@@ -47,6 +50,10 @@ struct DecodeCommand {
       throw UsageError("--rm: --vdb-tolerance changes samples, and the .tag file has them; leave out --rm");
     if (remove && &chosen == &format_named("raw"))
       throw UsageError("--rm: samples without a header do not say their size and type; leave out --rm");
+    if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
+    if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
+    if (salvage && !is_regular_input(input))
+      throw UsageError(input + ": --salvage reads a file in any order; save it to one first");
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
@@ -59,8 +66,13 @@ struct DecodeCommand {
     nlohmann::ordered_json settings = settings_json(parameters);
     nlohmann::ordered_json facts;
     if (!result.facts.empty()) settings[chosen.name] = facts = nlohmann::ordered_json::parse(result.facts);
-    report.write({result.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.index)});
+    RunFigures figures = {result.dims,     parameters.type,  settings,
+                          result.bytes_in, result.bytes_out, achieved_json(result.index)};
+    if (result.salvage) {
+      if (!result.salvage->has_index) figures.achieved = nullptr;
+      figures.more["lost"] = json_of_lost(result.salvage->lost, parameters.bricks());
+    }
+    report.write(figures);
     decoded.commit();
     report.keep();
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
@@ -72,6 +84,18 @@ struct DecodeCommand {
       say_line(memory_summary(result.memory));
     }
     remove_files(removed_after);
+    if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
+  }
+
+  /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.
+  void tell_of_damage(const DecodeResult& result) const {
+    const BrickGrid bricks = result.header.parameters.bricks();
+    const std::vector<BrickRun>& lost = result.salvage->lost;
+    for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
+    throw BrokenInput(lost.empty()
+                          ? input + ": is damaged, but all bricks are whole; every voxel was decoded"
+                          : fmt::format("{}: {}; their samples became {}, and all others were decoded", input,
+                                        count_of_lost(lost, bricks), fill.value_or(0)));
   }
 
   std::string default_output() const {
@@ -100,6 +124,7 @@ struct DecodeCommand {
                                  .format = chosen,
                                  .overwrite = output.overwrite,
                                  .region = wanted,
+                                 .fill = salvage ? std::optional(fill.value_or(0)) : std::nullopt,
                                  .wishes = wishes_of(vdb),
                                  .resources = run.resources_of_each_rank(),
                                  .progress = meter.progress()});
@@ -123,6 +148,12 @@ Action add_decode_command(CLI::App& app) {
   add_number_option(*command, "--step", state->step,
                     "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")
       ->option_text("N");
+  command->add_flag(
+      "--salvage", state->salvage,
+      "Decode what is whole of a damaged file, and list what is not; the exit code is 65 all the same");
+  add_number_option(*command, "--fill", state->fill,
+                    "With --salvage: the value of samples that are lost; default: 0")
+      ->option_text("V");
   add_run_options(*command, state->run);
   add_json_option(*command, state->run);
   add_memory_option(*command, state->run);

@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/formats/open_volume.h"
+#include "io/tag/whole_bricks.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/source_rows.h"
+#include "tools/report/damage.h"
 #include "tools/report/printable.h"
+#include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
@@ -34,7 +39,7 @@ struct VerifyCommand {
     refuse_terminal_input(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
-    const VerifyResult result = verify(ranks, description);
+    const VerifyResult result = verified(ranks, description, report);
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
@@ -65,6 +70,37 @@ struct VerifyCommand {
       return file.parameters().is_exact() ? "the same, byte for byte" : "the same but for samples";
     if (found.has_same_names) require_same(found, volume->name());
     return "others: " + found.difference;
+  }
+
+  /// A damaged file is looked at once more: the first error does not say how much is lost.
+  VerifyResult verified(Ranks& ranks, const SourceDescription& description, RunReport& report) const {
+    try {
+      return verify(ranks, description);
+    } catch (const BrokenInput&) {
+      if (is_regular_input(input)) tell_of_damage(report);
+      throw;
+    }
+  }
+
+  void tell_of_damage(RunReport& report) const {
+    std::optional<WholeBricks> file;
+    try {
+      file.emplace(std::make_shared<FileSource>(input));
+    } catch (const BrokenInput&) {
+      return;  // not even the header is whole
+    }
+    const CodingParameters& parameters = file->header().parameters;
+    const BrickGrid bricks = parameters.bricks();
+    const std::vector<BrickRun> lost = file->lost();
+    if (lost.empty() && !file->is_damaged_elsewhere()) return;  // it differs from the original
+    RunFigures figures = {parameters.dims, parameters.type, settings_json(parameters), file->file_bytes(), 0,
+                          nullptr};
+    figures.more["damaged"] = json_of_lost(lost, bricks);
+    report.write(figures);
+    report.keep();
+    if (lost.empty()) return;
+    for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
+    say_line(fmt::format("{}: {}; decode --salvage gives all others", input, count_of_lost(lost, bricks)));
   }
 
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {

@@ -69,6 +69,7 @@ void RunReport::write(const RunFigures& figures) {
   json["peak_memory"] = peak_memory();
   json["voxels_per_second"] = voxels / std::max(seconds, 1e-9);
   json["achieved"] = figures.achieved;
+  json.update(figures.more);
   put(json);
 }
 

@@ -20,6 +20,7 @@ struct RunFigures {
   nlohmann::ordered_json settings;
   std::uint64_t bytes_in = 0, bytes_out = 0;
   nlohmann::ordered_json achieved;  ///< errors against the original; null if nothing is known of them
+  nlohmann::ordered_json more = nlohmann::ordered_json::object();  ///< what only some runs have
 };
 
 /// Create it before the run, so that a bad file name is found first and the time is measured. Write it after

@@ -11,6 +11,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
 #include "io/files/text.h"
+#include "stages/volume/values.h"
 #include "tools/vdb/placement.h"
 #include "tools/writers/vdb/grid_archive.h"
 #include "tools/writers/vdb/grid_builder.h"
@@ -29,17 +30,6 @@ std::optional<double> number_in(const WriterOptions& options, const char* name) 
   const auto number = number_of(text);
   if (!number) throw UsageError(fmt::format("{} {}: is not a number", name, text));
   return number;
-}
-
-bool is_value_of(SampleType type, double number) {
-  return with_sample_type(type, [&](auto sample) {
-    using S = decltype(sample);
-    if constexpr (std::is_floating_point_v<S>)
-      return std::abs(number) <= static_cast<double>(std::numeric_limits<S>::max());
-    else
-      return number >= static_cast<double>(std::numeric_limits<S>::min()) &&
-             number <= static_cast<double>(std::numeric_limits<S>::max()) && number == std::floor(number);
-  });
 }
 
 /// The voxel of the first sample: the same as in the grid from which the volume came, if it fits.

@@ -1,0 +1,148 @@
+#include "io/tag/whole_bricks.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "io/bytes/checksum.h"
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+#include "io/tag/broken_tag.h"
+
+namespace tagrid {
+namespace {
+
+constexpr std::uint64_t checksum_size = 8;
+
+std::uint64_t stored_checksum(std::span<const std::byte> block) {
+  return load_little_endian<std::uint64_t>(block.last(checksum_size).data());
+}
+
+}  // namespace
+
+WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source,
+                         const std::function<void(std::uint64_t)>& looked)
+    : source_(std::move(source)) {
+  read_header();
+  read_index();
+  look_at_bricks(looked);
+}
+
+std::vector<std::byte> WholeBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
+  std::vector<std::byte> bytes(size);
+  source_->read_at(position, bytes);
+  return bytes;
+}
+
+void WholeBricks::read_header() {
+  header_size_ =
+      header_size_of(name(), bytes_at(0, std::min<std::uint64_t>(source_->size(), tag_preamble_size)));
+  if (header_size_ > source_->size())
+    throw broken_part(name(), "the header", source_->size(), "the file ends in it; nothing can be read");
+  header_ = header_of(name(), bytes_at(0, header_size_), header_checksum_);
+}
+
+void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
+  const std::uint64_t size = source_->size();
+  if (size < header_size_ + index_head_size + footer_size) return;
+  std::uint64_t start = 0, rest = 0, envelope = 0;
+  if (!find_file_end(bytes_at(size - footer_size, footer_size), start).ok() || start < header_size_ ||
+      start > size - index_head_size - footer_size)
+    return;
+  if (!last_checksum)
+    last_checksum = load_little_endian<std::uint64_t>(bytes_at(start - checksum_size, checksum_size).data());
+  const FileEnd end = {header_.parameters, header_size_, header_checksum_, start, *last_checksum};
+  const std::uint64_t present = size - start;
+  if (!end.parse_head(bytes_at(start, index_head_size), rest).ok() || rest != present - index_head_size)
+    return;
+  TagIndex index;
+  if (end.parse(bytes_at(start, present), index, envelope).ok()) index_ = std::move(index);
+}
+
+std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_t brick) const {
+  const std::uint64_t size = source_->size();
+  if (position > size || size - position < block_frame_size) return {};
+  const auto length = load_little_endian<std::uint32_t>(bytes_at(position, 4).data());
+  if (length < 4 || length > largest_body(header_.parameters, brick)) return {};
+  const std::uint64_t block = 4 + std::uint64_t{length} + checksum_size;
+  return block <= size - position ? bytes_at(position, block) : std::vector<std::byte>();
+}
+
+void WholeBricks::look_at_bricks(const std::function<void(std::uint64_t)>& looked) {
+  const std::int64_t count = header_.parameters.bricks().count();
+  std::uint64_t position = header_size_, before = header_checksum_;
+  // What the stored checksum before should be, if it is not that: known if the block before it may be whole.
+  std::optional<std::uint64_t> should_be;
+  for (std::int64_t id = 0; id < count; ++id) {
+    const std::vector<std::byte> block = block_at(position, id);
+    std::uint64_t bytes = block.size();
+    if (index_) {
+      const IndexEntry& entry = index_->bricks[static_cast<std::size_t>(id)];
+      bytes = block_frame_size + entry.activity_bytes + entry.value_bytes;
+    }
+    if (bytes == 0) break;  // nobody knows where the next brick begins
+    Place place = {position, 0, false};
+    std::optional<std::uint64_t> expected;
+    if (block.size() == bytes) {
+      place.own = own_checksum(std::span(block).first(bytes - checksum_size), id);
+      expected = chained_checksum(place.own, before);
+      place.is_whole = checksums_agree(stored_checksum(block), *expected);
+      if (!place.is_whole && should_be) {
+        const std::uint64_t other = chained_checksum(place.own, *should_be);
+        if (checksums_agree(stored_checksum(block), other)) {
+          place.is_whole = places_.back().is_whole = checksum_is_damaged_ = true;
+          expected = other;
+        }
+      }
+    }
+    // Without the index, nothing binds what follows a lost brick to this file.
+    if (!index_ && !places_.empty() && !places_.back().is_whole) break;
+    places_.push_back(place);
+    position += bytes;
+    should_be = place.is_whole ? std::nullopt : expected;
+    before = position <= source_->size()
+                 ? load_little_endian<std::uint64_t>(bytes_at(position - checksum_size, checksum_size).data())
+                 : 0;
+    if (looked) looked(bytes);
+  }
+  if (index_ || !should_be || static_cast<std::int64_t>(places_.size()) < count) return;
+  // Perhaps only the checksum of the last brick is damaged.
+  read_index(should_be);
+  if (index_) places_.back().is_whole = checksum_is_damaged_ = true;
+}
+
+std::vector<BrickRun> WholeBricks::lost() const {
+  std::vector<BrickRun> runs;
+  const auto add = [&](std::int64_t first, std::int64_t last) {
+    if (!runs.empty() && runs.back().last == first - 1)
+      runs.back().last = last;
+    else
+      runs.push_back({first, last});
+  };
+  const std::int64_t count = header_.parameters.bricks().count(),
+                     known = static_cast<std::int64_t>(places_.size());
+  for (std::int64_t id = 0; id < known; ++id)
+    if (!is_whole(id)) add(id, id);
+  if (known < count) add(known, count - 1);
+  return runs;
+}
+
+BrickBytes WholeBricks::read(std::int64_t brick) const {
+  assert(is_whole(brick));
+  const Place& place = places_[static_cast<std::size_t>(brick)];
+  const std::vector<std::byte> block = block_at(place.start, brick);
+  if (block.empty() ||
+      !checksums_agree(own_checksum(std::span(block).first(block.size() - checksum_size), brick), place.own))
+    throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
+                      "it changed while it was being read");
+  // Its own checksum was compared, so the one that is stored behind it no longer matters.
+  const auto fields = std::span(block).subspan(4, block.size() - 4 - checksum_size);
+  const auto activity_size = load_little_endian<std::uint32_t>(fields.data());
+  if (activity_size > fields.size() - 4)
+    throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
+                      "the activity is larger than the brick");
+  const auto* body = reinterpret_cast<const std::uint8_t*>(fields.data()) + 4;
+  const std::uint8_t* end = body + fields.size() - 4;
+  return {brick, {body, body + activity_size}, {body + activity_size, end}};
+}
+
+}  // namespace tagrid
