@@ -1,8 +1,8 @@
-#include "tools/readers/hdf5/attributes.h"
+#include "tools/hdf5/attributes.h"
 
 #include <fmt/format.h>
 
-#include "tools/readers/hdf5/handle.h"
+#include "tools/hdf5/handle.h"
 
 namespace tagrid {
 namespace {

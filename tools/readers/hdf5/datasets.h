@@ -1,0 +1,37 @@
+// The data sets of HDF5 files, and which of them is meant.
+#pragma once
+
+#include <hdf5.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "stages/grid/box.h"
+#include "tools/hdf5/handle.h"
+
+namespace tagrid {
+
+/// The error of a file that cannot be read.
+BrokenInput broken_hdf5(const std::string& path, std::string_view why);
+
+/// The data set with this path; nothing if there is none.
+Hdf5Handle opened_dataset(hid_t file, const std::string& name);
+
+/// The number of elements along each axis, the slowest one first; none if it is not an array.
+std::vector<hsize_t> dims_of(hid_t dataset);
+
+/// The size of the volume that an array of this shape is. Axes in front with one sample are left out. A data set of two
+/// axes is one slice. Nothing if it is no volume.
+std::optional<Index3> volume_size(const std::vector<hsize_t>& dims);
+
+/// "31 x 20 x 7", the fastest axis first.
+std::string in_words(const std::vector<hsize_t>& dims);
+
+/// The path of the data set that `wanted` names, or numbers; without it, of the default one of NeXus, or of the only one.
+/// Throws SeveralVolumes if there are several; BrokenInput, UsageError. `path` is for messages.
+std::string dataset_name(hid_t file, const std::string& path, const std::string& wanted);
+
+}  // namespace tagrid
