@@ -3,25 +3,17 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cmath>
 
 #include "io/bytes/little_endian.h"
 #include "io/samples/file_sink.h"
+#include "io/volume/vtk_geometry.h"
 #include "io/volume/vtk_names.h"
 
 namespace tagrid {
 namespace {
 
 std::string header_of(const VolumeInfo& info) {
-  const Geometry& geometry = info.geometry;
-  std::array<double, 3> spacing;
-  std::array<double, 9> direction = {};  // its columns are the axes
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    spacing[axis] = spacing_or_1(geometry, axis);
-    for (std::size_t row = 0; row < 3; ++row)
-      direction[3 * row + axis] =
-          geometry.has_directions ? geometry.directions[axis][row] / spacing[axis] : axis == row;
-  }
+  const VtkGeometry geometry = vtk_geometry_of(info.geometry);
   const std::string extent = fmt::format("0 {} 0 {} 0 {}", info.dims.x - 1, info.dims.y - 1, info.dims.z - 1);
   std::string text = fmt::format(
       "<?xml version=\"1.0\"?>\n"
@@ -31,8 +23,8 @@ std::string header_of(const VolumeInfo& info) {
       "<PointData Scalars=\"value\">\n"
       "<DataArray type=\"{}\" Name=\"value\" format=\"appended\" offset=\"0\"/>\n"
       "</PointData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_",
-      extent, fmt::join(geometry.origin, " "), fmt::join(spacing, " "), fmt::join(direction, " "), extent,
-      vtk_name_of(info.type));
+      extent, fmt::join(geometry.origin, " "), fmt::join(geometry.spacing, " "),
+      fmt::join(geometry.direction, " "), extent, vtk_name_of(info.type));
   std::array<std::byte, 8> bytes;
   store_little_endian(bytes.data(), *sample_bytes(info.dims, info.type));
   return text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
