@@ -286,7 +286,9 @@ std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::strin
         "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
         path == "-" ? "standard output" : path, format.help, format.writer,
         fmt::join(program_folders(), ", ")));
-  return create_with_writer(*program, path, info, options.files, options.wishes);
+  auto wishes = options.wishes;
+  wishes["format"] = format.name;
+  return create_with_writer(*program, path, info, options.files, wishes);
 }
 
 const Format* read_format_named(std::string_view name) {
