@@ -46,6 +46,17 @@ bool begins_jpeg2000(std::string_view b) {
   return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
 }
 
+std::string lost_in_vtkhdf(const VolumeInfo& info) {
+  std::string lost = lost_in_vti(info);
+  const bool is_flat = info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1;
+  if (is_flat)
+    lost += fmt::format(
+        "{}VTK 9.1 and ParaView 5.11 fail to read VTKHDF images of one sample along an axis; they read .vti "
+        "files",
+        lost.empty() ? "" : "; ");
+  return lost;
+}
+
 std::vector<Format> all_formats() {
   std::vector<Format> rows = {
       {.name = "nrrd",
@@ -166,6 +177,13 @@ std::vector<Format> all_formats() {
        .any_order = true,
        .slices_are_alike = true,
        .lost = lost_in_vti},
+      {.name = "vtkhdf",
+       .extensions = {".vtkhdf"},
+       .help = "VTK image data in HDF5",
+       .read_as = "hdf5",
+       .writer = "hdf5",
+       .slices_are_alike = true,
+       .lost = lost_in_vtkhdf},
       {.name = "vgi",
        .extensions = {".vgi"},
        .help = "VGStudio, with samples in a .vol file",
@@ -193,7 +211,8 @@ std::vector<Format> all_formats() {
        .what = "an HDF5 file",
        .peek = 8,
        .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
-       .reader = "hdf5"},
+       .reader = "hdf5",
+       .writer = "hdf5"},
       {.name = "jp2",
        .extensions = {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"},
        .help = "JPEG 2000",
