@@ -7,7 +7,7 @@
 namespace tagrid {
 namespace {
 
-constexpr hssize_t most_numbers = 1000;
+constexpr hssize_t most_numbers = 1000, most_texts = 100;
 constexpr std::size_t longest_text = 1 << 16;
 
 Hdf5Handle opened(hid_t object, const std::string& name) {
@@ -20,29 +20,50 @@ hssize_t count_of(hid_t attribute) {
   return space ? H5Sget_simple_extent_npoints(space.get()) : -1;
 }
 
+std::vector<std::string> variable_texts(hid_t attribute, hid_t type, std::size_t count) {
+  const Hdf5Handle memory(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(memory.get(), H5T_VARIABLE);
+  H5Tset_cset(memory.get(), H5Tget_cset(type));
+  std::vector<char*> pointers(count, nullptr);
+  if (H5Aread(attribute, memory.get(), pointers.data()) < 0) return {};
+  std::vector<std::string> texts;
+  for (char* const pointer : pointers) {
+    texts.emplace_back(pointer == nullptr ? "" : pointer);
+    H5free_memory(pointer);
+  }
+  return texts;
+}
+
+std::vector<std::string> fixed_texts(hid_t attribute, hid_t type, std::size_t count) {
+  const std::size_t size = H5Tget_size(type);
+  if (size == 0 || size > longest_text) return {};
+  std::string all(size * count, '\0');
+  if (H5Aread(attribute, type, all.data()) < 0) return {};
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string text = all.substr(i * size, size);
+    texts.push_back(text.substr(0, text.find('\0')));
+  }
+  return texts;
+}
+
 }  // namespace
 
 std::optional<std::string> text_attribute(hid_t object, const std::string& name) {
+  std::vector<std::string> texts = text_list_attribute(object, name);
+  if (texts.size() != 1) return std::nullopt;
+  return std::move(texts[0]);
+}
+
+std::vector<std::string> text_list_attribute(hid_t object, const std::string& name) {
   const Hdf5Handle attribute = opened(object, name);
-  if (!attribute || count_of(attribute.get()) != 1) return std::nullopt;
+  if (!attribute) return {};
   const Hdf5Handle type(H5Aget_type(attribute.get()), H5Tclose);
-  if (!type || H5Tget_class(type.get()) != H5T_STRING) return std::nullopt;
-  if (H5Tis_variable_str(type.get()) > 0) {
-    const Hdf5Handle memory(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(memory.get(), H5T_VARIABLE);
-    H5Tset_cset(memory.get(), H5Tget_cset(type.get()));
-    char* text = nullptr;
-    if (H5Aread(attribute.get(), memory.get(), &text) < 0 || text == nullptr) return std::nullopt;
-    std::string copy = text;
-    H5free_memory(text);
-    return copy;
-  }
-  const std::size_t size = H5Tget_size(type.get());
-  if (size == 0 || size > longest_text) return std::nullopt;
-  std::string text(size, '\0');
-  if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return std::nullopt;
-  text.erase(std::min(text.find('\0'), text.size()));
-  return text;
+  const hssize_t count = count_of(attribute.get());
+  if (!type || H5Tget_class(type.get()) != H5T_STRING || count < 1 || count > most_texts) return {};
+  return H5Tis_variable_str(type.get()) > 0
+             ? variable_texts(attribute.get(), type.get(), static_cast<std::size_t>(count))
+             : fixed_texts(attribute.get(), type.get(), static_cast<std::size_t>(count));
 }
 
 std::vector<double> number_attribute(hid_t object, const std::string& name) {

@@ -3,15 +3,38 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 
+#include "io/files/text.h"
 #include "io/programs/serve_reader.h"
-#include "tools/hdf5/attributes.h"
+#include "tools/hdf5/description.h"
 #include "tools/hdf5/sample_types.h"
+#include "tools/readers/hdf5/image_data.h"
+#include "tools/readers/hdf5/nexus.h"
 
 namespace tagrid {
 
 BrokenInput broken_hdf5(const std::string& path, std::string_view why) {
   return BrokenInput(fmt::format("{}: HDF5 file: {}", path, why));
+}
+
+std::string file_of(hid_t dataset) {
+  const ssize_t size = H5Fget_name(dataset, nullptr, 0);
+  if (size <= 0) return "";
+  std::string name(static_cast<std::size_t>(size), '\0');
+  H5Fget_name(dataset, name.data(), name.size() + 1);
+  return name;
+}
+
+bool is_in_folder_of(const std::string& path, hid_t dataset) {
+  namespace fs = std::filesystem;
+  const std::string other = file_of(dataset);
+  if (other.empty() || other == path) return true;
+  std::error_code unknown;
+  const auto folder = [&](const std::string& file) {
+    return fs::weakly_canonical(fs::absolute(file).parent_path(), unknown);
+  };
+  return folder(other) == folder(path);
 }
 
 std::vector<hsize_t> dims_of(hid_t dataset) {
@@ -50,38 +73,47 @@ Hdf5Handle opened_dataset(hid_t file, const std::string& name) {
 
 namespace {
 
-/// The data set that NeXus files name as the default one: https://manual.nexusformat.org/datarules.html
-std::string nexus_default(hid_t file) {
-  std::string path = "/";
-  for (int depth = 0; depth < 8; ++depth) {
-    const Hdf5Handle group(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose);
-    if (!group) return "";
-    if (const auto signal = text_attribute(group.get(), "signal")) return path + *signal;
-    const auto next = text_attribute(group.get(), "default");
-    if (!next || next->empty()) return "";
-    path += *next + "/";
-  }
-  return "";
+/// The data sets of numbers that can be volumes.
+struct Candidates {
+  std::vector<Choice> volumes, slices;  ///< with several slices, and with one
+};
+
+/// A picture of two axes is no volume, unless the file says that it is one.
+bool is_slice(hid_t dataset, const std::string& name, std::size_t rank) {
+  return rank > 2 || is_vtkhdf_array(name) || H5Aexists(dataset, hdf5_header_attribute) > 0;
 }
 
-/// All data sets that can be volumes: of numbers, with more than one slice.
-std::vector<Choice> datasets_of(hid_t file) {
-  std::vector<Choice> all;
-  const auto look = [](hid_t root, const char* name, const H5O_info_t* info, void* user) -> herr_t {
+Candidates candidates_of(hid_t file) {
+  Candidates all;
+  const auto look = [](hid_t root, const char* relative, const H5O_info_t* info, void* user) -> herr_t {
     if (info->type != H5O_TYPE_DATASET) return 0;
-    const Hdf5Handle dataset = opened_dataset(root, name);
+    const Hdf5Handle dataset = opened_dataset(root, relative);
     if (!dataset) return 0;
+    const std::string name = std::string("/") + relative;
     const std::vector<hsize_t> dims = dims_of(dataset.get());
     const auto size = volume_size(dims);
     const Hdf5Handle type(H5Dget_type(dataset.get()), H5Tclose);
     const auto stored = stored_samples_of(type.get());
-    if (size && stored && dims.size() > 2 && size->z > 1)
-      static_cast<std::vector<Choice>*>(user)->push_back(
-          {std::string("/") + name, fmt::format("{} {}", in_words(dims), name_of(stored->type))});
+    // An array of VTKHDF with a fourth axis has several numbers for each sample.
+    if (!size || !stored || (is_vtkhdf_array(name) && dims.size() > 3)) return 0;
+    Candidates& found = *static_cast<Candidates*>(user);
+    const Choice choice = {name, fmt::format("{} {}", in_words(dims), name_of(stored->type))};
+    if (dims.size() > 2 && size->z > 1)
+      found.volumes.push_back(choice);
+    else if (is_slice(dataset.get(), name, dims.size()))
+      found.slices.push_back(choice);
     return 0;
   };
   H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, look, &all, H5O_INFO_BASIC);
   return all;
+}
+
+BrokenInput has_no_volume(hid_t file, const std::string& path) {
+  const std::string type = vtkhdf_type(file);
+  if (!type.empty() && type != "ImageData")
+    return BrokenInput(
+        fmt::format("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type)));
+  return broken_hdf5(path, "has no data set of numbers with three axes");
 }
 
 }  // namespace
@@ -91,9 +123,16 @@ std::string dataset_name(hid_t file, const std::string& path, const std::string&
   if (wanted.empty())
     if (const std::string name = nexus_default(file); !name.empty() && opened_dataset(file, name))
       return name;
-  const std::vector<Choice> all = datasets_of(file);
-  if (all.empty()) throw broken_hdf5(path, "has no data set of numbers with three axes");
-  return all[chosen(path, "dataset", wanted, all)].name;
+  Candidates all = candidates_of(file);
+  std::vector<Choice>& list = all.volumes.empty() ? all.slices : all.volumes;
+  if (list.empty()) throw has_no_volume(file, path);
+  if (wanted.empty() && list.size() > 1) {
+    std::vector<Choice> signals;
+    for (const Choice& choice : list)
+      if (is_nexus_signal(file, choice.name)) signals.push_back(choice);
+    if (signals.size() == 1) return signals[0].name;
+  }
+  return list[chosen(path, "dataset", wanted, list)].name;
 }
 
 }  // namespace tagrid

@@ -20,6 +20,12 @@ BrokenInput broken_hdf5(const std::string& path, std::string_view why);
 /// The data set with this path; nothing if there is none.
 Hdf5Handle opened_dataset(hid_t file, const std::string& name);
 
+/// The path of the file that a data set lies in, which links may have led to; "" if it is unknown.
+std::string file_of(hid_t dataset);
+/// True if the data set lies in the file at `path`, or in one beside it. A file is untrusted input: its links lead to files
+/// in its folder, and to no others.
+bool is_in_folder_of(const std::string& path, hid_t dataset);
+
 /// The number of elements along each axis, the slowest one first; none if it is not an array.
 std::vector<hsize_t> dims_of(hid_t dataset);
 
@@ -30,8 +36,8 @@ std::optional<Index3> volume_size(const std::vector<hsize_t>& dims);
 /// "31 x 20 x 7", the fastest axis first.
 std::string in_words(const std::vector<hsize_t>& dims);
 
-/// The path of the data set that `wanted` names, or numbers; without it, of the default one of NeXus, or of the only one.
-/// Throws SeveralVolumes if there are several; BrokenInput, UsageError. `path` is for messages.
+/// The path of the data set that `wanted` names, or numbers; without it, of the default one of NeXus, of the only one, or of
+/// the only signal of a NeXus group. One with several slices is preferred to single slices. Throws SeveralVolumes if there are several; BrokenInput, UsageError. `path` is for messages.
 std::string dataset_name(hid_t file, const std::string& path, const std::string& wanted);
 
 }  // namespace tagrid

@@ -3,11 +3,24 @@
 
 #include <hdf5.h>
 
-#include "io/volume/volume_info.h"
+#include <string>
+#include <vector>
+
+#include "io/nrrd/geometry.h"
 
 namespace tagrid {
 
-/// What the attributes of a data set say.
-Geometry geometry_of_dataset(hid_t dataset);
+/// What a file says of a data set.
+struct DatasetDescription {
+  std::string nrrd;  ///< lines of an NRRD header
+  Rescale rescale;
+  std::vector<std::string> warnings;
+};
+
+/// The data set at the path `name` of the file at `path`, which is a volume of these dimensions. The header lines that
+/// tagrid-write-hdf5 wrote count, if the attributes still say the same; otherwise attributes, VTKHDF's image data, or the
+/// axes of NeXus say where samples lie.
+DatasetDescription description_of_dataset(hid_t file, const std::string& path, const std::string& name,
+                                          const Index3& dims);
 
 }  // namespace tagrid

@@ -5,12 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <string_view>
 #include <vector>
 
 #include "io/files/errors.h"
-#include "tools/hdf5/attributes.h"
 #include "tools/hdf5/handle.h"
 #include "tools/hdf5/sample_types.h"
 #include "tools/readers/hdf5/datasets.h"
@@ -35,15 +33,6 @@ void require_filters(hid_t properties, const std::string& path) {
   }
 }
 
-/// The file that a data set lies in, which links may have led to.
-std::string file_of(hid_t dataset) {
-  const ssize_t size = H5Fget_name(dataset, nullptr, 0);
-  if (size <= 0) return "";
-  std::string name(static_cast<std::size_t>(size), '\0');
-  H5Fget_name(dataset, name.data(), name.size() + 1);
-  return name;
-}
-
 class Hdf5Volume final : public ServedVolume {
  public:
   Hdf5Volume(const std::string& path, const std::string& wanted)
@@ -66,15 +55,16 @@ class Hdf5Volume final : public ServedVolume {
     dims = *size;
     type = stored->type;
     rank_ = sizes.size();
-    geometry = geometry_of_dataset(dataset_.get());
-    pairs.emplace_back("hdf5_dataset", name);
-    for (auto& [key, value] : all_attributes(dataset_.get()))
-      pairs.emplace_back("hdf5_" + key, std::move(value));
     files = {path};
     if (const std::string other = file_of(dataset_.get()); !other.empty() && other != path) {
-      require_same_folder(other);
+      if (!is_in_folder_of(path, dataset_.get()))
+        throw broken_hdf5(path, fmt::format("the data set is in another folder, {}", other));
       files.push_back(other);
     }
+    DatasetDescription description = description_of_dataset(file_.get(), path, name, dims);
+    nrrd = std::move(description.nrrd);
+    rescale = std::move(description.rescale);
+    warnings = std::move(description.warnings);
     look_at_layout(stored->big_endian);
   }
 
@@ -94,17 +84,6 @@ class Hdf5Volume final : public ServedVolume {
   }
 
  private:
-  /// A file is untrusted input: its links lead to files in its folder, and to no others.
-  void require_same_folder(const std::string& other) const {
-    namespace fs = std::filesystem;
-    std::error_code unknown;
-    const auto folder = [&](const std::string& file) {
-      return fs::weakly_canonical(fs::absolute(file).parent_path(), unknown);
-    };
-    if (folder(other) != folder(path_))
-      throw broken_hdf5(path_, fmt::format("the data set is in another folder, {}", other));
-  }
-
   void look_at_layout(bool big_endian) {
     const Hdf5Handle properties(H5Dget_create_plist(dataset_.get()), H5Pclose);
     const H5D_layout_t layout = H5Pget_layout(properties.get());

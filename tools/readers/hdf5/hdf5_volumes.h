@@ -9,8 +9,7 @@
 namespace tagrid {
 
 /// Opens a data set of three axes (z, y, x): the one that the option "dataset" names, otherwise the default one of NeXus,
-/// otherwise the only one. Attributes "spacing" (x, y, z), "origin", "directions", or element_size_um (z, y, x) give
-/// its geometry.
+/// otherwise the only one. See tools/readers/hdf5/geometry.h for what gives its geometry.
 std::unique_ptr<ServedVolume> open_hdf5(const std::string& path, const ReaderOptions& options);
 
 }  // namespace tagrid

@@ -1,0 +1,31 @@
+// A data set of one axis that says where samples lie.
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace tagrid {
+
+struct Axis {
+  std::vector<double> places;  ///< of all samples along the axis
+  std::string unit;            ///< "" if unknown
+  double rounding = 0;         ///< places may be wrong by as much, as numbers of their type are
+  double width = 0;            ///< of a sample, if the file has the borders of samples
+
+  /// The usual distance from one sample to the next; the width of the only one; NaN if that is not known.
+  double step() const;
+  /// True if all distances are equal.
+  bool is_even() const;
+  /// True if all places differ, and each lies behind the one before it, or each before it.
+  bool is_sorted() const;
+};
+
+/// The axis of `samples` samples that the data set is; the borders of samples become their centers. Nothing if it is no
+/// list of as many finite numbers, or if they are in another place than the file at `path` is.
+std::optional<Axis> axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
+
+}  // namespace tagrid

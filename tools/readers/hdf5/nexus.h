@@ -1,0 +1,32 @@
+// What NeXus says about data sets: https://manual.nexusformat.org/datarules.html
+#pragma once
+
+#include <hdf5.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/nrrd/geometry.h"
+
+namespace tagrid {
+
+/// The path of the data set that the file names as its default one; "" if it names none.
+std::string nexus_default(hid_t file);
+
+/// True if the data set at this path is the signal of its group.
+bool is_nexus_signal(hid_t file, const std::string& name);
+
+/// Where the axes of a group put the samples of a data set.
+struct NexusPlaces {
+  Geometry geometry;
+  KeyValues pairs;  ///< positions of slices at unequal distances, and axes that a geometry cannot say
+  std::vector<std::string> warnings;
+};
+
+/// Nothing if the data set at the path `name` has no axes. `sizes`: of the data set, the slowest axis first. `path` is that
+/// of the file.
+std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
+                                        const std::vector<hsize_t>& sizes);
+
+}  // namespace tagrid
