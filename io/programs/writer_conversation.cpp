@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "io/nrrd/geometry.h"
 #include "io/programs/answers.h"
 
@@ -25,6 +27,31 @@ Json json_of(const VolumeInfo& info) {
   return json;
 }
 
+bool is_utf8(const std::string& text) {
+  try {
+    return !Json(text).dump().empty();
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
+/// Lines of older programs may be in Latin-1. JSON is UTF-8.
+std::string in_utf8(std::string_view lines) {
+  std::string result;
+  while (!lines.empty()) {
+    const std::string line(lines.substr(0, lines.find('\n')));
+    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
+    const bool is_good = is_utf8(line);
+    for (const char c : line)
+      if (const auto byte = static_cast<unsigned char>(c); is_good || byte < 0x80)
+        result += c;
+      else
+        result += {static_cast<char>(0xc0 | byte >> 6), static_cast<char>(0x80 | (byte & 0x3f))};
+    result += '\n';
+  }
+  return result;
+}
+
 }  // namespace
 
 WriterConversation::WriterConversation(const std::string& program, const FormatProgram::Limits& limits)
@@ -34,8 +61,13 @@ WriterConversation::WriterConversation(const std::string& program, const FormatP
 
 WriterReady WriterConversation::begin(const std::string& path, const std::string& name,
                                       const VolumeInfo& info, const WriterOptions& options) {
-  const Json request = {
-      {"request", "write"}, {"path", path}, {"name", name}, {"volume", json_of(info)}, {"options", options}};
+  const bool is_text = is_utf8(info.nrrd_fields);
+  const VolumeInfo volume = is_text ? info : volume_info(info.dims, info.type, in_utf8(info.nrrd_fields));
+  const Json request = {{"request", "write"},
+                        {"path", path},
+                        {"name", name},
+                        {"volume", json_of(volume)},
+                        {"options", options}};
   say_request(process_, request, name);
   return with(process_, [&] {
     const Json answer = next_answer(process_);
@@ -43,7 +75,11 @@ WriterReady WriterConversation::begin(const std::string& path, const std::string
     const std::int64_t memory = count_in(answer, "memory", -1, 0);
     if (memory < 0) throw WrongAnswer("does not say how much memory it takes");
     process_.limit_memory(static_cast<std::uint64_t>(memory));
-    return WriterReady{static_cast<std::uint64_t>(memory), texts_in(answer, "warnings")};
+    WriterReady ready{static_cast<std::uint64_t>(memory), texts_in(answer, "warnings")};
+    if (!is_text)
+      ready.warnings.push_back(name +
+                               ": texts that are not UTF-8 are taken as Latin-1, and written as UTF-8");
+    return ready;
   });
 }
 
