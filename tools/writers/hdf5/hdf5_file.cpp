@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 
@@ -17,7 +19,7 @@ struct Reason {
   std::string words;     ///< of the library, about the call that failed first
 };
 
-/// Why the last call failed. The library tells the system's error number in words only.
+/// Why the last call, which has failed just now, did so. The library tells the system's error number in words only.
 Reason last_reason() {
   Reason reason;
   const auto look = [](unsigned, const H5E_error2_t* error, void* user) -> herr_t {
@@ -25,8 +27,11 @@ Reason last_reason() {
     const std::string_view words = error->desc == nullptr ? "" : error->desc;
     constexpr std::string_view number = "errno = ";
     if (found.words.empty()) found.words = words;
-    if (const std::size_t at = words.find(number); at != words.npos && found.error_number == 0)
+    if (found.error_number != 0) return 0;
+    if (const std::size_t at = words.find(number); at != words.npos)
       found.error_number = std::atoi(words.data() + at + number.size());
+    else if (error->min_num == H5E_WRITEERROR)
+      found.error_number = errno;  // the driver for stdio says no number
     return 0;
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &reason);
@@ -38,6 +43,8 @@ Reason last_reason() {
 Hdf5File::Hdf5File(const std::string& path, std::string name) : name_(std::move(name)) {
   const Hdf5Handle access = checked(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18));
+  // The usual driver asks for the name of a file, which the one behind a link of /proc does not have.
+  if (std::filesystem::is_symlink(path)) check(H5Pset_fapl_stdio(access.get()));
   // Nobody else writes a temporary file, and some file systems have no locks.
   check(H5Pset_file_locking(access.get(), false, true));
   file_ = checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
