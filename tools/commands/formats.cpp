@@ -32,10 +32,12 @@ std::string_view package_of(std::string_view name) {
 }
 
 KnownFormat known(const Format& format) {
+  // The row that reads such files.
+  const Format& reading = format.read_as.empty() ? format : *read_format_named(format.read_as);
   KnownFormat result{.name = std::string(format.name),
                      .help = std::string(format.help),
                      .extensions = fmt::format("{}", fmt::join(format.extensions, " ")),
-                     .reads = format.is_read() || !format.read_as.empty(),
+                     .reads = reading.is_read(),
                      .writes = format.is_written()};
   const auto look = [&](std::string_view name, const auto& program, std::string_view kind, std::string& path,
                         bool& can) {
@@ -46,7 +48,7 @@ KnownFormat known(const Format& format) {
     else
       result.missing.push_back(fmt::format("tagrid-{}-{}", kind, name));
   };
-  look(format.reader, find_reader(format.reader), "read", result.reader, result.reads);
+  look(reading.reader, find_reader(reading.reader), "read", result.reader, result.reads);
   look(format.writer, find_writer(format.writer), "write", result.writer, result.writes);
   return result;
 }
