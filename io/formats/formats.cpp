@@ -25,6 +25,7 @@
 #include "io/programs/program_sink.h"
 #include "io/tiff/sink.h"
 #include "io/vendors/vendors.h"
+#include "io/volume/vtk_geometry.h"
 #include "io/vti/sink.h"
 
 namespace tagrid {
@@ -47,14 +48,16 @@ bool begins_jpeg2000(std::string_view b) {
 }
 
 std::string lost_in_vtkhdf(const VolumeInfo& info) {
-  std::string lost = lost_in_vti(info);
-  const bool is_flat = info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1;
-  if (is_flat)
-    lost += fmt::format(
-        "{}VTK 9.1 and ParaView 5.11 fail to read VTKHDF images of one sample along an axis; they read .vti "
-        "files",
-        lost.empty() ? "" : "; ");
-  return lost;
+  std::vector<std::string> lost;
+  if (std::string in_image_data = lost_in_vti(info); !in_image_data.empty())
+    lost.push_back(std::move(in_image_data));
+  // Seen with the library: it overruns its memory for the first, and forgets to use the second.
+  if (info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1)
+    lost.emplace_back("VTK 9.1 fails to read VTKHDF images of one sample along an axis; it reads .vti files");
+  if (vtk_geometry_of(info.geometry).direction != vtk_geometry_of({}).direction)
+    lost.emplace_back(
+        "VTK 9.1 does not turn VTKHDF images as their directions say; it turns those of .vti files");
+  return fmt::format("{}", fmt::join(lost, "; "));
 }
 
 std::vector<Format> all_formats() {

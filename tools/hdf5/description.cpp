@@ -1,6 +1,7 @@
 #include "tools/hdf5/description.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 
@@ -63,6 +64,10 @@ void add_pair(const std::string& key, const std::string& value, Description& des
   description.add(key.starts_with(of_hdf5) ? key.substr(of_hdf5.size()) : key, value);
 }
 
+/// Attributes that say where samples lie and what they mean.
+constexpr std::array geometry_attributes = {"spacing",       "origin",        "directions",       "space",
+                                            "spacing_units", "rescale_slope", "rescale_intercept"};
+
 bool is_same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool says(hid_t object, const Hdf5Attribute& attribute) {
@@ -92,7 +97,13 @@ std::optional<std::string> header_of(hid_t object, std::vector<std::string>& des
   }
   if (!std::ranges::all_of(attributes, [&](const auto& attribute) { return says(object, attribute); }))
     return std::nullopt;
-  for (Hdf5Attribute& attribute : attributes) described.push_back(std::move(attribute.name));
+  std::vector<std::string> names;
+  for (Hdf5Attribute& attribute : attributes) names.push_back(std::move(attribute.name));
+  const auto was_added = [&](const char* name) {
+    return std::ranges::find(names, name) == names.end() && H5Aexists(object, name) > 0;
+  };
+  if (std::ranges::any_of(geometry_attributes, was_added)) return std::nullopt;
+  described = std::move(names);
   return header;
 }
 
