@@ -125,6 +125,9 @@ class Hdf5(ReaderTest):
         with h5py.File(self.folder / "a.h5", "w") as file:
             file.create_dataset("data", (3, 3, 3), "u1", external=[("/etc/passwd", 0, 27)])
         self.assert_refused(65, "other files", "encode", "a.h5")
+        with h5py.File(self.folder / "a.h5", "w") as file:
+            file.create_dataset("data", (2, 1 << 38, 5), "u1")
+        self.assert_refused(65, "/data has 5 x 274877906944 x 2 samples, which are no volume", "encode", "a.h5")
         self.write("a.h5", data=volume())
         whole = (self.folder / "a.h5").read_bytes()
         (self.folder / "short.h5").write_bytes(whole[:-10])

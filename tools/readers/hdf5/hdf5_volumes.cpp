@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "io/files/errors.h"
+#include "stages/volume/coding_parameters.h"
 #include "tools/hdf5/handle.h"
 #include "tools/hdf5/sample_types.h"
 #include "tools/readers/hdf5/datasets.h"
@@ -50,7 +51,7 @@ class Hdf5Volume final : public ServedVolume {
           fmt::format("{} has samples of a type that is not supported; supported are integers of 8, 16 and "
                       "32 bits and floats of 32 and 64 bits",
                       name));
-    if (!size)
+    if (!size || !is_volume_size(*size) || !sample_bytes(*size, stored->type))
       throw broken_hdf5(path, fmt::format("{} has {} samples, which are no volume", name, in_words(sizes)));
     dims = *size;
     type = stored->type;
