@@ -98,6 +98,7 @@ std::vector<Format> all_formats() {
        .is_mine = [](std::string_view b) { return b.starts_with(std::string_view(" BDV\0\0\0\0", 8)); },
        .reader = "vdb",
        .writer = "vdb",
+       .writer_keeps_volume = true,
        .has_grids = true,
        .slices_are_alike = true},
       {.name = "nifti",

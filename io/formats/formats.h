@@ -59,6 +59,7 @@ struct Format {
                                         const WriteOptions& options) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
   std::string_view writer = "";
+  bool writer_keeps_volume = false;  ///< in memory, as a whole
   bool is_written() const { return create != nullptr || !writer.empty(); }
   bool any_order = false;  ///< A file can be written in any order, even by several processes.
   bool has_grids = false;  ///< SourceDescription::vdb_grid applies to it, and so do wishes about grids.

@@ -9,15 +9,22 @@
 
 namespace tagrid {
 
-/// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program tagrid-write-WRITER.
-[[noreturn]] void throw_for_writer(const MemoryLimit& limit, std::string_view writer, std::uint64_t bytes);
+/// The program tagrid-write-NAME.
+struct WriterProgram {
+  std::string_view name;
+  bool keeps_volume = false;  ///< in memory, as a whole
+};
+
+/// Throws `limit` again, as a UsageError that says that `bytes` of it are for the program.
+[[noreturn]] void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer,
+                                   std::uint64_t bytes);
 
 /// Throws UsageError if the machine does not have the memory that the program needs, and there is no other limit.
-void require_memory_of_writer(std::string_view writer, std::uint64_t bytes, const Resources& resources);
+void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
 /// Returns plan(). If that throws MemoryLimit, and `bytes` of it are for a program, the error says so.
 template <class Plan>
-auto plan_with_writer(std::string_view writer, std::uint64_t bytes, Plan plan) {
+auto plan_with_writer(const WriterProgram& writer, std::uint64_t bytes, Plan plan) {
   try {
     return plan();
   } catch (const MemoryLimit& limit) {

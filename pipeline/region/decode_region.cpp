@@ -233,10 +233,11 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const VolumeInfo info = info_of(blocks->header(), region);
   const bool any_order = run.format.any_order && is_regular_output(run.output);
   const auto sink = open_output(run, info, parameters);
-  const RegionPlan plan = plan_with_writer(run.format.writer, sink->memory(), [&] {
+  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
+  const RegionPlan plan = plan_with_writer(writer, sink->memory(), [&] {
     return plan_region(region, parameters, resources, any_order, run.format.memory(info) + sink->memory());
   });
-  require_memory_of_writer(run.format.writer, sink->memory(), resources);
+  require_memory_of_writer(writer, sink->memory(), resources);
 
   if (run.fill && !is_value_of(parameters.type, *run.fill))
     throw UsageError(

@@ -82,11 +82,12 @@ DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, con
                    const Resources& resources) {
   const bool any_order = run.format.any_order && is_regular_output(run.output);
   const std::uint64_t of_writer = sink.memory();
-  const DecodePlan plan = plan_with_writer(run.format.writer, of_writer, [&] {
+  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
+  const DecodePlan plan = plan_with_writer(writer, of_writer, [&] {
     return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
                          run.format.memory(sink.info()) + of_writer);
   });
-  require_memory_of_writer(run.format.writer, of_writer, resources);
+  require_memory_of_writer(writer, of_writer, resources);
   return plan;
 }
 
