@@ -163,6 +163,7 @@ class InstalledLibrary(unittest.TestCase):
             self.assertIn(path, content["tagrid"])
         for format in ("dicom", "hdf5", "jp2", "tiff"):
             self.assertIn(f"/usr/libexec/tagrid/tagrid-read-{format}\n", content["tagrid-readers"])
+        self.assertIn("/usr/libexec/tagrid/tagrid-write-hdf5\n", content["tagrid-readers"])
         for program in ("tagrid-read-vdb", "tagrid-write-vdb"):
             self.assertIn(f"/usr/libexec/tagrid/{program}\n", content["tagrid-openvdb"])
         self.assertNotIn("tagrid-read-tiff", content["tagrid"])

@@ -38,7 +38,7 @@ _tagrid() {
   [[ $before == = ]] && before=${COMP_WORDS[COMP_CWORD - 2]}
   case $before in
     --progress) mapfile -t COMPREPLY < <(compgen -W 'auto bar plain none' -- "$current") && return ;;
-    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti' -- "$current") && return ;;
+    --format) mapfile -t COMPREPLY < <(compgen -W 'nrrd nhdr raw vdb nifti nifti.gz metaimage mhd tiff vti vtkhdf hdf5' -- "$current") && return ;;
     --vdb-type) mapfile -t COMPREPLY < <(compgen -W 'float int32' -- "$current") && return ;;
     --grid) mapfile -t COMPREPLY < <(compgen -W 'stored derived' -- "$current") && return ;;
     --effort) mapfile -t COMPREPLY < <(compgen -W 'fast default best' -- "$current") && return ;;
