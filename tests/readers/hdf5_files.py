@@ -1,0 +1,57 @@
+"""What the tests of HDF5 and VTKHDF files share: volumes that are decoded into them."""
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+h5py = other_readers.library("h5py", "python3-h5py")
+
+OBLIQUE = ((0.4, 0.3, 0), (-0.3, 0.4, 0), (0, 0, 2.5))
+SHEARED = ((0.5, 0, 0), (0, 0.5, 0), (0.1, 0.2, 2.5))
+MIRRORED = ((-0.5, 0, 0), (0, 0, 0.25), (0, 3, 0))
+PLACES = {"hdf5": "/volume", "vtkhdf": "/VTKHDF/PointData/value"}
+FORMATS = {"b.h5": "hdf5", "b.vtkhdf": "vtkhdf"}
+
+
+def placed(directions, origin=(10, -20, 30.5), space="left-posterior-superior"):
+    return (f"space: {space}\n" if space else "space dimension: 3\n") + \
+        f"space directions: {' '.join('(' + ','.join(map(str, d)) + ')' for d in directions)}\n" + \
+        f"space origin: ({','.join(map(str, origin))})\n" + 'space units: "mm" "mm" "mm"\n'
+
+
+class Hdf5Test(ReaderTest):
+    def encode(self, type="int16", shape=(5, 19, 23), fields="", name="a"):
+        """Makes NAME.nrrd and NAME.tag; returns the samples."""
+        random = numpy.random.default_rng(1)
+        if type.startswith("float"):
+            samples = (random.standard_normal(shape) * 1000).astype(type)
+        else:
+            samples = random.integers(numpy.iinfo(type).min, numpy.iinfo(type).max, shape, type, endpoint=True)
+        header = f"NRRD0005\ntype: {type.replace('float32', 'float').replace('float64', 'double')}\ndimension: 3\n" + \
+            f"sizes: {' '.join(map(str, shape[::-1]))}\nencoding: raw\nendian: little\n"
+        fields = fields if isinstance(fields, bytes) else fields.encode()
+        (self.folder / f"{name}.nrrd").write_bytes(header.encode() + fields + b"\n" + samples.tobytes())
+        run = self.tagrid("encode", f"{name}.nrrd", "-o", f"{name}.tag", "-f", "--range", "auto")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return samples
+
+    def decode(self, name, *options, tag="a.tag"):
+        run = self.tagrid("decode", tag, "-o", name, "-f", *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run.stderr
+
+    def nrrd_of(self, tag):
+        self.decode(f"{tag}.nrrd", tag=tag)
+        return (self.folder / f"{tag}.nrrd").read_bytes()
+
+    def assert_comes_back(self, name, what=""):
+        """What is encoded from the file is the volume that was decoded into it: every header line, and every voxel."""
+        before = self.nrrd_of("a.tag")
+        run = self.tagrid("encode", name, "-o", "again.tag", "-f", "--range", "auto")
+        self.assertEqual((run.returncode, run.stderr), (0, ""), what)
+        self.assertEqual(self.nrrd_of("again.tag"), before, what)
+
+    def dataset(self, name):
+        file = h5py.File(self.folder / name, "r")
+        self.addCleanup(file.close)
+        return file[PLACES[FORMATS[name]]]
