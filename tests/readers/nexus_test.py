@@ -186,6 +186,13 @@ class Nexus(ReaderTest):
             self.assertEqual(self.geometry()["spacing"], [1, 1, None], kind)
             self.assertIn("the axis z is no list of 7 places", self.messages)
 
+    def test_a_name_is_enough_and_none_is_written(self):
+        truth = volume()
+        with h5py.File(self.folder / "b.nxs", "w", userblock_size=512) as file:
+            file["data"] = truth
+        self.assert_same(self.encoded("b.nxs")[0], truth)
+        self.assert_refused(64, "must end in", "decode", "out.tag", "-o", "c.nxs")
+
     def test_what_comes_back_after_decode(self):
         z = numpy.array([0, 1, 2, 4, 7, 8, 9])
         self.write(z=z, y=numpy.arange(20.), x=numpy.arange(31.), units="mm")

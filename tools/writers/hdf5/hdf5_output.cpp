@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <span>
+
 #include "io/volume/vtk_geometry.h"
 #include "tools/hdf5/description.h"
 #include "tools/writers/hdf5/hdf5_file.h"
@@ -37,7 +40,7 @@ class Hdf5Output final : public ServedOutput {
     if (is_vtkhdf) add_image_data(file_, info_);
     const auto size = [](std::int64_t n) { return static_cast<hsize_t>(n); };
     std::vector<hsize_t> dims = {size(info_.dims.z), size(info_.dims.y), size(info_.dims.x)};
-    // VTK takes images for two-dimensional ones if they are.
+    // VTK expects an array of two axes for an image of one slice.
     is_image_ = is_vtkhdf && info_.dims.z == 1 && info_.dims.y > 1 && info_.dims.x > 1;
     if (is_image_) dims.erase(dims.begin());
     dataset_ = file_.make_dataset(path_, info_.type, dims);
