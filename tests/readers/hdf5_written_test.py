@@ -107,6 +107,13 @@ class Written(Hdf5Test):
             self.assert_same(samples, numpy.arange(60, dtype="i2").reshape(3, 4, 5), header)
             self.assertEqual(info["geometry"]["spacing"], [1, 1, 1], header)
 
+    def test_a_header_cannot_say_how_samples_are_stored(self):
+        for header in ("data file: /etc/passwd\n", "type: int16\n", "sizes: 1 2 3\n", "encoding: gzip\n", "line skip: 3\n"):
+            with h5py.File(self.folder / "c.h5", "w") as file:
+                file.create_dataset("x", data=numpy.zeros((3, 4, 5), "i2")).attrs["nrrd_header"] = header
+            source = self.encoded("c.h5")[1]["source"]
+            self.assertEqual((source["fields"], source["pairs"]), ({}, {"hdf5_dataset": "/x"}), header)
+
     def test_bounds_are_for_values(self):
         truth = self.encode(fields="rescale_slope:=0.5\nrescale_intercept:=3\n")
         self.decode("b.h5")
