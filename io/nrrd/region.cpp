@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
@@ -12,6 +13,8 @@ namespace tagrid {
 namespace {
 
 using Vector = std::array<double, 3>;
+
+constexpr const char* positions_key = "slice_positions";
 
 // In NRRD's spelling: an unknown number, or one that a reader would refuse, is NaN.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "nan"; }
@@ -23,8 +26,13 @@ Vector scaled(const Vector& v, double factor) { return {v[0] * factor, v[1] * fa
 
 class RegionLines {
  public:
-  RegionLines(std::string_view fields, Index3 low, Index3 step)
-      : fields_(fields), whole_(geometry_of(fields)), low_(low), step_(step), origin_(to_world(whole_, low)) {
+  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices)
+      : fields_(fields),
+        whole_(geometry_of(fields)),
+        low_(low),
+        step_(step),
+        slices_(slices),
+        origin_(to_world(whole_, low)) {
     // If the spacing is unknown, so is the distance to any other sample.
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (is_moved(axis) && std::isnan(whole_.spacing[axis])) origin_[axis] = Geometry::unknown;
@@ -32,6 +40,7 @@ class RegionLines {
 
   std::string lines() {
     find_centers();
+    find_origin_of_slice();
     std::string result;
     for (std::string_view rest = fields_; !rest.empty();) {
       const std::string_view line = take_line(rest);
@@ -42,6 +51,11 @@ class RegionLines {
 
  private:
   std::string changed(std::string_view line, const NrrdLine& parsed) {
+    if (parsed.kind == NrrdLine::Kind::key_value)
+      for (const std::string_view key : {positions_key, "slice_slopes", "slice_intercepts"})
+        if (line.starts_with(key) && line.substr(key.size()).starts_with(":=")) return of_slices(line, key);
+    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1};
+    if (is_same) return fmt::format("{}\n", line);
     if (parsed.field == "spacings") return spacings();
     if (parsed.field == "space directions") return directions();
     if (parsed.field == "space origin") {
@@ -55,6 +69,57 @@ class RegionLines {
     // They would be wrong in the region, and nothing else depends on them.
     if (parsed.field == "axis mins" || parsed.field == "axis maxs") return "";
     return fmt::format("{}\n", line);
+  }
+
+  // A list with one entry for each slice of the whole volume. A list that is too short is dropped.
+  std::string of_slices(std::string_view line, std::string_view key) const {
+    const bool is_places = key == positions_key;
+    const std::string_view list = line.substr(key.size() + 2);
+    const std::vector<std::string_view> all = is_places ? positions_in(list) : words_of(list);
+    std::string kept;
+    for (std::int64_t z = 0; z < slices_; ++z) {
+      const auto at = static_cast<std::size_t>(low_.z + z * step_.z);
+      if (at >= all.size()) return "";
+      if (z > 0) kept += is_places ? "; " : " ";
+      kept += is_places ? moved_position(all[at]) : std::string(all[at]);
+    }
+    return fmt::format("{}:={}\n", key, kept);
+  }
+  static std::vector<std::string_view> positions_in(std::string_view list) {
+    std::vector<std::string_view> positions;
+    while (!list.empty()) {
+      const std::size_t end = std::min(list.find(';'), list.size());
+      positions.push_back(trimmed(list.substr(0, end)));
+      list.remove_prefix(std::min(end + 1, list.size()));
+    }
+    return positions;
+  }
+  // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
+  std::optional<Vector> moved(std::string_view position) const {
+    const auto words = words_of(position);
+    Vector place;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto coordinate = words.size() == 3 ? number_of(words[axis]) : std::nullopt;
+      if (!coordinate) return std::nullopt;
+      place[axis] = *coordinate + static_cast<double>(low_.x) * whole_.directions[0][axis] +
+                    static_cast<double>(low_.y) * whole_.directions[1][axis];
+    }
+    return place;
+  }
+  std::string moved_position(std::string_view position) const {
+    if (low_.x == 0 && low_.y == 0) return std::string(position);
+    const auto place = moved(position);
+    return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
+  }
+  // Where slices lie at unequal distances, the first one that is kept is where its own position says.
+  void find_origin_of_slice() {
+    if (!whole_.has_directions || !whole_.has_origin) return;
+    for (const auto& [key, value] : key_values_of(fields_)) {
+      if (key != positions_key) continue;
+      const auto all = positions_in(value);
+      if (static_cast<std::size_t>(low_.z) >= all.size()) return;
+      if (const auto place = moved(all[static_cast<std::size_t>(low_.z)])) origin_ = *place;
+    }
   }
 
   std::string spacings() const {
@@ -122,6 +187,7 @@ class RegionLines {
   std::string_view fields_;
   Geometry whole_;
   Index3 low_, step_;
+  std::int64_t slices_;
   Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is unknown
   std::array<bool, 3> at_point_ = {};
   bool has_origin_line_ = false;
@@ -129,9 +195,8 @@ class RegionLines {
 
 }  // namespace
 
-std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step) {
-  if (low == Index3{0, 0, 0} && step == Index3{1, 1, 1}) return std::string(nrrd_fields);
-  return RegionLines(nrrd_fields, low, step).lines();
+std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices) {
+  return RegionLines(nrrd_fields, low, step, slices).lines();
 }
 
 }  // namespace tagrid

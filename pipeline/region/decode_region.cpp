@@ -119,7 +119,7 @@ void fill_with(double value, SampleType type, std::vector<std::byte>& samples) {
 
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
   return volume_info(region.shape(), header.parameters.type,
-                     fields_of_region(header.nrrd_fields, region.box.low, region.step));
+                     fields_of_region(header.nrrd_fields, region.box.low, region.step, region.shape().z));
 }
 
 // The region in pieces: some rows of bricks of one layer, with the whole extent of the region along x.
