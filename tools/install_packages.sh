@@ -4,13 +4,13 @@
 #   tools/install_packages.sh build|mpi|test|fuzz|bench|pictures
 set -euo pipefail
 
-build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev
+build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev
   libtiff-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev pkgconf
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
-  python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch
+  python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
   python3-pydicom dcmtk libgdcm-tools python3-h5py python3-vtk9 libopenjp2-tools)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)

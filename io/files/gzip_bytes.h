@@ -5,22 +5,23 @@
 #include <memory>
 #include <string>
 
+#include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
 
 namespace tagrid {
 
 /// Reads one or more gzip members, or a zlib stream (RFC 1950), from the position of `file` to its end.
-class GzipBytes {
+class GzipBytes final : public CompressedBytes {
  public:
   /// `file` must outlive this.
   explicit GzipBytes(FileBytes& file);
-  ~GzipBytes();
+  ~GzipBytes() override;
 
-  /// Reads `size` bytes, or fewer at the end; returns their number. Throws BrokenInput if the stream is
-  /// damaged, ends too soon, or is followed by something else.
-  std::size_t read(std::byte* out, std::size_t size);
-  /// Starts again after the file has been moved back to the first member.
-  void restart();
+  std::size_t read(std::byte* out, std::size_t size) override;
+  void restart() override;
+  /// Deflate expands one byte to at most 1032.
+  std::uint64_t max_ratio() const override { return 1040; }
+  const char* method() const override { return "gzip"; }
 
  private:
   struct Stream;

@@ -56,7 +56,7 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
     if (is_last) allow_more(*file, place, facts);
     return plain_samples(std::move(facts), std::move(file), place);
   }
-  return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place, before);
+  return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, before);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/text.h"
+#include "io/nrrd/axes.h"
 #include "io/nrrd/line.h"
 
 namespace tagrid {
@@ -123,8 +124,7 @@ void check_kinds(std::string_view value) {
     throw BrokenInput(
         fmt::format("NRRD header: kinds: {}: must be 3 words, one for each axis", quoted(value)));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::string kind = lower_case(kinds[axis]);
-    if (kind == "domain" || kind == "space" || kind == "none" || kind == "???") continue;
+    if (is_spatial_kind(kinds[axis])) continue;
     throw BrokenInput(
         fmt::format("NRRD header: kinds: axis {} has kind {}, so this is not a volume of single values; all "
                     "three axes must have kind domain, space or none; extract one component or time point "

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "io/files/errors.h"
 #include "io/files/file_pattern.h"
 #include "io/files/text.h"
+#include "io/nrrd/axes.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 
@@ -89,24 +92,27 @@ SampleType type_of(std::string_view value) {
   refuse("type", value, "not supported; use integers of 8, 16 or 32 bits, float or double");
 }
 
-Index3 dims_of(const Fields& fields) {
+/// The sizes of all axes of the file, fastest first.
+std::vector<std::int64_t> sizes_of(const Fields& fields) {
   const std::string_view dimension = required(fields, "dimension");
-  if (dimension != "3")
-    refuse("dimension", dimension,
-           dimension == "4" ? "a volume has 3 axes, and this file has one more, for components (colors, "
-                              "vectors) or time points; extract one of them first, for example with unu slice"
-                            : "a volume has 3 axes; only dimension 3 is supported");
-  const std::string_view sizes = required(fields, "sizes");
-  const auto words = words_of(sizes);
-  if (words.size() != 3) refuse("sizes", sizes, "must be 3 numbers");
-  return {integer_of("sizes", words[0]), integer_of("sizes", words[1]), integer_of("sizes", words[2])};
+  const std::int64_t axes = integer_of("dimension", dimension);
+  if (axes < 2 || axes > max_nrrd_axes)
+    refuse("dimension", dimension, fmt::format("a volume in a file has 2 to {} axes", max_nrrd_axes));
+  const std::string_view value = required(fields, "sizes");
+  std::vector<std::int64_t> sizes;
+  for (const std::string_view word : words_of(value)) sizes.push_back(integer_of("sizes", word));
+  if (static_cast<std::int64_t>(sizes.size()) != axes)
+    refuse("sizes", value, fmt::format("must be {} numbers", axes));
+  if (std::ranges::min(sizes) < 1) refuse("sizes", value, "must be positive");
+  return sizes;
 }
 
 NrrdHeader::Encoding encoding_of(std::string_view value) {
   const std::string name = lower_case(value);
   if (name == "raw") return NrrdHeader::Encoding::raw;
   if (name == "gzip" || name == "gz") return NrrdHeader::Encoding::gzip;
-  refuse("encoding", value, "not supported; use raw or gzip");
+  if (name == "bzip2" || name == "bz2") return NrrdHeader::Encoding::bzip2;
+  refuse("encoding", value, "not supported; use raw, gzip or bzip2");
 }
 
 bool big_endian_of(const Fields& fields, SampleType type) {
@@ -143,8 +149,9 @@ std::vector<std::string> numbered_files(std::string_view value, const std::vecto
   }
 }
 
-/// The data files of a volume; `list` is what follows a line "data file: LIST".
-std::vector<std::string> data_files_of(const Fields& fields, std::string_view list, Index3 dims) {
+/// The data files of a volume; `list` is what follows a line "data file: LIST", and `sizes` are those of all axes.
+std::vector<std::string> data_files_of(const Fields& fields, std::string_view list,
+                                       const std::vector<std::int64_t>& sizes, Index3 dims) {
   if (!fields.contains("data file")) return {};
   const std::string_view value = required(fields, "data file");
   const auto words = words_of(value);
@@ -158,16 +165,21 @@ std::vector<std::string> data_files_of(const Fields& fields, std::string_view li
     names = numbered_files(value, words);
   const std::size_t numbers = is_list(words) ? 1 : 4;
   if (words.size() > numbers + 1) refuse("data file", value, "more follows than the number of axes");
-  const std::int64_t axes = words.size() > numbers ? integer_of("data file", words[numbers]) : 2;
-  if (axes != 2 && axes != 3) refuse("data file", value, "a file must have 2 or 3 axes of the volume");
+  const auto all = static_cast<std::int64_t>(sizes.size());
+  const std::int64_t axes = words.size() > numbers ? integer_of("data file", words[numbers]) : all - 1;
+  // A file holds whole slices.
+  if (axes < 2 || axes > all)
+    refuse("data file", value, fmt::format("a file must have 2 to {} axes of the volume", all));
   const auto count = static_cast<std::int64_t>(names.size());
   if (count == 0) refuse("data file", value, "no file is named");
   if (count > max_nrrd_data_files)
     refuse("data file", value, fmt::format("more than {} files", max_nrrd_data_files));
-  if (axes == 2 ? count != dims.z : dims.z % count != 0)
+  if ((axes < all &&
+       count != std::accumulate(sizes.begin() + axes, sizes.end(), std::int64_t{1}, std::multiplies())) ||
+      dims.z % count != 0)
     refuse("data file", value,
            fmt::format("{} files cannot hold the {} slices of the volume, {}", count, dims.z,
-                       axes == 2 ? "one in each" : "equally many in each"));
+                       axes < all ? "one in each" : "equally many in each"));
   return names;
 }
 
@@ -217,13 +229,16 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
   std::string_view list;
   const Fields fields = storage_fields_of(text, header.info.nrrd_fields, list);
   header.info.type = type_of(required(fields, "type"));
-  header.info.dims = dims_of(fields);
+  const std::vector<std::int64_t> sizes = sizes_of(fields);
+  ThreeAxes axes = three_axes(sizes, header.info.nrrd_fields);
+  header.info.dims = axes.dims;
+  header.info.nrrd_fields = std::move(axes.nrrd_fields);
   if (!sample_bytes(header.info.dims, header.info.type))
     refuse("sizes", required(fields, "sizes"),
            "must be positive, and the volume must be smaller than 2^62 bytes");
   header.encoding = encoding_of(required(fields, "encoding"));
   header.big_endian = big_endian_of(fields, header.info.type);
-  header.data_files = data_files_of(fields, list, header.info.dims);
+  header.data_files = data_files_of(fields, list, sizes, header.info.dims);
   read_skips(fields, header);
   header.info.geometry = geometry_of(header.info.nrrd_fields);
   return header;

@@ -12,7 +12,7 @@
 namespace tagrid {
 
 struct NrrdHeader {
-  enum class Encoding { raw, gzip };
+  enum class Encoding { raw, gzip, bzip2 };
 
   VolumeInfo info;
   Encoding encoding = Encoding::raw;
@@ -29,12 +29,14 @@ struct NrrdHeader {
 inline constexpr std::size_t max_nrrd_header_bytes = std::size_t{1} << 20;
 /// A volume of more files is refused.
 inline constexpr std::int64_t max_nrrd_data_files = 65536;
+/// As in the standard.
+inline constexpr std::int64_t max_nrrd_axes = 16;
 
 /// True if `bytes`, the first 9 or more of a file, begin an NRRD header of any version.
 bool begins_nrrd(std::string_view bytes);
 
 /// Reads a header: the lines from "NRRD000n" up to the blank line or the end of the file. Throws BrokenInput
-/// if it is broken or describes something other than a 3-dimensional scalar volume, raw or in gzip. Safe for
+/// if it is broken or describes something other than a scalar volume (see axes.h), raw, in gzip or in bzip2. Safe for
 /// any bytes.
 NrrdHeader parse_nrrd_header(std::string_view text);
 

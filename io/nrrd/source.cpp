@@ -77,10 +77,11 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
                                            SourceFacts facts, std::uint64_t header_bytes) {
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = header_bytes};
   skip_lines(*file, header.line_skip);
-  if (header.encoding == NrrdHeader::Encoding::gzip) {
+  if (header.encoding != NrrdHeader::Encoding::raw) {
     place.start = file->position();
-    return std::make_unique<GzipSamples>(std::move(facts), std::move(file), place,
-                                         static_cast<std::uint64_t>(header.byte_skip));
+    return std::make_unique<CompressedSamples>(
+        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip),
+        header.encoding == NrrdHeader::Encoding::gzip ? Compression::gzip : Compression::bzip2);
   }
   place.start = start_of_samples(*file, header, facts.info);
   return plain_samples(std::move(facts), std::move(file), place);

@@ -1,4 +1,4 @@
-// Volumes from NRRD files (attached, detached, raw or gzip) and from headerless files.
+// Volumes from NRRD files (attached, detached, raw, gzip or bzip2) and from headerless files.
 #pragma once
 
 #include <memory>

@@ -5,16 +5,20 @@
 #include <algorithm>
 
 #include "io/bytes/little_endian.h"
+#include "io/files/bzip2_bytes.h"
+#include "io/files/gzip_bytes.h"
 
 namespace tagrid {
 namespace {
 
-/// Deflate expands one byte to at most 1032.
-constexpr std::uint64_t max_gzip_ratio = 1040;
+std::unique_ptr<CompressedBytes> decompressed(FileBytes& file, Compression compression) {
+  if (compression == Compression::bzip2) return std::make_unique<Bzip2Bytes>(file);
+  return std::make_unique<GzipBytes>(file);
+}
 
-SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows) {
+SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows, std::uint64_t memory) {
   const bool is_file = file.size().has_value();
-  facts.traits = {.again = is_file, .any_rows = is_file && any_rows, .whole_slices = false, .memory = 0};
+  facts.traits = {.again = is_file, .any_rows = is_file && any_rows, .whole_slices = false, .memory = memory};
   return facts;
 }
 
@@ -29,8 +33,10 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
 }
 
 FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                         bool any_rows)
-    : VolumeSource(with_traits(std::move(facts), *file, any_rows)), place_(place), file_(std::move(file)) {}
+                         bool any_rows, std::uint64_t memory)
+    : VolumeSource(with_traits(std::move(facts), *file, any_rows, memory)),
+      place_(place),
+      file_(std::move(file)) {}
 
 std::string FileSamples::expected() const {
   const std::string skipped = place_.start > 0 ? fmt::format(" from byte {} on", place_.start) : "";
@@ -95,22 +101,26 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
   return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
 }
 
-GzipSamples::GzipSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-                         std::uint64_t skipped)
-    : FileSamples(std::move(facts), std::move(file), place, false), gzip_(*file_), skipped_(skipped) {
-  GzipSamples::seek(0);
-  if (file_->size() && (expected_bytes() + skipped_) / max_gzip_ratio > present_bytes())
-    throw BrokenInput(fmt::format("{}: {}, which {} bytes of gzip cannot hold", file_->name(), expected(),
-                                  present_bytes()));
+CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                     const SamplesPlace& place, std::uint64_t skipped,
+                                     Compression compression)
+    : FileSamples(std::move(facts), std::move(file), place, false,
+                  compression == Compression::bzip2 ? Bzip2Bytes::memory : 0),
+      stream_(decompressed(*file_, compression)),
+      skipped_(skipped) {
+  CompressedSamples::seek(0);
+  if (file_->size() && (expected_bytes() + skipped_) / stream_->max_ratio() > present_bytes())
+    throw BrokenInput(fmt::format("{}: {}, which {} bytes of {} cannot hold", file_->name(), expected(),
+                                  present_bytes(), stream_->method()));
 }
 
-void GzipSamples::seek(std::int64_t z) {
+void CompressedSamples::seek(std::int64_t z) {
   if (traits().again) file_->seek(place_.start);
-  gzip_.restart();
+  stream_->restart();
   std::byte bytes[4096];
   for (std::uint64_t left = skipped_ + static_cast<std::uint64_t>(z) * slice_bytes(); left > 0;) {
     const std::size_t count = std::min<std::uint64_t>(left, sizeof bytes);
-    if (gzip_.read(bytes, count) != count)
+    if (stream_->read(bytes, count) != count)
       throw BrokenInput(fmt::format("{}: {}, but it ends earlier", file_->name(), expected()));
     left -= count;
   }

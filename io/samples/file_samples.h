@@ -1,13 +1,13 @@
-// Samples stored in order in a file or a pipe, uncompressed or in gzip.
+// Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <string_view>
 
+#include "io/files/compressed_bytes.h"
 #include "io/files/errors.h"
 #include "io/files/file_bytes.h"
-#include "io/files/gzip_bytes.h"
 #include "io/volume/volume_source.h"
 
 namespace tagrid {
@@ -22,8 +22,8 @@ class WrongSize : public BrokenInput {
 
 /// Where the samples are in a file, and how they are stored.
 struct SamplesPlace {
-  std::uint64_t start = 0;  ///< The byte of the file at which the samples begin, or the gzip stream that
-                            ///< contains them.
+  std::uint64_t start = 0;  ///< The byte of the file at which the samples begin, or the compressed stream
+                            ///< that contains them.
   bool big_endian = false;
   bool may_go_on = false;          ///< Bytes after the samples are no error.
   std::uint64_t header_bytes = 0;  ///< Bytes that were already read from another file: a detached header.
@@ -40,7 +40,9 @@ class FileSamples : public VolumeSource {
 
  protected:
   /// `any_rows`: true if any rows of a file can be read; it has no effect on a pipe.
-  FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows);
+  /// `memory`: bytes that reading takes besides.
+  FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place, bool any_rows,
+              std::uint64_t memory = 0);
   /// Reads the next bytes of samples; fewer than `size` only at the end.
   virtual std::size_t read_bytes(std::byte* out, std::size_t size) = 0;
   /// For messages: the expected number of bytes, and the reason for it.
@@ -73,18 +75,20 @@ class PlainSamples : public FileSamples {
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                             const SamplesPlace& place);
 
-/// Samples in a gzip stream that extends to the end of the file, after `skipped` decompressed bytes. The
+enum class Compression { gzip, bzip2 };
+
+/// Samples in a compressed stream that extends to the end of the file, after `skipped` decompressed bytes. The
 /// constructor throws BrokenInput if the file is too small for them.
-class GzipSamples final : public FileSamples {
+class CompressedSamples final : public FileSamples {
  public:
-  GzipSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
-              std::uint64_t skipped);
+  CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
+                    std::uint64_t skipped, Compression compression = Compression::gzip);
 
  private:
-  std::size_t read_bytes(std::byte* out, std::size_t size) override { return gzip_.read(out, size); }
+  std::size_t read_bytes(std::byte* out, std::size_t size) override { return stream_->read(out, size); }
   void seek(std::int64_t z) override;
 
-  GzipBytes gzip_;
+  std::unique_ptr<CompressedBytes> stream_;
   std::uint64_t skipped_;
 };
 

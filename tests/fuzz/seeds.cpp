@@ -1,5 +1,6 @@
 #include "tests/fuzz/seeds.h"
 
+#include <bzlib.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -147,6 +148,16 @@ std::string gzipped(std::string_view text) {
   return out;
 }
 
+std::string bzip2ed(std::string_view text) {
+  std::string in(text), out(1000 + text.size(), '\0');
+  auto size = static_cast<unsigned>(out.size());
+  if (BZ2_bzBuffToBuffCompress(out.data(), &size, in.data(), static_cast<unsigned>(in.size()), 1, 0, 0) !=
+      BZ_OK)
+    throw std::bad_alloc();
+  out.resize(size);
+  return out;
+}
+
 void add_volumes(Seeds& seeds) {
   const std::string shape = "NRRD0005\ntype: short\ndimension: 3\nsizes: 3 4 2\nendian: big\n";
   const std::string more =
@@ -165,6 +176,25 @@ void add_volumes(Seeds& seeds) {
   seeds.push_back(input_of(shape + "encoding: gz\nbyte skip: 2\n\n" + gzipped("ab" + samples)));
   seeds.push_back(
       input_of(shape + "encoding: gzip\n\n" + gzipped(samples.substr(0, 9)) + gzipped(samples.substr(9))));
+  seeds.push_back(input_of(shape + axes + "encoding: bzip2\n\n" + bzip2ed(samples)));
+  seeds.push_back(input_of(shape + "encoding: bz2\nbyte skip: 2\n\n" + bzip2ed("ab" + samples.substr(0, 9)) +
+                           bzip2ed(samples.substr(9))));
+  seeds.push_back(input_of(shape + "encoding: bz2\ndata file: LIST\nd\nd\n\n" + bzip2ed(samples.substr(24))));
+  seeds.push_back(
+      input_of("NRRD0005\ntype: short\ndimension: 4\nsizes: 1 3 4 2\nendian: big\nspacings: nan 1 2 "
+               "3\nunits: \"\" \"a\" "
+               "\"b\" \"c\"\nkinds: vector domain domain domain\nencoding: raw\n\n" +
+               samples));
+  seeds.push_back(
+      input_of("NRRD0005\ntype: short\ndimension: 5\nsizes: 1 3 4 2 1\nendian: big\nspace dimension: "
+               "3\nspace directions: none "
+               "(1,0,0) (0,2,0) (0,0,3) none\nencoding: raw\n\n" +
+               samples));
+  seeds.push_back(
+      input_of("NRRD0005\ntype: short\ndimension: 2\nsizes: 6 4\nendian: big\nspace dimension: 2\nspace "
+               "directions: (1,0) "
+               "(0,2)\nspace origin: (3,4)\nencoding: raw\n\n" +
+               samples));
   seeds.push_back(input_of(shape + "encoding: raw\nline skip: 1\nbyte skip: 3\n\na line\nxyz" + samples));
   seeds.push_back(input_of(shape + "encoding: raw\nbyte skip: -1\ndata file: d\n\nanything" + samples));
   seeds.push_back(input_of(shape + axes + "encoding: raw\ndata file: d\n\n" + samples));

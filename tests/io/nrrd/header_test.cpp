@@ -1,6 +1,7 @@
 #include "io/nrrd/header.h"
 #include "io/nrrd/geometry.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -140,9 +141,17 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + shape + storage, "\"type\" is missing"},
       {magic + "type: block\n" + shape + storage, "block"},
       {magic + "type: int64\n" + shape + storage, "int64"},
-      {magic + type + "dimension: 4\nsizes: 1 3 4 5\n" + storage,
-       "a volume has 3 axes, and this file has one more"},
-      {magic + type + "dimension: 2\nsizes: 3 4\n" + storage, "a volume has 3 axes; only dimension 3"},
+      {magic + type + "dimension: 4\nsizes: 2 3 4 5\n" + storage,
+       "a volume has 3 axes, and this file has 4 with more than one sample"},
+      {magic + type + "dimension: 1\nsizes: 3\n" + storage, "has 2 to 16 axes"},
+      {magic + type + "dimension: 17\nsizes: 3\n" + storage, "has 2 to 16 axes"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 0\n" + storage, "positive"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 5\nspacings: 1 1 1\n" + storage,
+       "a value for each of the 4 axes"},
+      {magic + type + "dimension: 2\nsizes: 3 4\nlabels: \"x\n" + storage, "a value for each of the 2 axes"},
+      {magic + type + "dimension: 4\nsizes: 1 3 4 5\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n" +
+           storage,
+       "none"},
       {magic + type + "dimension: 3\nsizes: 3 4\n" + storage, "3 numbers"},
       {magic + type + "dimension: 3\nsizes: 3 4 5x\n" + storage, "5x"},
       {magic + type + "dimension: 3\nsizes: 3 0 5\n" + storage, "positive"},
@@ -150,7 +159,7 @@ TEST(NrrdHeader, WhatIsNotSupportedIsRefusedByName) {
       {magic + type + "dimension: 3\nsizes: 4294967296 4294967296 4294967296\n" + storage, "2^62"},
       {magic + type + "dimension: 3\nsizes: 3 4 99999999999999999999\n" + storage, "whole number"},
       {magic + type + shape + "encoding: raw\n", "\"endian\" is missing"},
-      {magic + type + shape + "encoding: bzip2\nendian: little\n", "raw or gzip"},
+      {magic + type + shape + "encoding: hex\nendian: little\n", "raw, gzip or bzip2"},
       {magic + type + shape + "encoding: raw\nendian: middle\n", "little or big"},
       {magic + type + shape + storage + "type: short\n", "twice"},
       {magic + type + shape + storage + "spacings: 1 1 1\nspacings: 1 1 1\n", "twice"},
@@ -191,6 +200,98 @@ TEST(NrrdHeader, OnlyAxesOfPositionsMakeAVolume) {
   EXPECT_NE(four.find("must be 3 words"), std::string::npos) << four;
 }
 
+NrrdHeader header_of(const std::string& axes) {
+  return parse_nrrd_header("NRRD0005\ntype: uint8\nencoding: raw\n" + axes);
+}
+
+TEST(NrrdHeader, AnAxisOfOneSampleIsLeftOut) {
+  for (const auto& [fields, left] : {std::pair{"dimension: 4\nsizes: 1 3 4 5\n", 0},
+                                     {"dimension: 4\nsizes: 3 4 5 1\n", 3},
+                                     {"dimension: 4\nsizes: 3 1 4 5\n", 1},
+                                     {"dimension: 4\nsizes: 3 4 1 5\n", 2}}) {
+    std::string spacings = "spacings:", mins = "axis mins:", units = "units:", labels = "labels:",
+                kinds = "kinds:", centers = "centers:";
+    int number = 0;
+    for (int axis = 0; axis < 4; ++axis) {
+      const bool is_left = axis == left;
+      number += is_left ? 0 : 1;
+      spacings += is_left ? " nan" : fmt::format(" {}.5", number);
+      mins += is_left ? " 77" : fmt::format(" {}0", number);
+      units += is_left ? " \"a \\\" b\"" : fmt::format(" \"u {}\"", number);
+      labels += is_left ? " \"\"" : fmt::format(" \"l{}\"", number);
+      kinds += is_left ? " vector" : " domain";
+      centers += is_left ? " cell" : " node";
+    }
+    const NrrdHeader header = header_of(fmt::format("{}{}\n# a comment\n{}\n{}\n{}\n{}\n{}\nkey:=value\n",
+                                                    fields, spacings, mins, units, labels, kinds, centers));
+    EXPECT_EQ(header.info.dims, (Index3{3, 4, 5})) << fields;
+    EXPECT_EQ(
+        header.info.nrrd_fields,
+        "spacings: 1.5 2.5 3.5\n# a comment\naxis mins: 10 20 30\nunits: \"u 1\" \"u 2\" \"u 3\"\n"
+        "labels: \"l1\" \"l2\" \"l3\"\nkinds: domain domain domain\ncenters: node node node\nkey:=value\n");
+    EXPECT_EQ(header.info.geometry.spacing, (std::array<double, 3>{1.5, 2.5, 3.5}));
+    EXPECT_EQ(header.info.geometry.origin, (std::array<double, 3>{10, 20, 30}));
+    EXPECT_EQ(header.info.geometry.units, (std::array<std::string, 3>{"u 1", "u 2", "u 3"}));
+  }
+}
+
+TEST(NrrdHeader, OfSeveralAxesOfOneSampleTheOneThatIsNotInSpaceIsLeftOut) {
+  const auto directions = [](const std::string& axes) { return header_of(axes).info.geometry.directions; };
+  const std::array<std::array<double, 3>, 3> two_three_four = {{{2, 0, 0}, {0, 3, 0}, {0, 0, 4}}};
+  EXPECT_EQ(directions("dimension: 4\nsizes: 1 3 4 1\nspace: LPS\n"
+                       "space directions: (2,0,0) (0,3,0) (0,0,4) none\n"),
+            two_three_four);
+  EXPECT_EQ(header_of("dimension: 4\nsizes: 1 3 4 1\nspace: LPS\n"
+                      "space directions: (2,0,0) (0,3,0) (0,0,4) none\n")
+                .info.dims,
+            (Index3{1, 3, 4}));
+  EXPECT_EQ(header_of("dimension: 4\nsizes: 1 3 4 1\nkinds: space space space list\n").info.dims,
+            (Index3{1, 3, 4}));
+  EXPECT_EQ(header_of("dimension: 4\nsizes: 1 3 4 1\n").info.dims, (Index3{3, 4, 1}));
+  EXPECT_EQ(header_of("dimension: 6\nsizes: 1 3 4 1 5 1\n").info.dims, (Index3{3, 4, 5}));
+  EXPECT_EQ(header_of("dimension: 5\nsizes: 1 1 1 1 1\n").info.dims, (Index3{1, 1, 1}));
+}
+
+TEST(NrrdHeader, TwoAxesAreASlice) {
+  const Geometry plain_slice =
+      header_of("dimension: 2\nsizes: 3 4\nspacings: 0.5 2\nunits: \"mm\" \"mm\"\naxis mins: 1 nan\n")
+          .info.geometry;
+  EXPECT_EQ(plain_slice.spacing[1], 2);
+  EXPECT_TRUE(std::isnan(plain_slice.spacing[2]));
+  EXPECT_EQ(plain_slice.units[2], "");
+  const NrrdHeader in_space = header_of(
+      "dimension: 2\nsizes: 3 4\nspace: LPS\nspace directions: (0,2,0) (0,0,4)\nspace origin: (1,2,3)\n");
+  EXPECT_EQ(in_space.info.dims, (Index3{3, 4, 1}));
+  EXPECT_EQ(in_space.info.geometry.directions,
+            (std::array<std::array<double, 3>, 3>{{{0, 2, 0}, {0, 0, 4}, {1, 0, 0}}}));
+  EXPECT_EQ(in_space.info.geometry.origin, (std::array<double, 3>{1, 2, 3}));
+  const Geometry in_plane = header_of(
+                                "dimension: 2\nsizes: 3 4\nspace dimension: 2\nspace directions: (2,0) (0, "
+                                "4)\nspace origin: (1,2)\n")
+                                .info.geometry;
+  EXPECT_EQ(in_plane.directions, (std::array<std::array<double, 3>, 3>{{{2, 0, 0}, {0, 4, 0}, {0, 0, 1}}}));
+  EXPECT_EQ(in_plane.origin, (std::array<double, 3>{1, 2, 0}));
+  for (const std::string directions :
+       {"(2,0) none", "(2,0) (4,0)", "(2,0) (0,4,0)", "(2) (4)", "(2,x) (0,4)"})
+    EXPECT_THROW(
+        header_of("dimension: 2\nsizes: 3 4\nspace dimension: 2\nspace directions: " + directions + "\n"),
+        BrokenInput)
+        << directions;
+}
+
+TEST(NrrdHeader, FilesOfMoreAxesHoldWholeSlices) {
+  const auto files = [](const std::string& axes, const std::string& numbers) {
+    return header_of(axes + "data file: s%d " + numbers + "\n").data_files.size();
+  };
+  EXPECT_EQ(files("dimension: 4\nsizes: 1 3 4 5\n", "1 5 1"), 5U);
+  EXPECT_EQ(files("dimension: 4\nsizes: 1 3 4 5\n", "1 5 1 4"), 5U);
+  EXPECT_EQ(files("dimension: 4\nsizes: 3 4 5 1\n", "1 5 1 2"), 5U);
+  EXPECT_EQ(files("dimension: 4\nsizes: 3 4 5 1\n", "1 1 1"), 1U);
+  for (const std::string numbers : {"1 20 1 2", "1 5 1 5", "1 4 1", "1 5 1 1"})
+    EXPECT_THROW(files("dimension: 4\nsizes: 1 3 4 5\n", numbers), BrokenInput) << numbers;
+  EXPECT_THROW(files("dimension: 2\nsizes: 3 4\n", "1 4 1"), BrokenInput);
+}
+
 TEST(NrrdHeader, AnOriginOfNansIsNotKnown) {
   for (const std::string fields : {"space: LPS\nspace origin: (nan,NaN,nan)\n", "axis mins: nan nan nan\n"}) {
     EXPECT_FALSE(geometry_of(fields).has_origin) << fields;
@@ -224,6 +325,10 @@ RC_GTEST_PROP(NrrdHeader, AnyBytesAreReadOrRefused, ()) {
                                            "short",
                                            "uint8",
                                            "dimension: 3",
+                                           "dimension: 4",
+                                           "dimension: 2",
+                                           "1 3 4 5",
+                                           "units: \"mm\" ",
                                            "sizes: ",
                                            "3 4 5",
                                            "\n",

@@ -183,8 +183,8 @@ TEST_F(SeveralFiles, WhatDoesNotFitTheVolumeIsRefused) {
   const std::pair<const char*, const char*> wrong[] = {
       {"s%d.raw 0 4 1", "5 files cannot hold the 6 slices of the volume, one in each"},
       {"s%d.raw 0 3 1 3", "4 files cannot hold the 6 slices of the volume, equally many in each"},
-      {"s%d.raw 0 5 1 1", "2 or 3 axes"},
-      {"s%d.raw 0 5 1 4", "2 or 3 axes"},
+      {"s%d.raw 0 5 1 1", "2 to 3 axes"},
+      {"s%d.raw 0 5 1 4", "2 to 3 axes"},
       {"s%d.raw 0 5 1 2 7", "more follows"},
       {"s%d.raw 0 5 0", "the step does not lead"},
       {"s%d.raw 5 0 1", "the step does not lead"},
