@@ -60,6 +60,10 @@ void find_gap(NumberedFiles& files, std::size_t at) {
 
 }  // namespace
 
+bool is_preview(const std::string& path) {
+  return lower_case(std::filesystem::path(path).stem().string()).ends_with("_spr");
+}
+
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
   std::ranges::sort(paths, comes_before);
   // Names with the same texts between their numbers.

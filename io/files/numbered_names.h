@@ -21,4 +21,7 @@ struct NumberedFiles {
 /// or whose name has no like, is a series of one. If names differ in several numbers, the last one is that of the slice.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
+/// True for NAME_spr.bmp and the like: a shadow projection, which SkyScan's programs put beside slices.
+bool is_preview(const std::string& path);
+
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "io/bmp/image.h"
 #include "io/files/text.h"
 #include "io/formats/other_formats.h"
 #include "io/metaimage/header.h"
@@ -230,6 +231,14 @@ std::vector<Format> all_formats() {
        .peek = 12,
        .is_mine = begins_jpeg2000,
        .reader = "jp2",
+       .has_folders = true},
+      {.name = "bmp",
+       .extensions = {".bmp"},
+       .help = "BMP",
+       .what = "a BMP file",
+       .peek = 18,
+       .is_mine = begins_bmp,
+       .reader = "bmp",
        .has_folders = true},
   };
   for (Format& other : other_formats()) rows.push_back(std::move(other));

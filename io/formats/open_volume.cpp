@@ -239,7 +239,9 @@ const Format* readable_format(const std::string& path) {
 }
 
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
-  return is_folder(path) ? open_folder(path, source) : open_file(path, source);
+  auto volume = is_folder(path) ? open_folder(path, source) : open_file(path, source);
+  volume->set_name(path);
+  return volume;
 }
 
 }  // namespace tagrid

@@ -31,6 +31,8 @@ struct SourceFacts {
   /// the standard input.
   std::vector<std::string> files;
   SourceTraits traits = {};
+  /// For messages: what the user calls the volume, such as its folder; "" if it is its last file.
+  std::string name = "";
   /// The files contain other bytes, besides a header and these samples; they are skipped.
   bool holds_other_bytes = false;
   /// The layout of the samples was given by the user, because the file does not say it.
@@ -55,8 +57,12 @@ class VolumeSource {
   const VolumeInfo& info() const { return facts_.info; }
   const SourceTraits& traits() const { return facts_.traits; }
   const std::vector<std::string>& files() const { return facts_.files; }
-  /// For messages: the path of the file with the samples, or "standard input".
-  std::string name() const { return files().back() == "-" ? "standard input" : files().back(); }
+  /// For messages: the path that the user gave, or "standard input".
+  std::string name() const {
+    const std::string& name = facts_.name.empty() ? files().back() : facts_.name;
+    return name == "-" ? "standard input" : name;
+  }
+  void set_name(const std::string& name) { facts_.name = name; }
 
   /// Samples in a slice: dims.x * dims.y.
   std::int64_t slice_samples() const { return info().dims.x * info().dims.y; }

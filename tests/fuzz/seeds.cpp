@@ -339,6 +339,35 @@ void add_vendors_files(Seeds& seeds) {
   seeds.push_back(input_of(scanco + std::string(48, 'x')));
 }
 
+void add_bitmaps(Seeds& seeds) {
+  for (const std::uint32_t header : {12, 40, 56, 108, 124})
+    for (const bool is_top_down : {false, true}) {
+      const bool is_core = header == 12;
+      const int greys = header == 56 ? 20 : 256;
+      std::string text(14 + header, '\0');
+      const auto put = [&](std::size_t at, auto value) {
+        store_little_endian(reinterpret_cast<std::byte*>(text.data()) + at, value);
+      };
+      text.replace(0, 2, "BM");
+      put(10,
+          static_cast<std::uint32_t>(14 + header) + static_cast<std::uint32_t>(greys * (is_core ? 3 : 4)));
+      put(14, header);
+      if (is_core) {
+        put(18, std::uint16_t{5});
+        put(20, std::uint16_t{3});
+        put(24, std::uint16_t{8});
+      } else {
+        put(18, std::int32_t{5});
+        put(22, std::int32_t{is_top_down ? -3 : 3});
+        put(28, std::uint16_t{8});
+        put(46, static_cast<std::uint32_t>(greys % 256));
+      }
+      for (int i = 0; i < greys; ++i)
+        text += std::string(3, static_cast<char>(i)) + std::string(is_core ? 0 : 1, '\0');
+      seeds.push_back(input_of(text + std::string(24, '\x7')));
+    }
+}
+
 }  // namespace
 
 std::map<std::string, Seeds> make_seeds(const std::string& golden) {
@@ -357,6 +386,7 @@ std::map<std::string, Seeds> make_seeds(const std::string& golden) {
   add_nifti_files(seeds["nifti"]);
   add_meta_images(seeds["metaimage"]);
   add_vendors_files(seeds["vendors"]);
+  add_bitmaps(seeds["bmp"]);
   add_record(seeds["record"]);
   add_part(seeds["part"]);
   add_numbers(seeds["numbers"]);

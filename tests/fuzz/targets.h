@@ -28,6 +28,8 @@ void nifti(Bytes bytes);
 void metaimage(Bytes bytes);
 /// A file of a scanner's program: VGStudio, Nikon, Scanco.
 void vendors(Bytes bytes);
+/// A BMP file.
+void bmp(Bytes bytes);
 /// The record of a run that can be continued.
 void record(Bytes bytes);
 /// A part of such a run: `seed_part`.
@@ -42,10 +44,10 @@ struct Target {
   void (*run)(Bytes);
 };
 
-inline constexpr Target targets[] = {{"header", header},   {"brick", brick},   {"index", index},
-                                     {"nrrd", nrrd},       {"nifti", nifti},   {"metaimage", metaimage},
-                                     {"vendors", vendors}, {"record", record}, {"part", part},
-                                     {"numbers", numbers}, {"file", file}};
+inline constexpr Target targets[] = {{"header", header},   {"brick", brick},     {"index", index},
+                                     {"nrrd", nrrd},       {"nifti", nifti},     {"metaimage", metaimage},
+                                     {"vendors", vendors}, {"bmp", bmp},         {"record", record},
+                                     {"part", part},       {"numbers", numbers}, {"file", file}};
 
 /// Identity of the part that part() reads.
 inline constexpr PartId seed_part = {7, 1, 2, 4};

@@ -95,6 +95,22 @@ class Tiff(ReaderTest):
         self.assertEqual(info["geometry"]["units"], ["um"] * 3)
         self.assertEqual(info["source"]["pairs"]["skyscan_acquisition/source voltage (kv)"], "59")
 
+    def test_the_log_is_one_of_the_source_files(self):
+        self.encoded_skyscan_folder(range(4), "[Reconstruction]\nPixel Size (um)=17.25\n")
+        (self.folder / "s" / "other.log").write_text("[Acquisition]\nImage Pixel Size (um)=3\n")
+        self.write("s/mouse_rec_spr.tif", volume("uint8", (50, 60)))
+        self.assertEqual(self.tagrid("encode", "s", "-o", "a.tag").returncode, 0)
+        self.assertEqual(self.tagrid("restore", "a.tag", "-o", "r").returncode, 0)
+        names = {path.name for path in (self.folder / "r").rglob("*") if path.is_file()}
+        self.assertEqual(names, {f"mouse_rec{z:08}.tif" for z in range(4)} | {"mouse_rec.log"})
+        self.assertEqual(self.tagrid("verify", "a.tag", "--against", "s").returncode, 0)
+        with open(self.folder / "s" / "mouse_rec.log", "a") as log:
+            log.write("More=1\n")
+        self.assert_refused(65, "mouse_rec.log", "verify", "a.tag", "--against", "s")
+        # --rm removes what comes back, and nothing else.
+        self.assertEqual(self.tagrid("encode", "s", "-o", "b.tag", "--rm").returncode, 0)
+        self.assertEqual({path.name for path in (self.folder / "s").iterdir()}, {"other.log", "mouse_rec_spr.tif"})
+
     def test_only_every_other_section_was_saved(self):
         info = self.encoded_skyscan_folder(range(400, 408, 2), "[Reconstruction]\nFirst Section=400\nLast Section=406\nSection to Section Step=2\n"
                                                                "Pixel Size (um)=17.25\n")

@@ -69,6 +69,12 @@ class Finder {
       else
         look_at_volume(file, {}, *format);
     }
+    const auto are_previews = [](const auto& of_format) {
+      return std::ranges::all_of(of_format.second, is_preview);
+    };
+    if (!std::ranges::all_of(slices, are_previews))
+      for (auto& [name, own] : slices) std::erase_if(own, is_preview);
+    std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
     for (const auto& [name, own] : slices) {
       OptionTexts options;
       if (slices.size() > 1) options["from"] = name;

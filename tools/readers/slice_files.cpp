@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "io/files/errors.h"
 #include "io/files/natural_order.h"
@@ -29,6 +30,8 @@ std::vector<std::string> files_in(const std::string& folder, const std::vector<s
     if (is_meant && !path.filename().string().starts_with('.')) files.push_back(path.string());
   }
   if (error) throw world_error("cannot read", folder, error.value());
+  if (std::ranges::any_of(files, [](const std::string& path) { return !is_preview(path); }))
+    std::erase_if(files, is_preview);
   if (files.empty())
     throw BrokenInput(fmt::format("{}: is a folder without files whose names end in {}", folder,
                                   fmt::join(extensions, ", ")));
@@ -53,8 +56,33 @@ NumberedFiles slice_files(const std::string& folder, const std::vector<std::stri
   return std::move(files);
 }
 
-SliceLog log_of_slices(const std::string& folder) {
+namespace {
+
+/// What the file says; nothing if it has no reconstruction. Other sections speak of the camera.
+std::optional<SliceLog> read_log(const std::string& path) {
+  FileBytes file(path);
+  if (file.size().value_or(0) > longest_log) return std::nullopt;
+  const Sections sections = read_sections(file);
+  const auto size = sections.find("reconstruction/pixel size (um)");
+  const auto number = size == sections.end() ? std::nullopt : number_of(size->second);
+  if (!number || !std::isfinite(*number) || *number <= 0) return std::nullopt;
   SliceLog log;
+  log.path = path;
+  log.geometry.spacing.fill(*number);
+  // Not all sections may have been saved.
+  if (const auto step = sections.find("reconstruction/section to section step"); step != sections.end())
+    if (const auto sections_apart = number_of(step->second); sections_apart && *sections_apart >= 1)
+      log.geometry.spacing[2] *= *sections_apart;
+  log.geometry.has_spacing = true;
+  log.geometry.units.fill("um");
+  for (const auto& [key, value] : sections)
+    if (!value.empty()) log.pairs.emplace_back("skyscan_" + key, value);
+  return log;
+}
+
+}  // namespace
+
+SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
   std::error_code error;
   std::vector<std::string> candidates;
   for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
@@ -62,26 +90,26 @@ SliceLog log_of_slices(const std::string& folder) {
     if (lower_case(entry->path().extension().string()) == ".log" && entry->is_regular_file(error))
       candidates.push_back(entry->path());
   std::ranges::sort(candidates, comes_before);
-  for (const std::string& path : candidates) {
-    FileBytes file(path);
-    if (file.size().value_or(0) > longest_log) continue;
-    const Sections sections = read_sections(file);
-    // Other sections speak of the camera.
-    const auto size = sections.find("reconstruction/pixel size (um)");
-    const auto number = size == sections.end() ? std::nullopt : number_of(size->second);
-    if (!number || !std::isfinite(*number) || *number <= 0) continue;
-    log.geometry.spacing.fill(*number);
-    // Not all sections may have been saved.
-    if (const auto step = sections.find("reconstruction/section to section step"); step != sections.end())
-      if (const auto sections_apart = number_of(step->second); sections_apart && *sections_apart >= 1)
-        log.geometry.spacing[2] *= *sections_apart;
-    log.geometry.has_spacing = true;
-    log.geometry.units.fill("um");
-    for (const auto& [key, value] : sections)
-      if (!value.empty()) log.pairs.emplace_back("skyscan_" + key, value);
-    return log;
+  std::vector<SliceLog> logs;
+  for (const std::string& path : candidates)
+    if (auto log = read_log(path)) logs.push_back(std::move(*log));
+  // The longest name that fits: scan2.log rather than scan.log.
+  std::size_t longest = 0;
+  const SliceLog* own = logs.size() == 1 ? &logs.front() : nullptr;
+  for (const SliceLog& log : logs) {
+    const std::string stem = fs::path(log.path).stem().string();
+    if (!slices.pattern.starts_with(stem) || stem.size() <= longest) continue;
+    longest = stem.size();
+    own = &log;
   }
-  return log;
+  return own == nullptr ? SliceLog{} : *own;
+}
+
+void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files) {
+  if (log.path.empty()) return;
+  geometry = std::move(log.geometry);
+  pairs.insert(pairs.end(), log.pairs.begin(), log.pairs.end());
+  files.push_back(std::move(log.path));
 }
 
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files) {

@@ -10,17 +10,22 @@
 namespace tagrid {
 
 /// The files of one series in a folder, in the order of their numbers. Only names with one of the extensions (in lower case:
-/// ".tif") count, and none that begins with a dot. Of several series, the option "series" chooses one. Throws BrokenInput
+/// ".tif") count, none that begins with a dot, and not the preview beside a SkyScan reconstruction. Of several series, the option "series" chooses one. Throws BrokenInput
 /// if there are no such files, or if numbers are missing without the option "gaps-ok"; SeveralVolumes, UsageError, WorldError.
 NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
                           const ReaderOptions& options);
 
 /// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as pairs.
 struct SliceLog {
+  std::string path;  ///< "" if there is none
   Geometry geometry;
   KeyValues pairs;
 };
-SliceLog log_of_slices(const std::string& folder);
+/// The log of these slices: the one whose name the names of the slices begin with, otherwise the only one with a
+/// reconstruction.
+SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices);
+/// Adds a log to what is known of a volume, and its file after those of the slices.
+void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files);
 
 /// What the names of the files say, as a pair for VolumeInfo.
 std::pair<std::string, std::string> pair_of(const NumberedFiles& files);

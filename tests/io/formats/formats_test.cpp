@@ -18,22 +18,24 @@ std::string at(std::size_t place, const std::string& magic) { return std::string
 
 /// How files of each format may begin.
 std::map<std::string, std::vector<std::string>> beginnings() {
-  return {{"nrrd", {"NRRD0001\n", "NRRD0005\r\n"}},
-          {"vdb", {" BDV\0\0\0\0"s}},
-          {"tag", {"\x89TAG\r\n"}},
-          {"compressed", {"\x1f\x8b\b", "\x28\xb5\x2f\xfd", "\xfd\x37zXZ", "BZh9"}},
-          {"dicom", {at(128, "DICM")}},
-          {"analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
-          {"nifti",
-           {"\x5c\1\0\0"s + at(344, "n+1\0"s).substr(4), "\0\0\1\x5c"s + at(344, "ni1\0"s).substr(4),
-            "\x1c\2\0\0n+2\0\r\n\032\n"s, "\0\0\2\x1cni2\0\r\n\032\n"s}},
-          {"metaimage", {"ObjectType = Image\n", "NDims = 3\n"}},
-          {"hdf5", {"\x89HDF\r\n\x1a\n"}},
-          {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
-          {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
-          {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
-          {"isq", {"CTDATA-HEADER_V1"}},
-          {"tiff", {"II*\0"s, "MM\0*"s}}};
+  return {
+      {"nrrd", {"NRRD0001\n", "NRRD0005\r\n"}},
+      {"vdb", {" BDV\0\0\0\0"s}},
+      {"tag", {"\x89TAG\r\n"}},
+      {"compressed", {"\x1f\x8b\b", "\x28\xb5\x2f\xfd", "\xfd\x37zXZ", "BZh9"}},
+      {"dicom", {at(128, "DICM")}},
+      {"analyze", {"\x5c\1\0\0"s + at(38, "r").substr(4) + std::string(400, '\0')}},
+      {"nifti",
+       {"\x5c\1\0\0"s + at(344, "n+1\0"s).substr(4), "\0\0\1\x5c"s + at(344, "ni1\0"s).substr(4),
+        "\x1c\2\0\0n+2\0\r\n\032\n"s, "\0\0\2\x1cni2\0\r\n\032\n"s}},
+      {"metaimage", {"ObjectType = Image\n", "NDims = 3\n"}},
+      {"hdf5", {"\x89HDF\r\n\x1a\n"}},
+      {"jp2", {"\xff\x4f\xff\x51", "\0\0\0\x0cjP  \r\n\x87\n"s}},
+      {"bmp", {"BM" + std::string(12, '\x7') + "\x28\0\0\0"s, "BM" + std::string(12, '\0') + "\x7c\0\0\0"s}},
+      {"vgi", {"{volume1}\n", " \r\n{volume1}"}},
+      {"xtekct", {"[XTekCT]\r\n", "\xEF\xBB\xBF[XTekCT]\n"}},
+      {"isq", {"CTDATA-HEADER_V1"}},
+      {"tiff", {"II*\0"s, "MM\0*"s}}};
 }
 
 TEST(Formats, EachRowRecognisesItsOwnBeginningsAndNoOthers) {

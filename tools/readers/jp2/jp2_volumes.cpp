@@ -83,11 +83,10 @@ std::unique_ptr<ServedVolume> open_jp2(const std::string& path, const ReaderOpti
   if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<Jp2Slices>(std::vector{path});
   NumberedFiles files = slice_files(path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"}, options);
   const auto names = pair_of(files);
+  SliceLog log = log_of_slices(path, files);
   auto volume = std::make_unique<Jp2Slices>(std::move(files.paths));
   volume->pairs.push_back(names);
-  const SliceLog log = log_of_slices(path);
-  volume->geometry = log.geometry;
-  volume->pairs.insert(volume->pairs.end(), log.pairs.begin(), log.pairs.end());
+  add(std::move(log), volume->geometry, volume->pairs, volume->files);
   return volume;
 }
 

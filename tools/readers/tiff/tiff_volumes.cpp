@@ -204,9 +204,7 @@ TiffVolumes volumes_in_folder(const std::string& folder, const ReaderOptions& op
   if (files.paths.size() == 1) return volumes_of_file(files.paths.front());
   TiffVolumes volumes = volume_of_files(files.paths);
   volumes.pairs.push_back(pair_of(files));
-  SliceLog log = log_of_slices(folder);
-  if (log.geometry.has_spacing) volumes.geometry = log.geometry;
-  volumes.pairs.insert(volumes.pairs.end(), log.pairs.begin(), log.pairs.end());
+  add(log_of_slices(folder, files), volumes.geometry, volumes.pairs, volumes.files);
   return volumes;
 }
 

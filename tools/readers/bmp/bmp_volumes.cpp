@@ -1,0 +1,69 @@
+#include "tools/readers/bmp/bmp_volumes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "io/bmp/image.h"
+#include "io/files/errors.h"
+#include "tools/readers/slice_files.h"
+
+namespace tagrid {
+namespace {
+
+class BmpSlices final : public ServedVolume {
+ public:
+  explicit BmpSlices(std::vector<std::string> paths) : slices_(paths.size()) {
+    files = std::move(paths);
+    bool is_plain = true;
+    for (std::size_t z = 0; z < slices_; ++z) {
+      say_working();
+      const BmpImage image = bmp_image(FileSource(files[z]));
+      if (z == 0) first_ = image;
+      require_like_first(z, image);
+      // Samples lie as in the volume only without filling, and with the upper row first.
+      is_plain = is_plain && image.is_top_down && image.width % 4 == 0 && image.greys == 256;
+      places.push_back({z, image.offset, 1, slice_bytes(), false});
+    }
+    if (!is_plain) places.clear();
+    dims = {first_.width, first_.height, static_cast<std::int64_t>(slices_)};
+    type = SampleType::uint8;
+    memory = 2 * first_.row_bytes() * static_cast<std::uint64_t>(first_.height);
+  }
+
+  void read_slice(std::int64_t z, std::byte* out) override {
+    const FileSource file(files[static_cast<std::size_t>(z)]);
+    const BmpImage image = bmp_image(file);
+    require_like_first(static_cast<std::size_t>(z), image);
+    read_bmp(file, image, {out, slice_bytes()});
+  }
+
+ private:
+  std::size_t slice_bytes() const { return static_cast<std::size_t>(first_.width * first_.height); }
+
+  void require_like_first(std::size_t z, const BmpImage& image) const {
+    if (image.width != first_.width || image.height != first_.height)
+      throw BrokenInput(fmt::format("{}: BMP file: has {} x {} samples, but {} has {} x {}", files[z],
+                                    image.width, image.height, files.front(), first_.width, first_.height));
+  }
+
+  std::size_t slices_;  // files of logs come after those of slices
+  BmpImage first_;
+};
+
+}  // namespace
+
+std::unique_ptr<ServedVolume> open_bmp(const std::string& path, const ReaderOptions& options) {
+  std::error_code unknown;
+  if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<BmpSlices>(std::vector{path});
+  NumberedFiles files = slice_files(path, {".bmp"}, options);
+  const auto names = pair_of(files);
+  SliceLog log = log_of_slices(path, files);
+  auto volume = std::make_unique<BmpSlices>(std::move(files.paths));
+  volume->pairs.push_back(names);
+  add(std::move(log), volume->geometry, volume->pairs, volume->files);
+  return volume;
+}
+
+}  // namespace tagrid
