@@ -66,7 +66,8 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   const std::string name = file->name();
   if (source.raw) throw UsageError(name + ": is a MetaImage file", Problem::describes_itself);
   const MetaImageHeader header = read_header(*file);
-  const auto number = static_cast<std::uint64_t>(number_of_volume(name, source.series, header.volumes));
+  const auto number = static_cast<std::uint64_t>(
+      number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
   const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts{.info = header.info, .files = {path}};
   facts.rescale = header.rescale;

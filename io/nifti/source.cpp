@@ -47,7 +47,8 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   const std::string name = file->name();
   if (source.raw) throw UsageError(name + ": is a NIfTI file", Problem::describes_itself);
   NiftiHeader header = read_header(*file);
-  const auto number = static_cast<std::uint64_t>(number_of_volume(name, source.series, header.volumes));
+  const auto number = static_cast<std::uint64_t>(
+      number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
   const std::uint64_t before = header.offset + number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts{.info = std::move(header.info), .files = {path}};
   facts.rescale = header.rescale;

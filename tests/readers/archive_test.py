@@ -38,15 +38,15 @@ class Archive(ReaderTest):
         volumes = {}
         self.path("2019/knee.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" +
                                                 self.volume(1).tobytes())
-        volumes["2019/knee.nrrd"] = self.volume(1)  # in natural order, .mha comes first
+        volumes["2019/knee.nrrd"] = self.volume(1)
         self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" +
                                                self.volume(2).tobytes())
-        volumes["2019/knee"] = self.volume(2)
+        volumes["2019/knee.mha"] = self.volume(2)
         for z, slice in enumerate(self.volume(3)):
             tifffile.imwrite(self.path(f"stacks/rat.1/s{z + 8}.tif"), slice)
-        volumes["stacks/rat.1"] = self.volume(3)
+        volumes["stacks/rat.1/s#.tif"] = self.volume(3)
         tifffile.imwrite(self.path("stacks/two/whole.tif"), self.volume(4), photometric="minisblack")
-        volumes["stacks/two/whole"] = self.volume(4)
+        volumes["stacks/two/whole.tif"] = self.volume(4)
         for name, seed in (("a", 5), ("b", 6)):
             for z, slice in enumerate(self.volume(seed)):
                 tifffile.imwrite(self.path(f"stacks/both/{name}{z}.tif"), slice)
@@ -59,8 +59,8 @@ class Archive(ReaderTest):
         with h5py.File(self.path("runs/scan.h5"), "w") as file:
             file["one"] = self.volume(9)
             file["two/three"] = self.volume(10)
-        volumes["runs/scan/one"] = self.volume(9)
-        volumes["runs/scan/two_three"] = self.volume(10)
+        volumes["runs/scan.h5/one"] = self.volume(9)
+        volumes["runs/scan.h5/two/three"] = self.volume(10)
 
         broken = ["runs/broken.h5", "2019/short.nii", "stacks/gap"]
         self.path("runs/broken.h5").write_bytes(self.path("runs/scan.h5").read_bytes()[:700])
@@ -92,7 +92,7 @@ class Archive(ReaderTest):
         self.assertEqual(run.stdout.count("# not listed: "), len(broken))
         for name in broken:
             self.assertIn(str(self.folder / "archive" / name), run.stderr)
-        self.assertIn(f"volumes: {len(volumes)}, {len(broken)} cannot be read", run.stderr)
+        self.assertIn(f"volumes: {len(volumes)}, {len(broken)} cannot be read, 3 files passed over", run.stderr)
 
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out")
         self.assertEqual(run.returncode, 0, run.stderr)
@@ -170,7 +170,7 @@ class Archive(ReaderTest):
             tifffile.imwrite(self.path(f"b{z}.tif"), self.volume(1)[0])
         run = self.find()
         lines = [line for line in run.stdout.splitlines() if not line.startswith("#")]
-        self.assertEqual([line.split("\t")[1:] for line in lines], [["dataset=/c", "output=a/c"], ["series=b#.tif", "output=archive/b#.tif"]])
+        self.assertEqual([line.split("\t")[1:] for line in lines], [["dataset=/c", "output=a.h5/c"], ["series=b#.tif", "output=b#.tif"]])
         self.assertIn("a tab or a line end", run.stderr)
 
     def test_stacks_with_numbered_names_are_volumes_of_their_own(self):

@@ -110,7 +110,7 @@ class Bmp(ReaderTest):
         (self.folder / "s" / "mouse_rec.log").write_text(LOG)
         run = self.tagrid("convert", "--find", "s")
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual([line for line in run.stdout.splitlines() if not line.startswith("#")], [f"{self.folder}/s\toutput=s"])
+        self.assertEqual([line for line in run.stdout.splitlines() if not line.startswith("#")], [f"{self.folder}/s\tseries=mouse_rec#.bmp\toutput=mouse_rec#.bmp"])
         (self.folder / "list").write_text(run.stdout)
         for i in range(3):
             run = self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "--skip-done", "-f")

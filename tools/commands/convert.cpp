@@ -43,7 +43,10 @@ struct ConvertCommand {
   std::string find;
 
   void execute(Ranks& ranks, const OptionTexts& given) const {
-    if (!find.empty()) return list_volumes();
+    if (!find.empty()) {
+      refuse_beside_find(given);
+      return list_volumes(given.contains("gaps-ok"));
+    }
     for (const auto& [name, value] :
          {std::pair("--manifest", &manifest), {"--output-dir", &options.output_dir}})
       if (value->empty()) throw UsageError(fmt::format("{} is required", name));
@@ -91,28 +94,61 @@ struct ConvertCommand {
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
   }
 
+  // A list has the options of each volume; those for all volumes are given when it is converted.
+  void refuse_beside_find(const OptionTexts& given) const {
+    std::vector<std::string> refused;
+    for (const auto& [name, is_given] : {std::pair("--manifest", !manifest.empty()),
+                                         {"--output-dir", !options.output_dir.empty()},
+                                         {"--shard", !shard.empty()},
+                                         {"--keep-folders", keep_folders},
+                                         {"--skip-done", options.skip_done},
+                                         {"--remove-verified", remove_verified},
+                                         {"--trust-description", options.trust_description},
+                                         {"--force", options.overwrite},
+                                         {"--json", !options.run.json.empty()}})
+      if (is_given) refused.emplace_back(name);
+    for (const auto& [name, value] : given)
+      if (name != "gaps-ok") refused.push_back("--" + name);
+    if (!refused.empty())
+      throw UsageError(fmt::format(
+          "{}: has no effect with --find, which encodes nothing; give it with --manifest", refused.front()));
+  }
+
   // Writes a list for --manifest to the standard output.
-  void list_volumes() const {
-    std::size_t count = 0, broken = 0;
-    find_volumes(find, [&](const FoundVolume& volume) {
-      std::string text = volume.text;
-      for (char& c : text)
-        if (c == '\n' || c == '\r' || c == '\0') c = ' ';
-      if (volume.is_broken) {
-        ++broken;
-        fmt::print("# not listed: {}\n", text);
-        warn(options.run, text);
-        return;
-      }
-      ++count;
-      fmt::print("# {}\n{}", text, volume.path);
-      for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
-      fmt::print("\toutput={}\n", volume.output);
-      std::fflush(stdout);
-    });
-    if (!options.run.quiet)
-      say_line(
-          fmt::format("volumes: {}{}", count, broken > 0 ? fmt::format(", {} cannot be read", broken) : ""));
+  void list_volumes(bool gaps_ok) const {
+    std::size_t count = 0, broken = 0, passed_over = 0;
+    find_volumes(find, {.gaps_ok = gaps_ok, .passed_over = !options.run.quiet},
+                 [&](const FoundVolume& volume) {
+                   std::string text = volume.text;
+                   for (char& c : text)
+                     if (c == '\n' || c == '\r' || c == '\0') c = ' ';
+                   switch (volume.kind) {
+                     case FoundVolume::Kind::broken:
+                       ++broken;
+                       fmt::print("# not listed: {}\n", text);
+                       return warn(options.run, text);
+                     case FoundVolume::Kind::passed_over:
+                       passed_over += volume.files;
+                       return fmt::print("# passed over: {}\n", text);
+                     case FoundVolume::Kind::volume:
+                       break;
+                   }
+                   ++count;
+                   fmt::print("# {}\n{}", text, volume.path);
+                   for (const auto& [name, value] : volume.options) fmt::print("\t{}={}", name, value);
+                   fmt::print("\toutput={}\n", volume.output);
+                   std::fflush(stdout);
+                 });
+    if (options.run.quiet) return;
+    std::string sums = fmt::format("volumes: {}", count);
+    if (broken > 0) sums += fmt::format(", {} cannot be read", broken);
+    if (passed_over > 0)
+      sums += fmt::format(", {} passed over, as comments of the list say", files_in_words(passed_over));
+    say_line(sums);
+  }
+
+  static std::string files_in_words(std::size_t count) {
+    return fmt::format("{} file{}", count, count == 1 ? "" : "s");
   }
 
   // A line may have the bound that the command lacks. If a line asks for a grid without a bound, only its own

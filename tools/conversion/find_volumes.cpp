@@ -12,13 +12,18 @@
 #include "io/files/natural_order.h"
 #include "io/files/numbered_names.h"
 #include "io/files/system_call.h"
+#include "io/files/text.h"
 #include "io/formats/open_volume.h"
+#include "io/nrrd/geometry.h"
+#include "tools/conversion/found_names.h"
+#include "tools/conversion/passed_over.h"
 #include "tools/report/advice.h"
 
 namespace tagrid {
 namespace {
 
 namespace fs = std::filesystem;
+using Kind = FoundVolume::Kind;
 
 /// The option with which one of several volumes is chosen.
 std::string option_of(const UsageError& error) {
@@ -27,11 +32,40 @@ std::string option_of(const UsageError& error) {
   return "series";
 }
 
+/// True if volumes of a file have no names, only numbers: they are alike.
+bool are_numbered(const std::vector<Choice>& choices) {
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    if (choices[i].name != std::to_string(i + 1)) return false;
+  return true;
+}
+
+bool is_directory_of_dicom(const std::string& path) {
+  return lower_case(fs::path(path).filename().string()) == "dicomdir";
+}
+
+/// The UID of the only series of a folder.
+std::string uid_of(const VolumeInfo& info) {
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (key == "dicom_SeriesInstanceUID") return value;
+  return "";
+}
+
 class Finder {
  public:
-  Finder(const std::string& root, const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), use_(use) {}
+  Finder(const std::string& root, const FindOptions& options,
+         const std::function<void(const FoundVolume&)>& use)
+      : root_(fs::canonical(root)), options_(options), use_(use) {}
 
+  void search_all() {
+    search(root_);
+    if (!options_.passed_over) return;
+    passed_over_.report(root_, [&](const std::string& text, std::size_t files) {
+      use_(
+          {.path = "", .options = {}, .output = "", .text = text, .kind = Kind::passed_over, .files = files});
+    });
+  }
+
+ private:
   void search(const fs::path& folder) {
     std::vector<std::string> files, folders;
     std::error_code error;
@@ -43,38 +77,41 @@ class Finder {
         folders.push_back(entry->path());
       else if (entry->is_regular_file(unknown))
         files.push_back(entry->path());
+      else
+        passed_over_.add(entry->path(),
+                         entry->is_directory(unknown) ? "a link to a folder" : "not a file that can be read");
     }
     if (error) throw world_error("cannot read", folder.string(), error.value());
     std::ranges::sort(files, comes_before);
     std::ranges::sort(folders, comes_before);
     look_at_files(folder, files);
-    for (const std::string& deeper : folders) search(deeper);
+    for (const std::string& deeper : folders) {
+      try {
+        search(deeper);
+      } catch (const WorldError& unreadable) {
+        give_broken(deeper, {}, unreadable);
+      }
+    }
   }
 
-  fs::path root() const { return root_; }
-
- private:
   void look_at_files(const fs::path& folder, const std::vector<std::string>& files) {
     std::map<std::string_view, std::vector<std::string>> slices;  // by the name of their format
     for (const std::string& file : files) {
-      const Format* format = nullptr;
       try {
-        format = readable_format(file);
+        const Format* format = readable_format(file);
+        if (format == nullptr)
+          passed_over_.add(file, why_no_volume(file));
+        else if (format->name == "dicom" && is_directory_of_dicom(file))
+          look_at_directory(file, *format);
+        else if (format->has_folders)
+          slices[format->name].push_back(file);
+        else
+          look_at_volume(file, {}, *format);
       } catch (const Error& error) {
-        give({file, {}, "", words_of(error), true});
+        give_broken(file, {}, error);
       }
-      if (format == nullptr) continue;
-      if (format->has_folders)
-        slices[format->name].push_back(file);
-      else
-        look_at_volume(file, {}, *format);
     }
-    const auto are_previews = [](const auto& of_format) {
-      return std::ranges::all_of(of_format.second, is_preview);
-    };
-    if (!std::ranges::all_of(slices, are_previews))
-      for (auto& [name, own] : slices) std::erase_if(own, is_preview);
-    std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
+    pass_over_previews(slices);
     for (const auto& [name, own] : slices) {
       OptionTexts options;
       if (slices.size() > 1) options["from"] = name;
@@ -82,18 +119,47 @@ class Finder {
     }
   }
 
+  void pass_over_previews(std::map<std::string_view, std::vector<std::string>>& slices) {
+    const auto are_previews = [](const auto& of_format) {
+      return std::ranges::all_of(of_format.second, is_preview);
+    };
+    if (std::ranges::all_of(slices, are_previews)) return;
+    for (auto& [name, own] : slices)
+      std::erase_if(own, [&](const std::string& file) {
+        if (is_preview(file)) passed_over_.add(file, "a preview");
+        return is_preview(file);
+      });
+    std::erase_if(slices, [](const auto& of_format) { return of_format.second.empty(); });
+  }
+
+  /// The series of a DICOMDIR; its images are not looked at where they lie.
+  void look_at_directory(const std::string& path, const Format& format) {
+    std::set<std::string> images;
+    images_ = &images;
+    look_at_volume(path, {}, format);
+    images_ = nullptr;
+    listed_images_.merge(images);
+  }
+
+  bool is_listed(const std::string& image) const {
+    return listed_images_.contains(fs::weakly_canonical(image).string());
+  }
+
   void look_at_slices(const fs::path& folder, const std::vector<std::string>& files,
                       const OptionTexts& options, const Format& format) {
     // Only the files themselves say what is a series in DICOM.
-    if (format.name == "dicom") return look_at_volume(folder, options, format);
-    const std::vector<NumberedFiles> series = numbered_files(files);
-    for (const NumberedFiles& one : series) {
+    if (format.name == "dicom") {
+      if (!std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); }))
+        look_at_volume(folder, options, format);
+      return;
+    }
+    for (const NumberedFiles& one : numbered_files(files)) {
       if (one.paths.size() == 1 || has_slices(one.paths.front())) {
         for (const std::string& path : one.paths) look_at_volume(path, {}, format);
         continue;
       }
       OptionTexts own = options;
-      if (series.size() > 1) own["series"] = one.pattern;
+      own["series"] = one.pattern;
       look_at_volume(folder, own, format);
     }
   }
@@ -110,21 +176,76 @@ class Finder {
   }
 
   /// If the path holds several volumes, each of them.
-  void look_at_volume(const fs::path& path, const OptionTexts& options, const Format& format) {
+  void look_at_volume(const fs::path& path, OptionTexts options, const Format& format) {
     try {
-      const VolumeInfo info = open_volume(path, encoding_of(options).source)->info();
+      const auto volume = open_volume(path, encoding_of(options).source);
+      if (is_known(*volume, format)) return;
+      const VolumeInfo& info = volume->info();
+      if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
+        options.emplace("series", uid);  // another one may come into the folder
       give({path, options, "", fmt::format("{}, {}", described(info.dims, info.type), format.help)});
     } catch (const UsageError& error) {
-      if (error.detail().choices.empty() || options.contains("series") || options.contains("dataset"))
-        return give({path, options, "", words_of(error), true});
-      for (const Choice& choice : error.detail().choices) {
+      const std::vector<Choice>& choices = error.detail().choices;
+      const std::string option = option_of(error);
+      if (choices.empty() || options.contains(option)) return give_broken(path, options, error);
+      if (are_numbered(choices)) return look_at_numbered(path, option, choices.size(), format);
+      for (const Choice& choice : choices) {
         OptionTexts own = options;
-        own[option_of(error)] = choice.name;
+        own[option] = choice.name;
         look_at_volume(path, own, format);
       }
+    } catch (const BrokenInput& error) {
+      const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
+      if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
+        return give_broken(path, options, error);
+      options["gaps-ok"] = "true";
+      look_at_volume(path, options, format);
     } catch (const Error& error) {
-      give({path, options, "", words_of(error), true});
+      give_broken(path, options, error);
     }
+  }
+
+  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file is compressed.
+  void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
+                        const Format& format) {
+    const bool may_be_short = path.extension() != ".gz";
+    std::string text;
+    try {
+      for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
+        const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}).source);
+        is_known(*volume, format);
+        text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
+      }
+    } catch (const Error& error) {
+      return give_broken(path, {}, error);
+    }
+    for (std::size_t number = 1; number <= count; ++number)
+      give({path,
+            {{option, std::to_string(number)}},
+            "",
+            fmt::format("{}, volume {} of {}", text, number, count)});
+  }
+
+  /// Notes the files of a volume. True if a DICOMDIR has listed it.
+  bool is_known(const VolumeSource& volume, const Format& format) {
+    const std::vector<std::string>& files = volume.files();
+    if (format.name == "dicom") {
+      if (images_ != nullptr)
+        for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
+      else
+        return std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); });
+    }
+    // Slices were recognised; logs and samples beside headers were not.
+    for (const std::string& file : files) {
+      const std::string extension = lower_case(fs::path(file).extension().string());
+      const bool is_slice = std::ranges::find(format.extensions, extension) != format.extensions.end();
+      if (format.name != "dicom" && !is_slice) passed_over_.belongs(file);
+    }
+    return false;
+  }
+
+  void give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
+    use_({path, options, "", words_of(error), Kind::broken});
   }
 
   void give(FoundVolume volume) {
@@ -135,43 +256,40 @@ class Finder {
           fits_a_line && value.find_first_of("\t\n\r") == value.npos && value.find('\0') == value.npos;
     if (!fits_a_line) {
       volume.text = volume.path + ": a name has a tab or a line end, which a list cannot have";
-      volume.is_broken = true;
+      volume.kind = Kind::broken;
+      return use_(volume);
     }
-    if (!volume.is_broken) volume.output = output_of(volume);
+    volume.output = output_of(volume);
     use_(volume);
   }
 
-  /// "2019/knee" for 2019/knee.nrrd; longer if that is taken.
   std::string output_of(const FoundVolume& volume) {
-    const fs::path relative = fs::path(volume.path).lexically_relative(root_);
-    const bool has_suffix = !is_folder(volume.path);
-    fs::path name = has_suffix ? relative.parent_path() / relative.stem() : relative;
-    if (name == ".") name = root_.filename();
-    for (const char* option : {"series", "dataset"})
-      if (const auto found = volume.options.find(option); found != volume.options.end()) {
-        std::string part = found->second;
-        std::ranges::replace(part, '/', '_');
-        part.erase(0, part.find_first_not_of("._"));
-        name /= part.empty() ? "volume" : part;
-      }
-    if (taken_.insert(name.string()).second) return name;
-    if (has_suffix && taken_.insert(relative.string()).second) return relative;
+    // The images of a DICOMDIR are those of its folder.
+    const fs::path path =
+        is_directory_of_dicom(volume.path) ? fs::path(volume.path).parent_path() : fs::path(volume.path);
+    std::string name = output_name_of(path.lexically_relative(root_).string(), volume.options);
+    if (name.empty()) name = root_.filename();
+    if (taken_.insert(name).second) return name;
+    // Files that have the pattern of others as their name.
     for (int i = 2;; ++i)
-      if (const std::string other = fmt::format("{}-{}", name.string(), i); taken_.insert(other).second)
-        return other;
+      if (const std::string other = fmt::format("{}-{}", name, i); taken_.insert(other).second) return other;
   }
 
   fs::path root_;
+  FindOptions options_;
   const std::function<void(const FoundVolume&)>& use_;
   std::set<std::string> taken_;
+  PassedOver passed_over_;
+  std::set<std::string> listed_images_;      // those of all DICOMDIRs
+  std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at
 };
 
 }  // namespace
 
-void find_volumes(const std::string& root, const std::function<void(const FoundVolume&)>& use) {
+void find_volumes(const std::string& root, const FindOptions& options,
+                  const std::function<void(const FoundVolume&)>& use) {
   if (!is_folder(root)) throw world_error("cannot read", root, status_of(root) ? ENOTDIR : ENOENT);
-  Finder finder(root, use);
-  finder.search(finder.root());
+  Finder(root, options, use).search_all();
 }
 
 }  // namespace tagrid

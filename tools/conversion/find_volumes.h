@@ -8,18 +8,32 @@
 
 namespace tagrid {
 
-/// A line for a list of volumes, or a file or folder that looks like a volume and cannot be read.
+/// A line for a list of volumes, or a file or folder that is not listed.
 struct FoundVolume {
+  enum class Kind {
+    volume,
+    broken,      ///< It looks like a volume and cannot be read.
+    passed_over  ///< files that are no volumes: one entry for those of a folder that are alike
+  };
+
   std::string path;     ///< absolute
   OptionTexts options;  ///< that are needed to read it: {"series", "1.2.3"}
   std::string output;   ///< its place below the folder that was searched; nobody else has it
-  std::string text;     ///< "512 x 512 x 300 int16, DICOM"; or what is wrong
-  bool is_broken = false;
+  std::string text;     ///< "512 x 512 x 300 int16, DICOM"; or what is wrong; or which files, and why
+  Kind kind = Kind::volume;
+  std::size_t files = 1;  ///< that are passed over
 };
 
-/// Calls use() for every volume in `root` and the folders below it, in natural order. Files that are slices of one volume
-/// are found as their folder. Hidden files and folders, .tag files, and links to folders are passed over. Throws
-/// WorldError if a folder cannot be read.
-void find_volumes(const std::string& root, const std::function<void(const FoundVolume&)>& use);
+struct FindOptions {
+  bool gaps_ok = false;      ///< Folders in which slices are missing are volumes.
+  bool passed_over = false;  ///< Says what is passed over.
+};
+
+/// Calls use() for every volume in `root` and the folders below it, in natural order, and at the end for what was passed
+/// over. Slices are found as their folder and the series that they are, images to which a DICOMDIR refers as series of
+/// that. An output is named after the path and the series alone, so that it stays when other volumes come. Hidden files
+/// and folders are not looked at. Throws WorldError if `root` cannot be read.
+void find_volumes(const std::string& root, const FindOptions& options,
+                  const std::function<void(const FoundVolume&)>& use);
 
 }  // namespace tagrid

@@ -18,6 +18,8 @@ Failure current_failure(const std::string& memory_advice) {
       std::vector<std::string> list;
       for (const Choice& choice : error.detail.choices)
         list.push_back(fmt::format("{}  {}  {}", list.size() + 1, choice.name, choice.text));
+      // Volumes without names are alike, and there may be thousands: the message says their number.
+      if (!list.empty() && error.detail.choices.back().name == std::to_string(list.size())) list.clear();
       return {exit_usage, words_of(error), std::move(list)};
     }
     case ErrorKind::broken_input:

@@ -1,0 +1,223 @@
+"""convert --find: each volume of a disk once, under a name that stays, and a word on everything else.
+
+    find_test.py PROGRAM
+"""
+
+import importlib
+import json
+import os
+import shutil
+import subprocess
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+nibabel = other_readers.library("nibabel", "python3-nibabel")
+pydicom = other_readers.library("pydicom", "python3-pydicom")
+tifffile = other_readers.library("tifffile", "python3-tifffile")
+h5py = other_readers.library("h5py", "python3-h5py")
+
+
+@unittest.skipIf(None in (numpy, nibabel, pydicom, tifffile, h5py), "libraries are missing")
+class Find(ReaderTest):
+    def volume(self, seed, shape=(4, 9, 11)):
+        return numpy.random.default_rng(seed).integers(0, 4000, shape, "uint16")
+
+    def path(self, name):
+        path = self.folder / "a" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def nrrd(self, name, seed=1):
+        self.path(name).write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(seed).tobytes())
+
+    def dicom(self, folder, uid, seed, slices=4):
+        from dicom_test import data_set
+
+        for z, slice in enumerate(self.volume(seed, (slices, 9, 11))):
+            file = data_set(slice, series=uid, instance=f"{uid}.{z}", position=(0, 0, z), RescaleIntercept=0)
+            file.StudyDate, file.StudyTime, file.StudyID = "20200101", "120000", "1"
+            file.SeriesNumber = 1
+            file.save_as(self.path(f"{folder}/{uid}-{z}.dcm"), write_like_original=False)
+
+    def find(self, *options):
+        """The output of each line, with the rest of the line; and all comments."""
+        run = self.tagrid("convert", "--find", "a", *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.messages = run.stderr
+        (self.folder / "list.tsv").write_text(run.stdout)
+        lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
+        found = {line[-1].removeprefix("output="): line[:-1] for line in lines}
+        self.assertEqual(len(found), len(lines))
+        return found, [line for line in run.stdout.splitlines() if line.startswith("#")]
+
+    def convert(self, *options):
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", *options)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def test_each_volume_of_a_file_of_four_axes_has_a_line(self):
+        truth = self.volume(1, (11, 9, 4, 12)).astype("int16")
+        for name in ("scan.nii", "scan.nii.gz"):
+            nibabel.save(nibabel.Nifti1Image(truth, numpy.eye(4)), self.path(f"4d/{name}"))
+        self.path("4d/b.mha").write_bytes(b"NDims = 4\nDimSize = 11 9 4 2\nElementType = MET_SHORT\nElementDataFile = LOCAL\n" + truth[..., :2].tobytes("F"))
+        found, comments = self.find()
+        self.assertEqual(set(found), {f"4d/{name}/{i + 1}" for name in ("scan.nii", "scan.nii.gz") for i in range(12)} | {"4d/b.mha/1", "4d/b.mha/2"})
+        self.assertEqual(found["4d/scan.nii/7"], [str(self.path("4d/scan.nii")), "series=7"])
+        self.assertIn("# 11 x 9 x 4 int16, NIfTI, volume 7 of 12", comments)
+        self.convert("-q")
+        for name in ("scan.nii", "scan.nii.gz", "b.mha"):
+            for i in range(12 if "nii" in name else 2):
+                self.assertEqual(self.tagrid("decode", f"out/4d/{name}/{i + 1}.tag", "-o", "x.raw", "-f").returncode, 0)
+                self.assertEqual((self.folder / "x.raw").read_bytes(), truth[..., i].tobytes("F"))
+        # A file that ends too soon for its last volume.
+        whole = self.path("4d/scan.nii").read_bytes()
+        self.path("4d/scan.nii").write_bytes(whole[:-2])
+        found, comments = self.find()
+        self.assertFalse([name for name in found if "scan.nii/" in name])
+        self.assertTrue([line for line in comments if line.startswith("# not listed: ") and "scan.nii" in line])
+
+    def test_a_header_that_claims_many_volumes_costs_nothing(self):
+        image = nibabel.Nifti2Image(numpy.zeros((2, 2, 2, 2), "int16"), numpy.eye(4))
+        nibabel.save(image, self.path("a.nii"))
+        header = bytearray(self.path("a.nii").read_bytes())
+        header[16 + 4 * 8:16 + 5 * 8] = (1 << 50).to_bytes(8, "little")
+        self.path("a.nii").write_bytes(header)
+        run = self.tagrid("encode", "a/a.nii")
+        self.assertEqual(run.returncode, 64)
+        self.assertIn("holds 1125899906842624 volumes of 2 x 2 x 2 int16; choose one with --series", run.stderr)
+        self.assertEqual(len(run.stderr.splitlines()), 1)
+        self.assertEqual(self.find()[0], {})
+
+    def test_names_stay_when_the_archive_grows(self):
+        self.nrrd("2019/knee.nrrd", 2)
+        self.dicom("study", "1.2.3", 3)
+        for z, slice in enumerate(self.volume(4)):
+            tifffile.imwrite(self.path(f"slices/b{z}.tif"), slice)
+        before, _ = self.find()
+        self.assertEqual(set(before), {"2019/knee.nrrd", "study/1.2.3", "slices/b#.tif"})
+        self.assertEqual(before["study/1.2.3"], [str(self.path("study")), "series=1.2.3"])
+        self.convert("-q")
+        # All of these come before the others in natural order.
+        self.path("2019/knee.mha").write_bytes(b"NDims = 3\nDimSize = 11 9 4\nElementType = MET_USHORT\nElementDataFile = LOCAL\n" + self.volume(5).tobytes())
+        self.nrrd("2018/knee.nrrd", 6)
+        self.nrrd("2019/knee/x.nrrd", 7)
+        self.dicom("study", "1.2.1", 8)
+        for z, slice in enumerate(self.volume(9)):
+            tifffile.imwrite(self.path(f"slices/a{z}.tif"), slice)
+        shutil.copytree(self.path("slices"), self.path("a/slices"))
+        # The older list still means the same volumes, and the new one the same outputs.
+        self.convert("-q", "--skip-done")
+        after, _ = self.find()
+        self.assertLess(set(before), set(after))
+        self.assertEqual({name: after[name] for name in before}, before)
+        self.convert("-q", "--skip-done")
+        records = [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_text().splitlines()]
+        self.assertEqual([record["status"] for record in records].count("ok"), len(after))
+        self.assertEqual([record["status"] for record in records].count("skipped"), 2 * len(before))
+
+    def test_data_sets_have_names_of_their_own(self):
+        with h5py.File(self.path("a.h5"), "w") as file:
+            for i, name in enumerate(("a/b", "a_b", "..x/y", "c%2Fd")):
+                file[name] = self.volume(i)
+        found, _ = self.find()
+        self.assertEqual(set(found), {"a.h5/a/b", "a.h5/a_b", "a.h5/%2E.x/y", "a.h5/c%252Fd"})
+        self.convert("-q")
+
+    def disk(self):
+        """A disk with a DICOMDIR and two series, whose images lie in folders by other means."""
+        self.dicom("x", "1.2.3", 1)
+        self.dicom("x", "1.2.4", 2)
+        files = importlib.import_module("pydicom.fileset").FileSet()
+        for file in sorted((self.folder / "a" / "x").iterdir()):
+            files.add(file)
+        files.write(self.folder / "a" / "disk")
+        shutil.rmtree(self.folder / "a" / "x")
+
+    def test_a_disk_with_a_directory_is_listed_once(self):
+        self.disk()
+        found, comments = self.find()
+        directory = str(self.path("disk/DICOMDIR"))
+        self.assertEqual(found, {"disk/1.2.3": [directory, "series=1.2.3"], "disk/1.2.4": [directory, "series=1.2.4"]})
+        self.convert("-q")
+        self.tagrid("decode", "out/disk/1.2.4.tag", "-o", "x.raw")
+        self.assertEqual((self.folder / "x.raw").read_bytes(), self.volume(2).tobytes())
+        # What the directory does not know is listed besides.
+        self.dicom("disk/more", "1.2.5", 3)
+        self.assertEqual(set(self.find()[0]), {"disk/1.2.3", "disk/1.2.4", "disk/more/1.2.5"})
+        # Without a directory that can be read, images are found where they lie.
+        self.path("disk/DICOMDIR").write_bytes(self.path("disk/DICOMDIR").read_bytes()[:400])
+        found, comments = self.find()
+        self.assertIn("disk/more/1.2.5", found)
+        self.assertTrue([name for name in found if name.endswith("/1.2.3")], found)
+        self.assertTrue([line for line in comments if "DICOMDIR" in line and line.startswith("# not listed")], comments)
+
+    def test_what_is_passed_over_is_said(self):
+        self.nrrd("knee.nrrd")
+        self.path("b.nhdr").write_text("NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\ndata file: data/b.raw\n")
+        self.path("data/b.raw").write_bytes(self.volume(1).tobytes())
+        self.path("data/other.raw").write_bytes(self.volume(1).tobytes())
+        for name, content in (("notes.txt", b"nothing"), ("empty", b""), ("old.tag", b"\x89TAG\r\n"), ("x.nrrd.bz2", b"BZh91AY"), (".hidden", b"x")):
+            self.path(name).write_bytes(content)
+        for i in range(8):
+            self.path(f"many/{i}.txt").write_text("nothing")
+        os.symlink("nowhere", self.path("dangling"))
+        os.symlink("data", self.path("link"))
+        found, comments = self.find()
+        self.assertEqual(set(found), {"knee.nrrd", "b.nhdr"})
+        text = "\n".join(comments) + "\n"
+        for line in (".: notes.txt: no known format", ".: empty: empty", ".: old.tag: is already a .tag file", ".: x.nrrd.bz2: is compressed", ".: link: a link to a folder",
+                     ".: dangling: not a file", "data: other.raw: samples without a header, perhaps: a line needs the columns dims= and type=",
+                     "many: 0.txt, 1.txt, 2.txt, 3.txt, 4.txt and 3 more: no known format"):
+            self.assertIn(f"# passed over: {line}", text)
+        self.assertNotIn("b.raw", text.replace("other.raw", ""))
+        self.assertNotIn("hidden", text)
+        self.assertIn("volumes: 2, 15 files passed over, as comments of the list say", self.messages)
+        # The list can be converted as it is.
+        self.convert("-q")
+        found, comments = self.find("-q")
+        self.assertNotIn("passed over", "\n".join(comments))
+        self.assertEqual(self.messages, "")
+
+    @unittest.skipIf(os.geteuid() == 0 and shutil.which("setpriv") is None, "root may read everything, and there is no setpriv")
+    def test_a_folder_that_cannot_be_read_does_not_end_the_search(self):
+        self.nrrd("knee.nrrd")
+        self.nrrd("closed/a.nrrd")
+        self.nrrd("closed.nrrd")
+        for path in (self.folder, self.folder / "a"):
+            path.chmod(0o755)
+        self.path("closed").chmod(0)
+        self.path("closed.nrrd").chmod(0)
+        drop = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if os.geteuid() == 0 else []
+        run = subprocess.run([*drop, other_readers.PROGRAM, "convert", "--find", "a"], cwd=self.folder, capture_output=True, text=True)
+        self.path("closed").chmod(0o755)
+        if run.returncode == 126 or "setpriv" in run.stderr or "execvp" in run.stderr:
+            self.skipTest("the program cannot be started by others here")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("output=knee.nrrd", run.stdout)
+        for name in ("closed", "closed.nrrd"):
+            self.assertIn(f"# not listed: {self.folder}/a/{name}: cannot", run.stdout)
+        self.assertIn("volumes: 1, 2 cannot be read", run.stderr)
+
+    def test_gaps_are_accepted_where_they_are(self):
+        for z in (1, 2, 4):
+            tifffile.imwrite(self.path(f"gap/{z}.tif"), self.volume(z)[0])
+            tifffile.imwrite(self.path(f"whole/{min(z, 3)}.tif"), self.volume(z)[0])
+        found, comments = self.find()
+        self.assertEqual(set(found), {"whole/#.tif"})
+        self.assertIn("--gaps-ok", "\n".join(comments))
+        found, _ = self.find("--gaps-ok")
+        self.assertEqual(found, {"whole/#.tif": [str(self.path("whole")), "series=#.tif"],
+                                 "gap/#.tif": [str(self.path("gap")), "gaps-ok=true", "series=#.tif"]})
+        self.convert("-q")
+
+    def test_options_that_have_no_effect_are_refused(self):
+        self.nrrd("knee.nrrd")
+        for options in (["--max-error", "2"], ["--manifest", "x"], ["--output-dir", "x"], ["--keep-folders"], ["--skip-done"], ["--shard", "0/2"], ["-f"],
+                        ["--json", "x"], ["--series", "2"], ["--remove-verified"]):
+            self.assert_refused(64, "has no effect with --find", "convert", "--find", "a", *options)
+
+
+if __name__ == "__main__":
+    other_readers.main()
