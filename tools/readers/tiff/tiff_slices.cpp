@@ -1,0 +1,68 @@
+#include "tools/readers/tiff/tiff_slices.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid {
+namespace {
+
+/// The runs of planes that lie plainly in their files; none if one does not.
+std::vector<SliceRun> places_of(const std::vector<TiffPlane>& planes) {
+  std::vector<SliceRun> runs;
+  for (const TiffPlane& plane : planes) {
+    if (!plane.page.plain) return {};
+    const std::uint64_t offset = *plane.page.plain, bytes = plane.page.bytes();
+    SliceRun* last = runs.empty() ? nullptr : &runs.back();
+    if (last != nullptr && last->file == plane.file && last->slices == 1 && offset > last->offset)
+      last->step = offset - last->offset;
+    if (last != nullptr && last->file == plane.file &&
+        offset == last->offset + static_cast<std::uint64_t>(last->slices) * last->step)
+      ++last->slices;
+    else
+      runs.push_back({plane.file, offset, 1, bytes, plane.page.big_endian});
+  }
+  return runs;
+}
+
+class TiffSlices final : public ServedVolume {
+ public:
+  TiffSlices(TiffVolumes volumes, std::size_t number) : planes_(std::move(volumes.list[number].planes)) {
+    const TiffPage& first = planes_.front().page;
+    dims = {first.width, first.height, static_cast<std::int64_t>(planes_.size())};
+    type = first.type;
+    geometry = volumes.geometry;
+    pairs = std::move(volumes.pairs);
+    files = std::move(volumes.files);
+    warnings = std::move(volumes.warnings);
+    for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
+    memory += first.bytes();
+    places = places_of(planes_);
+  }
+
+  void read_slice(std::int64_t z, std::byte* out) override {
+    const TiffPlane& plane = planes_[static_cast<std::size_t>(z)];
+    file(plane.file).read(plane.page, out);
+    swap_if_not_native(out, static_cast<std::size_t>(dims.x * dims.y), size_of(type), false);
+  }
+
+ private:
+  TiffFile& file(std::size_t number) {
+    if (!file_ || number_ != number) file_.emplace(files[number]);
+    number_ = number;
+    return *file_;
+  }
+
+  std::vector<TiffPlane> planes_;
+  std::optional<TiffFile> file_;
+  std::size_t number_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<ServedVolume> slices_of(TiffVolumes volumes, std::size_t number) {
+  return std::make_unique<TiffSlices>(std::move(volumes), number);
+}
+
+}  // namespace tagrid
