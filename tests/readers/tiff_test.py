@@ -14,6 +14,7 @@ from other_readers import ReaderTest
 
 numpy = other_readers.library("numpy", "python3-numpy")
 tifffile = other_readers.library("tifffile", "python3-tifffile")
+Image = other_readers.library("PIL.Image", "python3-pil")
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 
@@ -156,6 +157,131 @@ class Tiff(ReaderTest):
         for t, c in itertools.product(range(2), range(2)):
             self.assert_same(self.encoded(name, "--series", f"c{c + 1}t{t + 1}")[0], hyper[t, :, c])
 
+    @unittest.skipIf(Image is None, "there is no Pillow on this machine (python3-pil)")
+    def test_packed_samples_are_those_of_pillow(self):
+        for bits, type in ((1, "uint8"), (2, "uint8"), (4, "uint8"), (12, "uint16"), (5, "uint8"), (15, "uint16")):
+            for width in (13, 40):
+                truth = volume(type, (19, width)) & ((1 << bits) - 1)
+                for order in "><":
+                    self.write_packed("a.tif", truth, bits, order)
+                    samples, info = self.encoded("a.tif")
+                    self.assert_same(samples[0], truth, f"{bits} {width} {order}")
+                    self.assertFalse(info["restorable"])
+                if bits in (2, 4, 12):
+                    scale = {2: 85, 4: 17}.get(bits, 1)  # Pillow stretches greys to eight bits
+                    with Image.open(self.folder / "a.tif") as image:
+                        self.assertEqual((numpy.asarray(image) // scale).tolist(), truth.tolist(), f"{bits} {width}")
+                if shutil.which("tiffcp"):
+                    for options in ("-c lzw -r 3", "-c zip -t -w 16 -l 16", "-c none -r 5", "-c none -t -w 32 -l 16", *(["-c g4", "-c g3"] if bits == 1 else [])):
+                        run = subprocess.run(["tiffcp", *options.split(), "a.tif", "b.tif"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+                        self.assertEqual(run.returncode, 0, run.stderr)
+                        self.assert_same(self.encoded("b.tif")[0][0], truth, f"{bits} {width} {options}")
+        # Bits in the other order, which fax machines have.
+        truth = volume("uint8", (19, 13)) & 1
+        self.write_packed("a.tif", truth, 1, "<", fill_order=2)
+        self.assert_same(self.encoded("a.tif")[0][0], truth)
+        for slice in range(3):
+            Image.fromarray(volume("uint8", (9, 13)) > 100 + slice).save(self.folder / f"m{slice}.tif", compression="group4" if slice else None)
+        with Image.open(self.folder / "m1.tif") as image:
+            self.assert_same(self.encoded("m1.tif")[0][0], numpy.asarray(image).astype("uint8"))
+
+    def write_packed(self, name, samples, bits, order, fill_order=1, meaning=1):
+        height, width = samples.shape
+        rows = (samples[..., None] >> numpy.arange(bits - 1, -1, -1)) & 1
+        packed = numpy.packbits(rows.reshape(height, width * bits).astype("uint8"), axis=1, bitorder="big" if fill_order == 1 else "little").tobytes()
+        tags = [(256, 3, 1, width), (257, 3, 1, height), (258, 3, 1, bits), (259, 3, 1, 1), (262, 3, 1, meaning), (266, 3, 1, fill_order), (273, 4, 1, 0),
+                (277, 3, 1, 1), (278, 3, 1, height), (279, 4, 1, len(packed))]
+        after = 8 + 2 + 12 * len(tags) + 4
+        head = struct.pack(order + "2sHI", b"II" if order == "<" else b"MM", 42, 8) + struct.pack(order + "H", len(tags))
+        for tag, type, count, value in tags:
+            value = after if tag == 273 else value
+            head += struct.pack(order + "HHI", tag, type, count) + (struct.pack(order + "HH", value, 0) if type == 3 else struct.pack(order + "I", value))
+        (self.folder / name).write_bytes(head + struct.pack("<I", 0) + packed)
+
+    def test_white_that_is_zero_is_said_and_kept(self):
+        truth = volume("uint8", (19, 13)) & 15
+        self.write_packed("a.tif", truth, 4, "<", meaning=0)
+        self.assert_same(self.encoded("a.tif")[0][0], truth)
+        self.assertIn("WhiteIsZero", self.messages)
+        self.write_packed("a.tif", truth, 4, "<", meaning=3)
+        self.assert_refused(65, "Colormap", "encode", "a.tif")
+
+    @unittest.skipIf(Image is None, "there is no Pillow on this machine (python3-pil)")
+    def test_jpeg_is_read_and_its_loss_is_recorded(self):
+        smooth = numpy.add.outer(numpy.arange(40), numpy.arange(50)).astype("uint8") * 2
+        (self.folder / "s").mkdir()
+        truth = []
+        for z in range(3):
+            Image.fromarray(smooth + z).save(self.folder / "s" / f"{z}.tif", compression="jpeg")
+            with Image.open(self.folder / "s" / f"{z}.tif") as image:
+                truth.append(numpy.asarray(image))
+        samples, info = self.encoded("s")
+        self.assert_same(samples, numpy.stack(truth))
+        self.assertFalse((truth[0] == smooth).all())
+        self.assertEqual(info["source"]["pairs"]["lossy source"], "TIFF, JPEG")
+        if shutil.which("tiffcp"):
+            for options in ("-c jpeg:100 -r 8", "-c jpeg:90 -t -w 16 -l 16"):
+                self.write("a.tif", smooth)
+                self.assertEqual(subprocess.run(["tiffcp", *options.split(), "a.tif", "b.tif"], cwd=self.folder).returncode, 0)
+                with Image.open(self.folder / "b.tif") as image:
+                    self.assert_same(self.encoded("b.tif")[0][0], numpy.asarray(image), options)
+        whole = (self.folder / "s" / "1.tif").read_bytes()
+        scan = whole.index(b"\xff\xda")
+        broken = whole[:scan + 40] + bytes(60) + whole[scan + 100:]
+        (self.folder / "s" / "1.tif").write_bytes(broken)
+        self.assert_refused(65, "1.tif: TIFF file: its samples are damaged", "encode", "s")
+        self.assertNotIn("lossy source", self.encoded(self.write("c.tif", smooth))[1]["source"]["pairs"])
+
+    def image_j(self, name, samples, calibration):
+        """As ImageJ describes a stack with a calibration of its numbers."""
+        text = f"ImageJ=1.53t\nimages={len(samples)}\nslices={len(samples)}\nunit=mm\n{calibration}"
+        tifffile.imwrite(self.folder / name, samples, photometric="minisblack", description=text, metadata=None)
+        return name
+
+    def test_signed_numbers_of_image_j_come_as_such(self):
+        truth = volume("int16", (4, 9, 8))
+        signed = "cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n"
+        samples, info = self.encoded(self.image_j("a.tif", (truth.astype("int32") + 32768).astype("uint16"), signed))
+        self.assert_same(samples, truth)
+        self.assertTrue(info["restorable"])
+        self.assertFalse([key for key in info["source"]["pairs"] if key.startswith("rescale")])
+        self.encoded("a.tif", "--max-error", "3")
+        # Compressed ones are read by the program, and signed ones are what they are.
+        tifffile.imwrite(self.folder / "b.tif", (truth.astype("int32") + 32768).astype("uint16"), photometric="minisblack", compression="deflate",
+                         description=f"ImageJ=1.53t\nimages=4\nslices=4\n{signed}", metadata=None)
+        self.assert_same(self.encoded("b.tif")[0], truth)
+        samples, info = self.encoded(self.image_j("c.tif", truth, signed))
+        self.assert_same(samples, truth)
+        self.assertFalse([key for key in info["source"]["pairs"] if key.startswith("rescale")])
+        # And in a folder of slices.
+        (self.folder / "s").mkdir()
+        for z, slice in enumerate(truth):
+            self.image_j(f"s/{z}.tif", (slice.astype("int32") + 32768).astype("uint16")[None], signed)
+        self.assert_same(self.encoded("s")[0], truth)
+        self.image_j("s/3.tif", truth[3:], "")
+        self.assert_refused(65, "3.tif: TIFF file: has another calibration of ImageJ than", "encode", "s")
+
+    def test_a_calibration_of_image_j_is_a_slope_and_an_intercept(self):
+        truth = volume("uint16", (4, 9, 8))
+        samples, info = self.encoded(self.image_j("a.tif", truth, "cf=0\nc0=-1000.0\nc1=0.5\nvunit=HU\n"))
+        self.assert_same(samples, truth)
+        pairs = info["source"]["pairs"]
+        self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"]), pairs["rescale_units"]), (0.5, -1000, "HU"))
+        # Bounds are for values.
+        samples, info = self.encoded("a.tif", "--max-error", "2")
+        self.assertEqual(info["max_error"], 4)
+        self.assertLessEqual(abs(samples.astype("int64") - truth).max(), 4)
+        # Numbers that are signed in the file belong to the same line, shifted.
+        pairs = self.encoded(self.image_j("b.tif", truth.view("int16"), "cf=0\nc0=-32768.0\nc1=2.0\nvunit=x\n"))[1]["source"]["pairs"]
+        self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"])), (2, 32768))
+        for calibration in ("cf=1\nc0=1\nc1=2\nc2=3\nvunit=x\n", "cf=21\nvunit=Uncalibrated OD\n", "cf=0\nc0=1\nc1=0\n", "cf=0\nc0=nan\nc1=1\n"):
+            samples, info = self.encoded(self.image_j("c.tif", truth, calibration))
+            self.assert_same(samples, truth)
+            self.assertIn("numbers are kept as they are", self.messages)
+            self.assertNotIn("rescale_slope", info["source"]["pairs"])
+        self.encoded(self.image_j("d.tif", truth, "cf=20\n"))
+        self.assertNotIn("kept as they are", self.messages)
+
     def test_one_page_with_all_slices_behind_it(self):
         """As ImageJ writes stacks of more than 4 GB."""
         truth = volume("uint16", (6, 20, 30))
@@ -192,7 +318,7 @@ class Tiff(ReaderTest):
         tifffile.imwrite(self.folder / "rgb.tif", rgb, photometric="rgb")
         self.assert_refused(65, "rgb.tif: TIFF file: ", "encode", "rgb.tif")
         self.write("half.tif", numpy.zeros((2, 9, 9), "float16"))
-        self.assert_refused(65, "16", "encode", "half.tif")
+        self.assert_refused(65, "floats of 16 bits", "encode", "half.tif")
         self.write("a.tif", volume("uint8"))
         self.assert_refused(64, "leave out --dims", "encode", "a.tif", "--dims", "41,37,5", "--type", "uint8")
         with open(self.folder / "a.tif", "rb") as file:

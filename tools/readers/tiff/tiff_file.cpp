@@ -12,19 +12,36 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <string_view>
 
 #include "io/files/errors.h"
+#include "tools/readers/tiff/packed_samples.h"
 
 namespace tagrid {
 namespace {
 
 /// libtiff gives its reasons to a function.
-std::string last_reason;
+std::string last_reason, last_warning;
 
-void keep_reason(const char* /*where*/, const char* format, va_list values) {
+std::string text_of(const char* format, va_list values) {
   std::array<char, 500> text = {};
   std::vsnprintf(text.data(), text.size(), format, values);
-  last_reason = text.data();
+  return text.data();
+}
+
+void keep_reason(const char* /*where*/, const char* format, va_list values) {
+  last_reason = text_of(format, values);
+}
+
+/// Of warnings while samples are read, those that speak of how they are stored, not of what is missing.
+bool is_harmless(std::string_view warning) {
+  return warning.starts_with("Old-style LZW codes") ||
+         warning.starts_with("JPEG strip size exceeds expected dimensions");
+}
+
+void keep_warning(const char* /*where*/, const char* format, va_list values) {
+  const std::string warning = text_of(format, values);
+  if (!is_harmless(warning)) last_warning = warning;
 }
 
 template <class T>
@@ -35,9 +52,8 @@ T value_of(TIFF* tiff, std::uint32_t tag, T otherwise) {
 
 std::string name_of_compression(std::uint16_t scheme) {
   switch (scheme) {
-    case COMPRESSION_JPEG:
     case COMPRESSION_OJPEG:
-      return "JPEG";
+      return "the JPEG of old TIFF files";
     case COMPRESSION_LERC:
       return "LERC";
     case COMPRESSION_WEBP:
@@ -55,9 +71,10 @@ std::string name_of_compression(std::uint16_t scheme) {
 
 /// Whether decoding gives the numbers that were stored.
 bool is_lossless(std::uint16_t scheme) {
-  constexpr std::array schemes = {COMPRESSION_NONE,    COMPRESSION_LZW,      COMPRESSION_ADOBE_DEFLATE,
-                                  COMPRESSION_DEFLATE, COMPRESSION_PACKBITS, COMPRESSION_LZMA,
-                                  COMPRESSION_ZSTD};
+  constexpr std::array schemes = {COMPRESSION_NONE,      COMPRESSION_LZW,      COMPRESSION_ADOBE_DEFLATE,
+                                  COMPRESSION_DEFLATE,   COMPRESSION_PACKBITS, COMPRESSION_LZMA,
+                                  COMPRESSION_ZSTD,      COMPRESSION_CCITTRLE, COMPRESSION_CCITTRLEW,
+                                  COMPRESSION_CCITTFAX3, COMPRESSION_CCITTFAX4};
   return std::ranges::find(schemes, scheme) != schemes.end();
 }
 
@@ -65,7 +82,7 @@ bool is_lossless(std::uint16_t scheme) {
 
 TiffFile::TiffFile(const std::string& path) : path_(path) {
   TIFFSetErrorHandler(keep_reason);
-  TIFFSetWarningHandler(nullptr);  // of tags that it does not know
+  TIFFSetWarningHandler(keep_warning);  // mostly of tags that it does not know
   last_reason.clear();
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) throw world_error("cannot open", path, errno);
@@ -106,7 +123,10 @@ TiffPage TiffFile::current_page() {
   page.width = value_of<std::uint32_t>(tiff, TIFFTAG_IMAGEWIDTH, 0);
   page.height = value_of<std::uint32_t>(tiff, TIFFTAG_IMAGELENGTH, 0);
   require_readable(page);
-  page.type = type_of_samples();
+  const auto [type, packed_bits] = kind_of_samples();
+  page.type = type;
+  page.packed_bits = packed_bits;
+  page.is_lossy = !is_lossless(value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE));
   page.zero_is_white =
       value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;
   const char* description = nullptr;
@@ -134,7 +154,7 @@ void TiffFile::require_readable(const TiffPage& page) const {
         "knows what the colours "
         "mean");
   const auto scheme = value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-  if (!is_lossless(scheme))
+  if (!is_lossless(scheme) && scheme != COMPRESSION_JPEG)
     fail(fmt::format(
         "is compressed by {}, which is not read; save it uncompressed, or by deflate, LZW or zstd",
         name_of_compression(scheme)));
@@ -144,30 +164,35 @@ void TiffFile::require_readable(const TiffPage& page) const {
     fail("an image of several slices (ImageDepth) is not read");
 }
 
-SampleType TiffFile::type_of_samples() const {
+TiffFile::Samples TiffFile::kind_of_samples() const {
   const auto bits = value_of<std::uint16_t>(tiff_.get(), TIFFTAG_BITSPERSAMPLE, 1);
   const auto format = value_of<std::uint16_t>(tiff_.get(), TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
   const bool is_unsigned = format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_VOID;
-  if (is_unsigned && bits == 8) return SampleType::uint8;
-  if (is_unsigned && bits == 16) return SampleType::uint16;
-  if (is_unsigned && bits == 32) return SampleType::uint32;
-  if (format == SAMPLEFORMAT_INT && bits == 8) return SampleType::int8;
-  if (format == SAMPLEFORMAT_INT && bits == 16) return SampleType::int16;
-  if (format == SAMPLEFORMAT_INT && bits == 32) return SampleType::int32;
-  if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return SampleType::float32;
-  if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return SampleType::float64;
+  if (is_unsigned && bits == 8) return {SampleType::uint8};
+  if (is_unsigned && bits == 16) return {SampleType::uint16};
+  if (is_unsigned && bits == 32) return {SampleType::uint32};
+  if (is_unsigned && bits >= 1 && bits <= 15)
+    return {bits < 8 ? SampleType::uint8 : SampleType::uint16, static_cast<int>(bits)};
+  if (format == SAMPLEFORMAT_INT && bits == 8) return {SampleType::int8};
+  if (format == SAMPLEFORMAT_INT && bits == 16) return {SampleType::int16};
+  if (format == SAMPLEFORMAT_INT && bits == 32) return {SampleType::int32};
+  if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return {SampleType::float32};
+  if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return {SampleType::float64};
   const char* kind = is_unsigned                     ? "unsigned integers"
                      : format == SAMPLEFORMAT_INT    ? "integers"
                      : format == SAMPLEFORMAT_IEEEFP ? "floats"
                                                      : "complex numbers";
-  fail(fmt::format(
-      "samples are {} of {} bits; integers of 8, 16 and 32 bits and floats of 32 and 64 can be read", kind,
-      bits));
+  fail(
+      fmt::format("samples are {} of {} bits; integers of 8, 16 and 32 bits, unsigned ones of 1 to 15, and "
+                  "floats of 32 and 64 can be "
+                  "read",
+                  kind, bits));
 }
 
 std::optional<std::uint64_t> TiffFile::plain_place(const TiffPage& page) const {
   TIFF* tiff = tiff_.get();
-  if (value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE ||
+  if (page.packed_bits != 0 ||
+      value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE ||
       TIFFIsTiled(tiff) != 0 ||
       value_of<std::uint16_t>(tiff, TIFFTAG_FILLORDER, FILLORDER_MSB2LSB) != FILLORDER_MSB2LSB)
     return std::nullopt;
@@ -194,23 +219,34 @@ void TiffFile::read(const TiffPage& page, std::byte* out) {
   if (TIFFCurrentDirOffset(tiff_.get()) != page.directory &&
       TIFFSetSubDirectory(tiff_.get(), page.directory) != 1)
     fail(last_reason);
+  last_warning.clear();
   if (TIFFIsTiled(tiff_.get()) != 0)
     read_tiles(page, out);
   else
     read_strips(page, out);
+  // libtiff fills what is missing of a JPEG stream, or of a line of a fax, and only warns.
+  if (!last_warning.empty()) fail("its samples are damaged: " + last_warning);
 }
 
 void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
   TIFF* tiff = tiff_.get();
   const std::uint32_t strips = TIFFNumberOfStrips(tiff);
-  std::uint64_t left = page.bytes();
+  const std::uint64_t row = page.row_in_file();
+  std::vector<std::byte> packed(page.packed_bits != 0 ? TIFFStripSize64(tiff) : 0);
+  std::uint64_t left = row * page.height;
   for (std::uint32_t strip = 0; strip < strips && left > 0; ++strip) {
     const std::uint64_t wanted =
         std::min<std::uint64_t>(left, static_cast<std::uint64_t>(TIFFStripSize64(tiff)));
-    if (TIFFReadEncodedStrip(tiff, strip, out, static_cast<tmsize_t>(wanted)) !=
-        static_cast<tmsize_t>(wanted))
+    if (TIFFReadEncodedStrip(tiff, strip, packed.empty() ? out : packed.data(),
+                             static_cast<tmsize_t>(wanted)) != static_cast<tmsize_t>(wanted))
       fail(last_reason.empty() ? "its samples end too soon" : last_reason);
-    out += wanted;
+    if (packed.empty()) {
+      out += wanted;
+    } else {
+      if (wanted % row != 0) fail("its strips do not hold whole rows");
+      for (std::uint64_t at = 0; at < wanted; at += row, out += page.width * size_of(page.type))
+        unpack(packed.data() + at, page.packed_bits, page.width, out);
+    }
     left -= wanted;
   }
   if (left > 0) fail("its samples end too soon");
@@ -221,8 +257,10 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
   const auto width = value_of<std::uint32_t>(tiff, TIFFTAG_TILEWIDTH, 0),
              height = value_of<std::uint32_t>(tiff, TIFFTAG_TILELENGTH, 0);
   const std::size_t sample = size_of(page.type), row = std::size_t{page.width} * sample;
-  if (width == 0 || height == 0 || TIFFTileSize64(tiff) != std::uint64_t{width} * height * sample)
-    fail("its tiles have no size");
+  const std::uint64_t tile_row =
+      page.packed_bits == 0 ? std::uint64_t{width} * sample
+                            : (std::uint64_t{width} * static_cast<std::uint64_t>(page.packed_bits) + 7) / 8;
+  if (width == 0 || height == 0 || TIFFTileSize64(tiff) != tile_row * height) fail("its tiles have no size");
   std::vector<std::byte> tile(TIFFTileSize64(tiff));
   for (std::uint32_t y = 0; y < page.height; y += std::min(height, page.height - y))
     for (std::uint32_t x = 0; x < page.width; x += std::min(width, page.width - x)) {
@@ -230,10 +268,15 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
       const auto size = static_cast<tmsize_t>(tile.size());
       if (TIFFReadEncodedTile(tiff, number, tile.data(), size) != size)
         fail(last_reason.empty() ? "its samples end too soon" : last_reason);
-      const std::size_t columns = std::min(width, page.width - x) * sample;
-      for (std::uint32_t i = 0; i < std::min(height, page.height - y); ++i)
-        std::memcpy(out + (std::size_t{y} + i) * row + x * sample,
-                    tile.data() + std::size_t{i} * width * sample, columns);
+      const std::size_t columns = std::min(width, page.width - x);
+      for (std::uint32_t i = 0; i < std::min(height, page.height - y); ++i) {
+        std::byte* to = out + (std::size_t{y} + i) * row + x * sample;
+        const std::byte* from = tile.data() + i * tile_row;
+        if (page.packed_bits == 0)
+          std::memcpy(to, from, columns * sample);
+        else
+          unpack(from, page.packed_bits, columns, to);
+      }
     }
 }
 

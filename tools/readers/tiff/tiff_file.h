@@ -19,6 +19,9 @@ struct TiffPage {
   std::uint64_t directory = 0;  ///< byte of the file at which its description lies
   std::uint32_t width = 0, height = 0;
   SampleType type = SampleType::uint8;
+  int packed_bits =
+      0;  ///< of a sample, if they are packed: they are widened to `type`; 0 if samples have its size
+  bool is_lossy = false;  ///< compressed with a loss
   /// The byte at which its samples begin, if they lie there plainly, in raster order.
   std::optional<std::uint64_t> plain;
   std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for
@@ -28,6 +31,11 @@ struct TiffPage {
   bool big_endian = false;
   std::uint64_t memory = 0;  ///< bytes that reading takes, besides the samples
 
+  /// Bytes of a row as it is stored, uncompressed.
+  std::uint64_t row_in_file() const {
+    return packed_bits == 0 ? width * size_of(type)
+                            : (std::uint64_t{width} * static_cast<std::uint64_t>(packed_bits) + 7) / 8;
+  }
   std::uint64_t bytes() const { return std::uint64_t{width} * height * size_of(type); }
 };
 
@@ -47,9 +55,13 @@ class TiffFile {
   void read(const TiffPage& page, std::byte* out);
 
  private:
+  struct Samples {
+    SampleType type;
+    int packed_bits = 0;
+  };
   TiffPage current_page();
   void require_readable(const TiffPage& page) const;
-  SampleType type_of_samples() const;
+  Samples kind_of_samples() const;
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
   std::uint64_t memory_for_page() const;
   void read_strips(const TiffPage& page, std::byte* out);

@@ -1,9 +1,12 @@
 #include "tools/readers/tiff/tiff_slices.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
 #include "io/bytes/little_endian.h"
+#include "io/samples/stored_bits.h"
 
 namespace tagrid {
 namespace {
@@ -36,14 +39,20 @@ class TiffSlices final : public ServedVolume {
     pairs = std::move(volumes.pairs);
     files = std::move(volumes.files);
     warnings = std::move(volumes.warnings);
+    if (volumes.calibration) calibrate(*volumes.calibration);
     for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
     memory += first.bytes();
     places = places_of(planes_);
+    for (SliceRun& run : places) run.stored = stored_;
+    // A loss is not undone by a lossless copy.
+    if (std::ranges::any_of(planes_, [](const TiffPlane& plane) { return plane.page.is_lossy; }))
+      pairs.emplace_back("lossy source", "TIFF, JPEG");
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
     const TiffPlane& plane = planes_[static_cast<std::size_t>(z)];
     file(plane.file).read(plane.page, out);
+    apply(stored_, type, out, static_cast<std::size_t>(dims.x * dims.y));
     swap_if_not_native(out, static_cast<std::size_t>(dims.x * dims.y), size_of(type), false);
   }
 
@@ -54,7 +63,18 @@ class TiffSlices final : public ServedVolume {
     return *file_;
   }
 
+  void calibrate(const ImageJCalibration& calibration) {
+    CalibratedSamples samples = calibrated(calibration, type);
+    type = samples.type;
+    stored_.add = samples.add;
+    rescale = samples.rescale;
+    if (!rescale.units.empty() && rescale.slope == 1 && rescale.intercept == 0)
+      pairs.emplace_back("rescale_units", rescale.units);
+    if (!samples.warning.empty()) warnings.push_back(fmt::format("{}: {}", files.front(), samples.warning));
+  }
+
   std::vector<TiffPlane> planes_;
+  StoredBits stored_;
   std::optional<TiffFile> file_;
   std::size_t number_ = 0;
 };

@@ -166,6 +166,7 @@ TiffVolumes volumes_of_file(const std::string& path) {
   std::vector<TiffPage> pages = file.pages();
   const std::string description = pages.front().description;
   for (TiffPage& page : pages) page.description = {};
+  volumes.calibration = calibration_of(description);
   try {
     if (const auto image_j = image_j_of(description)) {
       add_image_j(file, std::move(pages), *image_j, volumes);
@@ -200,6 +201,12 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
       throw BrokenInput(
           fmt::format("{}: TIFF file: has {} pages, but is one of {} files that are a slice each", paths[i],
                       pages.size(), paths.size()));
+    const auto calibration = calibration_of(pages.front().description);
+    if (i == 0) volumes.calibration = calibration;
+    if (calibration != volumes.calibration)
+      throw BrokenInput(fmt::format(
+          "{}: TIFF file: has another calibration of ImageJ than {}, so their values cannot be one volume",
+          paths[i], paths.front()));
     pages.front().description = {};
     volumes.list.back().planes.push_back({i, std::move(pages.front())});
   }

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "io/programs/serve_reader.h"
+#include "tools/readers/tiff/calibration.h"
 #include "tools/readers/tiff/tiff_file.h"
 
 namespace tagrid {
@@ -27,6 +29,7 @@ struct TiffVolumes {
   std::vector<std::string> files;
   std::vector<TiffVolume> list;
   Geometry geometry;
+  std::optional<ImageJCalibration> calibration;  ///< of all samples
   KeyValues pairs;
   std::vector<std::string> warnings;
 };
