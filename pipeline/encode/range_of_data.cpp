@@ -47,7 +47,7 @@ CodingParameters resolve(const EncodeOptions& options, VolumeSource& source) {
     range = range_of_data(source).value_or(std::pair(0.0, 0.0));
     if (range->first == range->second) ++range->second;  // a constant volume: any scale is good
   }
-  return resolve(options, source.info(), source.files().front(), range);
+  return resolve(options, source.info(), source.name(), range);
 }
 
 }  // namespace tagrid

@@ -203,6 +203,14 @@ class Tiff(ReaderTest):
         self.write_packed("a.tif", truth, 4, "<", meaning=0)
         self.assert_same(self.encoded("a.tif")[0][0], truth)
         self.assertIn("WhiteIsZero", self.messages)
+        # Of a folder, messages about all of it name the folder.
+        (self.folder / "s").mkdir()
+        for z in range(3):
+            self.write_packed(f"s/{z}.tif", truth, 4, "<", meaning=0)
+        self.encoded("s")
+        self.assertIn("warning: s: small numbers mean white", self.messages)
+        self.assert_refused(64, "tagrid: s: cannot be removed: it holds bytes besides its samples", "encode", "s", "--rm", "-o", "x.tag")
+        self.assert_refused(64, "encoding whole slices of 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
         self.write_packed("a.tif", truth, 4, "<", meaning=3)
         self.assert_refused(65, "Colormap", "encode", "a.tif")
 

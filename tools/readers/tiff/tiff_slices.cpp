@@ -35,10 +35,15 @@ class TiffSlices final : public ServedVolume {
     const TiffPage& first = planes_.front().page;
     dims = {first.width, first.height, static_cast<std::int64_t>(planes_.size())};
     type = first.type;
+    name_ = std::move(volumes.name);
     geometry = volumes.geometry;
     pairs = std::move(volumes.pairs);
     files = std::move(volumes.files);
     warnings = std::move(volumes.warnings);
+    if (first.zero_is_white)
+      warnings.push_back(
+          name_ +
+          ": small numbers mean white in this TIFF image (WhiteIsZero); numbers are kept as they are");
     if (volumes.calibration) calibrate(*volumes.calibration);
     for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
     memory += first.bytes();
@@ -70,10 +75,11 @@ class TiffSlices final : public ServedVolume {
     rescale = samples.rescale;
     if (!rescale.units.empty() && rescale.slope == 1 && rescale.intercept == 0)
       pairs.emplace_back("rescale_units", rescale.units);
-    if (!samples.warning.empty()) warnings.push_back(fmt::format("{}: {}", files.front(), samples.warning));
+    if (!samples.warning.empty()) warnings.push_back(fmt::format("{}: {}", name_, samples.warning));
   }
 
   std::vector<TiffPlane> planes_;
+  std::string name_;
   StoredBits stored_;
   std::optional<TiffFile> file_;
   std::size_t number_ = 0;

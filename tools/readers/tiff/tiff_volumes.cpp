@@ -40,13 +40,6 @@ Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time,
   return choice;
 }
 
-void add_warnings(const TiffPage& first, TiffVolumes& volumes) {
-  if (first.zero_is_white)
-    volumes.warnings.push_back(
-        volumes.files.front() +
-        ": small numbers mean white in this TIFF file (WhiteIsZero); numbers are kept as they are");
-}
-
 /// ImageJ writes a stack of more than 4 GiB as one page, whose samples those of all other images follow.
 std::vector<TiffPage> pages_of_image_j(const TiffFile& file, std::vector<TiffPage> pages,
                                        const ImageJ& image_j) {
@@ -186,7 +179,6 @@ TiffVolumes volumes_of_file(const std::string& path) {
     volume.choice.text += fmt::format("{}{} x {} x {} {}", volume.choice.text.empty() ? "" : ": ",
                                       first.width, first.height, volume.planes.size(), name_of(first.type));
   }
-  add_warnings(volumes.list.front().planes.front().page, volumes);
   return volumes;
 }
 
@@ -211,7 +203,6 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
     volumes.list.back().planes.push_back({i, std::move(pages.front())});
   }
   require_alike(volumes, volumes.list.front());
-  add_warnings(volumes.list.front().planes.front().page, volumes);
   return volumes;
 }
 
@@ -219,6 +210,7 @@ std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOpt
   std::error_code unknown;
   const bool is_folder = fs::is_directory(path, unknown);
   TiffVolumes volumes = is_folder ? volumes_in_folder(path, options) : volumes_of_file(path);
+  volumes.name = path;
   std::vector<Choice> choices;
   for (const TiffVolume& volume : volumes.list) choices.push_back(volume.choice);
   // In a folder, --series has named the files.

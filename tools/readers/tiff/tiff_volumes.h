@@ -26,6 +26,7 @@ struct TiffVolume {
 
 /// All volumes in some files, and what is known of all of them.
 struct TiffVolumes {
+  std::string name;  ///< for messages: the path that the user gave
   std::vector<std::string> files;
   std::vector<TiffVolume> list;
   Geometry geometry;
