@@ -279,6 +279,51 @@ class Dicom(ReaderTest):
         self.assertEqual(info["geometry"]["origin"], [0, 0, 18])
         self.assertEqual(info["geometry"]["directions"][2], [0, 0, 2])
 
+    def dose(self, samples, offsets, **attributes):
+        """A dose as a planning system writes it; its samples have 32 bits."""
+        file = data_set(samples, BitsAllocated=32, BitsStored=32, HighBit=31, position=(10, 20, 30), **attributes)
+        file.file_meta.MediaStorageSOPClassUID = file.SOPClassUID = "1.2.840.10008.5.1.4.1.1.481.2"
+        file.Modality, file.DoseUnits, file.DoseType, file.DoseSummationType = "RTDOSE", "GY", "PHYSICAL", "PLAN"
+        file.DoseGridScaling, file.GridFrameOffsetVector = "0.000125", offsets
+        for name in ("RescaleSlope", "RescaleIntercept", "RescaleType", "SliceThickness"):
+            delattr(file, name)
+        file["PixelData"].VR = "OW"
+        return file
+
+    def test_a_dose_has_its_scale_and_its_places(self):
+        truth = volume(32, (5, 20, 31))
+        for offsets, order, origin, step in (([0, 2, 4, 6, 8], 1, 30, 2), ([30, 32, 34, 36, 38], 1, 30, 2), ([0, -2, -4, -6, -8], -1, 22, 2)):
+            self.dose(truth, offsets).save_as(self.folder / "dose.dcm", write_like_original=False)
+            samples, info = self.encoded("dose.dcm")
+            self.assert_same(samples, truth[::order].astype("uint32"), offsets)
+            pairs = info["source"]["pairs"]
+            self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"]), pairs["rescale_units"]), (0.000125, 0, "Gy"))
+            self.assertEqual((info["geometry"]["origin"], info["geometry"]["spacing"]), ([10, 20, origin], [0.25, 0.5, step]), offsets)
+        # A bound is for doses: 0.01 Gy are 80 steps.
+        samples, info = self.encoded("dose.dcm", "--max-error", "0.01")
+        self.assertEqual(info["max_error"], 80)
+        self.assertLessEqual(abs(samples[::-1].astype("int64") - truth).max(), 80)
+        # Coordinates along z, of images that are seen from the other side.
+        file = self.dose(truth, [30, 32, 34, 36, 38])
+        file.ImageOrientationPatient = [-1, 0, 0, 0, 1, 0]
+        file.save_as(self.folder / "dose.dcm", write_like_original=False)
+        samples, info = self.encoded("dose.dcm")
+        self.assert_same(samples, truth[::-1].astype("uint32"))
+        self.assertEqual((info["geometry"]["origin"], info["geometry"]["directions"][2]), ([10, 20, 38], [0, 0, -2]))
+        # Uneven ones are kept.
+        self.dose(truth, [0, 2, 4, 6, 11]).save_as(self.folder / "dose.dcm", write_like_original=False)
+        self.assertTrue(self.encoded("dose.dcm")[1]["source"]["pairs"]["slice_positions"].endswith("10 20 41"))
+        self.assertIn("elsewhere 2 mm", self.messages)
+
+    def test_a_dose_without_a_scale_is_refused(self):
+        for scale in (None, "0"):
+            file = self.dose(volume(32, (2, 20, 31)), [0, 2])
+            del file.DoseGridScaling
+            if scale is not None:
+                file.DoseGridScaling = scale
+            file.save_as(self.folder / "dose.dcm", write_like_original=False)
+            self.assert_refused(65, "dose.dcm: DICOM file: has doses without a scale (DoseGridScaling)", "encode", "dose.dcm")
+
     def test_what_is_missing_is_not_invented(self):
         truth = volume()
         info = self.encoded(self.write_series(truth, PixelSpacing=None))[1]

@@ -135,6 +135,11 @@ std::vector<DicomFrame> frames_of(DcmDataset& dataset) {
   std::vector<double> offsets;
   if (const auto text = text_of(dataset, DCM_GridFrameOffsetVector))
     for (const std::string_view value : values_of(*text)) offsets.push_back(number_of(value).value_or(NAN));
+  // Offsets that do not begin with 0 are coordinates along z, of images at right angles to it.
+  if (!offsets.empty() && offsets[0] != 0 && common.orientation) {
+    const double z = normal_of(common)[2];
+    for (double& offset : offsets) offset *= std::abs(z) > 0.999 ? std::copysign(1, z) : NAN;
+  }
   // The sign says in which direction they follow each other.
   const double step = common.step != 0 ? common.step : common.thickness;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -182,11 +187,24 @@ void require_plain_pixels(const DicomFile& file, bool is_explicit, std::uint64_t
                     offset + wanted - (status ? static_cast<std::uint64_t>(status->st_size) : 0)));
 }
 
+bool is_dose(DcmDataset& dataset) {
+  return text_of(dataset, DCM_SOPClassUID).value_or("") == UID_RTDoseStorage;
+}
+
+/// The dose that one is.
+Rescale rescale_of_dose(DcmDataset& dataset) {
+  std::string units = text_of(dataset, DCM_DoseUnits).value_or("");
+  if (units == "GY") units = "Gy";
+  return {number_in(dataset, DCM_DoseGridScaling, 1), 0, lower_case(units) == "relative" ? "" : units};
+}
+
 std::string unsupported(DcmDataset& dataset, const DicomPixels& pixels, const DcmXfer& syntax) {
   if (integer_in(dataset, DCM_SamplesPerPixel, 1) != 1 || pixels.photometric == "PALETTE COLOR")
     return fmt::format("has colors ({}), not one value a sample", pixels.photometric);
   if (pixels.allocated != 8 && pixels.allocated != 16 && pixels.allocated != 32)
     return fmt::format("has samples of {} bits, which are not supported", pixels.allocated);
+  if (is_dose(dataset) && number_in(dataset, DCM_DoseGridScaling, 0) == 0)
+    return "has doses without a scale (DoseGridScaling), so what its samples mean is not known";
   const std::int64_t high = integer_in(dataset, DCM_HighBit, pixels.stored - 1);
   if (pixels.stored < 1 || pixels.stored > pixels.allocated || high != pixels.stored - 1)
     return fmt::format(
@@ -307,6 +325,8 @@ std::optional<DicomFile> read(const std::string& path) {
   if (pixels.columns < 1 || pixels.rows < 1)
     throw BrokenInput(fmt::format("has {} x {} samples", pixels.columns, pixels.rows));
   file.frames = frames_of(dataset);
+  if (is_dose(dataset))
+    for (DicomFrame& frame : file.frames) frame.rescale = rescale_of_dose(dataset);
   // Bytes in words of another byte order are swapped in pairs; the library puts them right.
   const bool is_plain = !syntax.isEncapsulated() && syntax.getStreamCompression() == ESC_none &&
                         !(pixels.big_endian && pixels.allocated == 8);
