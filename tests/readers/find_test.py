@@ -125,24 +125,36 @@ class Find(ReaderTest):
         self.assertEqual(set(found), {"a.h5/a/b", "a.h5/a_b", "a.h5/%2E.x/y", "a.h5/c%252Fd"})
         self.convert("-q")
 
-    def disk(self):
+    def disk(self, *folders):
         """A disk with a DICOMDIR and two series, whose images lie in folders by other means."""
+        shutil.rmtree(self.folder / "a" / "disk", ignore_errors=True)
         self.dicom("x", "1.2.3", 1)
         self.dicom("x", "1.2.4", 2)
         files = importlib.import_module("pydicom.fileset").FileSet()
-        for file in sorted((self.folder / "a" / "x").iterdir()):
-            files.add(file)
+        for folder in folders:
+            for file in sorted((self.folder / "a" / folder).iterdir()):
+                files.add(file)
         files.write(self.folder / "a" / "disk")
-        shutil.rmtree(self.folder / "a" / "x")
+        for folder in folders:
+            shutil.rmtree(self.folder / "a" / folder)
 
     def test_a_disk_with_a_directory_is_listed_once(self):
-        self.disk()
+        self.disk("x")
         found, comments = self.find()
         directory = str(self.path("disk/DICOMDIR"))
         self.assertEqual(found, {"disk/1.2.3": [directory, "series=1.2.3"], "disk/1.2.4": [directory, "series=1.2.4"]})
         self.convert("-q")
         self.tagrid("decode", "out/disk/1.2.4.tag", "-o", "x.raw")
         self.assertEqual((self.folder / "x.raw").read_bytes(), self.volume(2).tobytes())
+        # An image that cannot be read is said once, too.
+        self.dicom("y", "1.2.6", 3, slices=1)
+        file = pydicom.dcmread(self.path("y/1.2.6-0.dcm"))
+        file.PhotometricInterpretation = "PALETTE COLOR"
+        file.save_as(self.path("y/1.2.6-0.dcm"))
+        self.disk("x", "y")
+        found, comments = self.find()
+        self.assertEqual(set(found), {"disk/1.2.3", "disk/1.2.4"})
+        self.assertEqual(len([line for line in comments if "has colors" in line]), 1, comments)
         # What the directory does not know is listed besides.
         self.dicom("disk/more", "1.2.5", 3)
         self.assertEqual(set(self.find()[0]), {"disk/1.2.3", "disk/1.2.4", "disk/more/1.2.5"})

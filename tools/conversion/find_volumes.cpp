@@ -245,7 +245,9 @@ class Finder {
   }
 
   void give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
-    use_({path, options, "", words_of(error), Kind::broken});
+    // An image that a DICOMDIR names is looked at again in its folder if it cannot be read.
+    const std::string text = words_of(error);
+    if (broken_.insert(text).second) use_({path, options, "", text, Kind::broken});
   }
 
   void give(FoundVolume volume) {
@@ -279,6 +281,7 @@ class Finder {
   FindOptions options_;
   const std::function<void(const FoundVolume&)>& use_;
   std::set<std::string> taken_;
+  std::set<std::string> broken_;  // what is wrong with something, in words
   PassedOver passed_over_;
   std::set<std::string> listed_images_;      // those of all DICOMDIRs
   std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at
