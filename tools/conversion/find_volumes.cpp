@@ -15,9 +15,8 @@
 #include "io/files/text.h"
 #include "io/formats/open_volume.h"
 #include "io/nrrd/geometry.h"
-#include "tools/conversion/found_names.h"
+#include "tools/conversion/found_lines.h"
 #include "tools/conversion/passed_over.h"
-#include "tools/report/advice.h"
 
 namespace tagrid {
 namespace {
@@ -39,10 +38,6 @@ bool are_numbered(const std::vector<Choice>& choices) {
   return true;
 }
 
-bool is_directory_of_dicom(const std::string& path) {
-  return lower_case(fs::path(path).filename().string()) == "dicomdir";
-}
-
 /// The UID of the only series of a folder.
 std::string uid_of(const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
@@ -54,7 +49,7 @@ class Finder {
  public:
   Finder(const std::string& root, const FindOptions& options,
          const std::function<void(const FoundVolume&)>& use)
-      : root_(fs::canonical(root)), options_(options), use_(use) {}
+      : root_(fs::canonical(root)), options_(options), use_(use), lines_(root_, use) {}
 
   void search_all() {
     search(root_);
@@ -89,7 +84,7 @@ class Finder {
       try {
         search(deeper);
       } catch (const WorldError& unreadable) {
-        give_broken(deeper, {}, unreadable);
+        lines_.give_broken(deeper, {}, unreadable);
       }
     }
   }
@@ -108,7 +103,7 @@ class Finder {
         else
           look_at_volume(file, {}, *format);
       } catch (const Error& error) {
-        give_broken(file, {}, error);
+        lines_.give_broken(file, {}, error);
       }
     }
     pass_over_previews(slices);
@@ -183,11 +178,11 @@ class Finder {
       const VolumeInfo& info = volume->info();
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
         options.emplace("series", uid);  // another one may come into the folder
-      give({path, options, "", fmt::format("{}, {}", described(info.dims, info.type), format.help)});
+      lines_.give(path, options, fmt::format("{}, {}", described(info.dims, info.type), format.help));
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;
       const std::string option = option_of(error);
-      if (choices.empty() || options.contains(option)) return give_broken(path, options, error);
+      if (choices.empty() || options.contains(option)) return lines_.give_broken(path, options, error);
       if (are_numbered(choices)) return look_at_numbered(path, option, choices.size(), format);
       for (const Choice& choice : choices) {
         OptionTexts own = options;
@@ -197,11 +192,11 @@ class Finder {
     } catch (const BrokenInput& error) {
       const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
       if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
-        return give_broken(path, options, error);
+        return lines_.give_broken(path, options, error);
       options["gaps-ok"] = "true";
       look_at_volume(path, options, format);
     } catch (const Error& error) {
-      give_broken(path, options, error);
+      lines_.give_broken(path, options, error);
     }
   }
 
@@ -217,13 +212,11 @@ class Finder {
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
       }
     } catch (const Error& error) {
-      return give_broken(path, {}, error);
+      return lines_.give_broken(path, {}, error);
     }
     for (std::size_t number = 1; number <= count; ++number)
-      give({path,
-            {{option, std::to_string(number)}},
-            "",
-            fmt::format("{}, volume {} of {}", text, number, count)});
+      lines_.give(path, {{option, std::to_string(number)}},
+                  fmt::format("{}, volume {} of {}", text, number, count));
   }
 
   /// Notes the files of a volume. True if a DICOMDIR has listed it.
@@ -244,44 +237,10 @@ class Finder {
     return false;
   }
 
-  void give_broken(const fs::path& path, const OptionTexts& options, const Error& error) {
-    // An image that a DICOMDIR names is looked at again in its folder if it cannot be read.
-    const std::string text = words_of(error);
-    if (broken_.insert(text).second) use_({path, options, "", text, Kind::broken});
-  }
-
-  void give(FoundVolume volume) {
-    // Names of series and data sets come from files, which must not write lines of their own.
-    bool fits_a_line = volume.path.find_first_of("\t\n\r") == volume.path.npos;
-    for (const auto& [name, value] : volume.options)
-      fits_a_line =
-          fits_a_line && value.find_first_of("\t\n\r") == value.npos && value.find('\0') == value.npos;
-    if (!fits_a_line) {
-      volume.text = volume.path + ": a name has a tab or a line end, which a list cannot have";
-      volume.kind = Kind::broken;
-      return use_(volume);
-    }
-    volume.output = output_of(volume);
-    use_(volume);
-  }
-
-  std::string output_of(const FoundVolume& volume) {
-    // The images of a DICOMDIR are those of its folder.
-    const fs::path path =
-        is_directory_of_dicom(volume.path) ? fs::path(volume.path).parent_path() : fs::path(volume.path);
-    std::string name = output_name_of(path.lexically_relative(root_).string(), volume.options);
-    if (name.empty()) name = root_.filename();
-    if (taken_.insert(name).second) return name;
-    // Files that have the pattern of others as their name.
-    for (int i = 2;; ++i)
-      if (const std::string other = fmt::format("{}-{}", name, i); taken_.insert(other).second) return other;
-  }
-
   fs::path root_;
   FindOptions options_;
   const std::function<void(const FoundVolume&)>& use_;
-  std::set<std::string> taken_;
-  std::set<std::string> broken_;  // what is wrong with something, in words
+  FoundLines lines_;
   PassedOver passed_over_;
   std::set<std::string> listed_images_;      // those of all DICOMDIRs
   std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at

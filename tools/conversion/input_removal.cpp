@@ -63,8 +63,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   const std::string why_lost =
       keeps_files ? source_files(volume->facts()).why_not : "--strip leaves them out";
   if (!why_lost.empty())
-    refuse(input, "it holds bytes besides its samples, which would be lost: " + why_lost,
-           advice);
+    refuse(input, "it holds bytes besides its samples, which would be lost: " + why_lost, advice);
   return volume->files();
 }
 
