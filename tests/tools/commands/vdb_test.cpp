@@ -76,10 +76,8 @@ TEST_F(Vdb, TheTypeOfAGridCanBeChosenWhereNothingIsLost) {
   EXPECT_TRUE(content("b.vdb") == content("c.vdb"));
   for (const char* grid : {"a.vdb", "b.vdb"})
     expect_ok(tagrid({"verify", "volume.tag", "--against", grid, "-q"}));
-  expect_error(tagrid({"decode", "volume.tag", "-o", "d.vdb", "--vdb-type", "double"}), usage,
-               "--vdb-type");
-  expect_error(tagrid({"decode", "volume.tag", "-o", "d.nrrd", "--vdb-type", "float"}), usage,
-               "-o FILE.vdb");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "d.vdb", "--vdb-type", "double"}), usage, "--vdb-type");
+  expect_error(tagrid({"decode", "volume.tag", "-o", "d.nrrd", "--vdb-type", "float"}), usage, "-o FILE.vdb");
   file("f.raw", std::string(27 * 4, '\1'));
   expect_ok(tagrid({"encode", "f.raw", "--dims", "3,3,3", "--type", "float32", "-o", "f.tag"}));
   expect_error(tagrid({"decode", "f.tag", "-o", "f.vdb", "--vdb-type", "int32"}), usage,

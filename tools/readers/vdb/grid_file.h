@@ -20,14 +20,16 @@ struct GridKind {
 
 /// Of grids of type G.
 template <class G>
-constexpr GridKind kind_of_grid = {
-    [](const openvdb::GridBase& grid) { return static_cast<double>(static_cast<const G&>(grid).background()); },
-    [](openvdb::GridBase& grid, std::istream& stream) {
-      // Leaf by leaf, in the order of the file: the grid's own function to read no voxels also fills all nodes with their
-      // background, which takes minutes where damage made nodes of leaves.
-      for (auto leaf = static_cast<G&>(grid).tree().beginLeaf(); leaf; ++leaf)
-        leaf->readBuffers(stream, openvdb::CoordBBox(), grid.saveFloatAsHalf());
-    }};
+constexpr GridKind kind_of_grid = {[](const openvdb::GridBase& grid) {
+                                     return static_cast<double>(static_cast<const G&>(grid).background());
+                                   },
+                                   [](openvdb::GridBase& grid, std::istream& stream) {
+                                     // Leaf by leaf, in the order of the file: the grid's own function to read no voxels also fills all nodes with their
+                                     // background, which takes minutes where damage made nodes of leaves.
+                                     for (auto leaf = static_cast<G&>(grid).tree().beginLeaf(); leaf; ++leaf)
+                                       leaf->readBuffers(stream, openvdb::CoordBBox(),
+                                                         grid.saveFloatAsHalf());
+                                   }};
 
 /// What is known of a grid without the values of its leaves.
 struct GridLook {
