@@ -52,6 +52,19 @@ std::vector<std::string> texts_in(const Json& object, const char* key) {
   return texts;
 }
 
+Json parsed(const std::string& line) {
+  constexpr int deepest = 64;
+  bool is_too_deep = false;
+  Json json = Json::parse(
+      line,
+      [&](int depth, Json::parse_event_t, Json&) {
+        is_too_deep = is_too_deep || depth > deepest;
+        return !is_too_deep;
+      },
+      false);
+  return is_too_deep ? Json(Json::value_t::discarded) : json;
+}
+
 void throw_error(const Json& answer) {
   const std::string kind = text_in(answer, "kind"), message = text_in(answer, "message");
   if (message.empty()) throw WrongAnswer("reports an error without a message");
@@ -64,7 +77,7 @@ void throw_error(const Json& answer) {
 
 void hear_hello(FormatProgram& program, const std::string& kind) {
   with(program, [&] {
-    const Json hello = Json::parse(program.hear(), nullptr, false);
+    const Json hello = parsed(program.hear());
     const std::int64_t version = hello.is_object() ? count_in(hello, ("tagrid-" + kind).c_str(), 0, 0) : 0;
     if (version == 0) throw WrongAnswer(fmt::format("does not begin as a {} does", kind));
     if (version != protocol_version)
@@ -75,7 +88,7 @@ void hear_hello(FormatProgram& program, const std::string& kind) {
 
 Json next_answer(FormatProgram& program) {
   for (;;) {
-    Json answer = Json::parse(program.hear(), nullptr, false);
+    Json answer = parsed(program.hear());
     if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
     const std::string kind = text_in(answer, "answer");
     if (kind == "error") throw_error(answer);

@@ -18,6 +18,9 @@ struct WrongAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The JSON in a line of a program; discarded if it is not JSON, or so deeply nested that handling it would exhaust the stack.
+Json parsed(const std::string& line);
+
 /// Calls a function; a wrong answer ends the conversation.
 template <class Work>
 auto with(FormatProgram& program, Work work) {

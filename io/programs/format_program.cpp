@@ -27,6 +27,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::size_t most_last_words = 2000;
 
 // Both ends of a pipe or a pair of sockets, closed at the end unless they were taken.
@@ -164,19 +166,21 @@ void FormatProgram::start() {
 bool FormatProgram::wait(For what) {
   constexpr auto look_again = 100ms;
   // Time counts only while poll() waits: this process may have been stopped.
-  for (auto silence = 0ms;;) {
+  for (Clock::duration silence = 0ms;;) {
     std::array<pollfd, 3> ready = {{{what == For::input ? -1 : output_, POLLIN, 0},
                                     {what == For::output ? -1 : input_, POLLOUT, 0},
                                     {errors_, POLLIN, 0}}};
+    const auto before = Clock::now();
     const int count = poll(ready.data(), ready.size(), static_cast<int>(look_again.count()));
+    const auto waited = std::min<Clock::duration>(Clock::now() - before, look_again);
     if (stop_ != nullptr && *stop_) throw WorldError(program_ + ": its samples are no longer needed");
     if (count < 0 && errno != EINTR) throw world_error("cannot wait for it", program_, errno);
-    if (count == 0) silence += look_again;
+    if (count == 0) silence += waited;
     const bool answers = ready[0].revents != 0 || ready[1].revents != 0;
     if (count > 0 && ready[2].revents != 0) {
       listen_to_errors();
       // Words on standard error are no answer: a program that says nothing else is silent.
-      if (!answers) silence += 1ms;
+      if (!answers) silence += waited;
     }
     if (count > 0 && answers) return ready[0].revents != 0;
     if (silence >= limits_.silence)
@@ -296,7 +300,7 @@ std::string FormatProgram::ending() {
 void FormatProgram::fail_as_ended() {
   const std::string how = ending();
   // A library that trusts what it reads.
-  const bool crashed = how.starts_with("by signal") && !file_.empty();
+  const bool crashed = how.starts_with("by signal") && !file_.empty() && is_reader_;
   fail(fmt::format("ended {} before it had answered{}", how, crashed ? "; the file may be damaged" : ""));
 }
 

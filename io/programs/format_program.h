@@ -48,8 +48,12 @@ class FormatProgram {
 
   /// From now on, a call that waits throws WorldError as soon as `stop` is true. `stop` must outlive the calls.
   void stop_when(const std::atomic<bool>& stop) { stop_ = &stop; }
-  /// For messages: from now on, the program reads this file, and whatever is wrong with one is said of both.
+  /// For messages: from now on, the program reads this file, or writes it, and whatever is wrong with one is said of both.
   void reads(const std::string& path) { file_ = path; }
+  void writes(const std::string& path) {
+    file_ = path;
+    is_reader_ = false;
+  }
   /// For messages: the path of the program.
   const std::string& program() const { return program_; }
   /// A WorldError about the program, with its last words.
@@ -70,7 +74,8 @@ class FormatProgram {
   void end();
 
   std::string program_;
-  std::string file_;  ///< that it reads, if any
+  std::string file_;  ///< that it reads or writes, if any
+  bool is_reader_ = true;
   Limits limits_;
   pid_t process_ = -1;
   int input_ = -1, output_ = -1, errors_ = -1;

@@ -51,7 +51,12 @@ class ProgramSink final : public VolumeSink {
   ProgramSink(const std::string& program, const std::string& path, const VolumeInfo& info,
               const SinkOptions& options, const WriterOptions& wishes)
       : VolumeSink(info), file_(path, options.overwrite, {.like = options.like}), conversation_(program) {
-    if (!file_.can_seek()) nameless_ = std::make_unique<NamelessFile>(path);
+    if (!file_.can_seek()) {
+      nameless_ = std::make_unique<NamelessFile>(path);
+    } else if (const auto status = status_of(file_.temporary())) {
+      device_ = status->st_dev;
+      number_ = status->st_ino;
+    }
     const std::string written =
         nameless_ ? nameless_->path() : std::filesystem::absolute(file_.temporary()).string();
     ready_ = conversation_.begin(written, file_.name(), info, wishes);
@@ -97,11 +102,15 @@ class ProgramSink final : public VolumeSink {
       return;
     }
     const auto status = status_of(file_.temporary());
-    if (!status) throw WorldError(file_.name() + ": its writer removed the temporary file");
+    if (!status || status->st_dev != device_ || status->st_ino != number_)
+      throw WorldError(file_.name() +
+                       ": its writer did not fill the file that it was given, but removed or replaced it");
     bytes_ = static_cast<std::uint64_t>(status->st_size);
   }
 
   OutputFile file_;
+  dev_t device_ = 0;
+  ino_t number_ = 0;  ///< of the file that the writer fills
   std::unique_ptr<NamelessFile> nameless_;
   WriterConversation conversation_;
   WriterReady ready_;

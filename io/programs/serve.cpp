@@ -46,10 +46,9 @@ void say_samples(const std::vector<std::byte>& samples) {
 
 void flush_samples() { std::fflush(answers); }
 
-void say_error(const std::exception_ptr& exception, const std::string& path) {
+void say_error(const std::exception_ptr& exception, const std::string& path, const std::string& of_memory) {
   SortedError error = sorted_error(exception);
-  if (error.kind == ErrorKind::memory)
-    error.message = path + ": needs more memory than was to be expected; if it is read, it may be damaged";
+  if (error.kind == ErrorKind::memory) error.message = path + ": " + of_memory;
   const char* kind = error.kind == ErrorKind::usage          ? "usage"
                      : error.kind == ErrorKind::broken_input ? "input"
                                                              : "world";

@@ -25,8 +25,8 @@ void say(const OrderedJson& answer);
 /// Says samples, which may stay in a buffer until the next line, or flush_samples().
 void say_samples(const std::vector<std::byte>& samples);
 void flush_samples();
-/// Says what is wrong with the file at `path`.
-void say_error(const std::exception_ptr& exception, const std::string& path);
+/// Says what is wrong with the file at `path`; `of_memory` is what is said of it if memory ran out.
+void say_error(const std::exception_ptr& exception, const std::string& path, const std::string& of_memory);
 /// Says that this program still works, but not more often than once a second. To be called during long work.
 void say_working();
 

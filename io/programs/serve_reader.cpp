@@ -118,7 +118,8 @@ int serve_volumes(const std::string& name, const OpenServed& open) {
     } catch (const SeveralVolumes& several) {
       say(json_of(several));
     } catch (const std::exception&) {
-      say_error(std::current_exception(), path);
+      say_error(std::current_exception(), path,
+                "needs more memory than was to be expected; it may be damaged");
     }
   }
   return 0;

@@ -68,6 +68,7 @@ WriterReady WriterConversation::begin(const std::string& path, const std::string
                         {"name", name},
                         {"volume", json_of(volume)},
                         {"options", options}};
+  process_.writes(name);
   say_request(process_, request, name);
   return with(process_, [&] {
     const Json answer = next_answer(process_);
@@ -101,7 +102,7 @@ void WriterConversation::write(const std::byte* bytes, std::size_t size) {
 void WriterConversation::listen() {
   with(process_, [&] {
     while (process_.has_line()) {
-      const Json answer = Json::parse(process_.hear(), nullptr, false);
+      const Json answer = parsed(process_.hear());
       if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
       const std::string kind = text_in(answer, "answer");
       if (kind == "error") throw_error(answer);

@@ -37,7 +37,6 @@ class WriterConversation {
   void write(const std::byte* bytes, std::size_t size);
   /// Waits until the file is complete, and ends the program. Returns what the writer says of the file: a JSON object.
   std::string finish();
-  void stop_when(const std::atomic<bool>& stop) { process_.stop_when(stop); }
 
  private:
   /// While samples are sent, the writer may only say that it works, or what is wrong.

@@ -19,12 +19,10 @@ std::uint64_t stored_checksum(std::span<const std::byte> block) {
 
 }  // namespace
 
-WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source,
-                         const std::function<void(std::uint64_t)>& looked)
-    : source_(std::move(source)) {
+WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : source_(std::move(source)) {
   read_header();
   read_index();
-  look_at_bricks(looked);
+  look_at_bricks();
 }
 
 std::vector<std::byte> WholeBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
@@ -55,7 +53,9 @@ void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
   if (!end.parse_head(bytes_at(start, index_head_size), rest).ok() || rest != present - index_head_size)
     return;
   TagIndex index;
-  if (end.parse(bytes_at(start, present), index, envelope).ok()) index_ = std::move(index);
+  if (!end.parse(bytes_at(start, present), index, envelope).ok()) return;
+  index_ = std::move(index);
+  index_start_ = start;
 }
 
 std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_t brick) const {
@@ -67,7 +67,7 @@ std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_
   return block <= size - position ? bytes_at(position, block) : std::vector<std::byte>();
 }
 
-void WholeBricks::look_at_bricks(const std::function<void(std::uint64_t)>& looked) {
+void WholeBricks::look_at_bricks() {
   const std::int64_t count = header_.parameters.bricks().count();
   std::uint64_t position = header_size_, before = header_checksum_;
   // What the stored checksum before should be, if it is not that: known if the block before it may be whole.
@@ -89,7 +89,7 @@ void WholeBricks::look_at_bricks(const std::function<void(std::uint64_t)>& looke
       if (!place.is_whole && should_be) {
         const std::uint64_t other = chained_checksum(place.own, *should_be);
         if (checksums_agree(stored_checksum(block), other)) {
-          place.is_whole = places_.back().is_whole = checksum_is_damaged_ = true;
+          place.is_whole = places_.back().is_whole = is_damaged_elsewhere_ = true;
           expected = other;
         }
       }
@@ -102,12 +102,38 @@ void WholeBricks::look_at_bricks(const std::function<void(std::uint64_t)>& looke
     before = position <= source_->size()
                  ? load_little_endian<std::uint64_t>(bytes_at(position - checksum_size, checksum_size).data())
                  : 0;
-    if (looked) looked(bytes);
   }
-  if (index_ || !should_be || static_cast<std::int64_t>(places_.size()) < count) return;
+  if (static_cast<std::int64_t>(places_.size()) < count) return;
+  if (index_) return look_at_envelope(position, before, should_be);
+  if (!should_be) return;
   // Perhaps only the checksum of the last brick is damaged.
   read_index(should_be);
-  if (index_) places_.back().is_whole = checksum_is_damaged_ = true;
+  if (index_) places_.back().is_whole = is_damaged_elsewhere_ = true;
+}
+
+void WholeBricks::look_at_envelope(std::uint64_t position, std::uint64_t before,
+                                   std::optional<std::uint64_t> should_be) {
+  const auto is_bound_to = [](const std::vector<std::byte>& block, std::uint64_t checksum) {
+    return parse_envelope_block(block, checksum, nullptr).ok();
+  };
+  while (position < index_start_) {
+    const std::uint64_t left = index_start_ - position;
+    std::uint64_t rest = 0;
+    std::vector<std::byte> block;
+    if (left >= envelope_head_size &&
+        parse_envelope_head(bytes_at(position, envelope_head_size), rest).ok() &&
+        rest <= left - envelope_head_size)
+      block = bytes_at(position, envelope_head_size + rest);
+    const bool fits = !block.empty() && is_bound_to(block, before);
+    if (!fits) is_damaged_elsewhere_ = true;
+    if (!fits && !block.empty() && should_be && is_bound_to(block, *should_be))
+      places_.back().is_whole = true;
+    else if (!fits)
+      return;
+    before = stored_checksum(block);
+    should_be.reset();
+    position += block.size();
+  }
 }
 
 std::vector<BrickRun> WholeBricks::lost() const {

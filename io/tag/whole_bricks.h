@@ -1,8 +1,8 @@
 // What is whole in a damaged .tag file.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,11 +22,17 @@ namespace tagrid {
 /// only the bricks in front of the first damage count: nothing says that those behind it belong to this file. Several
 /// threads may call all const functions at once.
 class WholeBricks {
+ private:
+  struct Place {
+    std::uint64_t start = 0;
+    std::uint64_t own = 0;  ///< its own_checksum(), if its length is possible
+    bool is_whole = false;
+  };
+
  public:
-  /// Reads the whole file, calls `looked` with the number of bytes after each brick, and keeps 24 bytes for each brick that the
-  /// file has room for. Throws BrokenInput if the header is not whole, WorldError, and the exceptions of `looked`.
-  explicit WholeBricks(std::shared_ptr<const ByteSource> source,
-                       const std::function<void(std::uint64_t bytes)>& looked = {});
+  /// Reads the whole file, and keeps 24 bytes for each brick that the file has room for. Throws BrokenInput if the header is
+  /// not whole, and WorldError.
+  explicit WholeBricks(std::shared_ptr<const ByteSource> source);
 
   const TagHeader& header() const { return header_; }
   const std::string& name() const { return source_->name(); }
@@ -36,36 +42,35 @@ class WholeBricks {
     return brick < static_cast<std::int64_t>(places_.size()) &&
            places_[static_cast<std::size_t>(brick)].is_whole;
   }
+  std::int64_t whole_count() const { return std::ranges::count(places_, true, &Place::is_whole); }
   /// The bricks that are not, in increasing order.
   std::vector<BrickRun> lost() const;
   /// The index; nothing if it is damaged or missing.
   const std::optional<TagIndex>& index() const { return index_; }
-  /// True if something is damaged although all bricks are whole: a stored checksum, the index, the footer.
-  bool is_damaged_elsewhere() const { return !index_ || checksum_is_damaged_; }
+  /// True if something besides bricks is damaged: a stored checksum, the envelope, the index, the footer.
+  bool is_damaged_elsewhere() const { return !index_ || is_damaged_elsewhere_; }
 
   /// REQUIRES: is_whole(brick). Throws BrokenInput if the brick is no longer whole.
   BrickBytes read(std::int64_t brick) const;
 
  private:
-  struct Place {
-    std::uint64_t start = 0;
-    std::uint64_t own = 0;  ///< its own_checksum(), if its length is possible
-    bool is_whole = false;
-  };
-
   std::vector<std::byte> bytes_at(std::uint64_t position, std::uint64_t size) const;
   /// A brick from its length to its checksum; nothing if its length is impossible, or if the file ends in it.
   std::vector<std::byte> block_at(std::uint64_t position, std::int64_t brick) const;
   void read_header();
   /// Reads the index, if `last_checksum` is the checksum before it; by default, that which is stored there.
   void read_index(std::optional<std::uint64_t> last_checksum = std::nullopt);
-  void look_at_bricks(const std::function<void(std::uint64_t bytes)>& looked);
+  void look_at_bricks();
+  /// The last brick is whole, if nothing but its stored checksum is damaged and the block behind it is bound to what it
+  /// `should_be`. `position` and `before` are the end of the bricks, and the checksum that is stored there.
+  void look_at_envelope(std::uint64_t position, std::uint64_t before, std::optional<std::uint64_t> should_be);
 
   std::shared_ptr<const ByteSource> source_;
   TagHeader header_;
   std::uint64_t header_size_ = 0, header_checksum_ = 0;
   std::optional<TagIndex> index_;
-  bool checksum_is_damaged_ = false;
+  std::uint64_t index_start_ = 0;
+  bool is_damaged_elsewhere_ = false;
   std::vector<Place> places_;
 };
 

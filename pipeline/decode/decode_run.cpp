@@ -15,7 +15,9 @@ std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& 
   WriteOptions options = {
       .files = {.overwrite = run.overwrite, .like = attributes_of(run.input), .others_write = others_write},
       .wishes = run.wishes};
-  if (parameters.max_error >= 0) options.wishes["max-error"] = fmt::format("{}", parameters.max_error);
+  // A value that stands for lost samples can be off by any amount.
+  if (parameters.max_error >= 0 && !run.fill)
+    options.wishes["max-error"] = fmt::format("{}", parameters.max_error);
   return create_volume(run.format, run.output, info, options);
 }
 

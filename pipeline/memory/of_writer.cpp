@@ -10,10 +10,10 @@ void throw_for_writer(const MemoryLimit& limit, const WriterProgram& writer, std
   ErrorDetail detail;
   detail.problem = writer.keeps_volume ? Problem::writer_memory : limit.detail().problem;
   detail.numbers = limit.detail().numbers;
-  throw UsageError(
-      fmt::format("{}; up to {} MiB of it are for tagrid-write-{}{}", limit.what(), (bytes >> 20) + 1,
-                  writer.name, writer.keeps_volume ? ", which keeps the whole volume in memory" : ""),
-      detail);
+  throw UsageError(fmt::format("{}; up to {} MiB of it are for tagrid-write-{}{}", limit.what(),
+                               (bytes + (1 << 20) - 1) >> 20, writer.name,
+                               writer.keeps_volume ? ", which keeps the whole volume in memory" : ""),
+                   detail);
 }
 
 void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources) {

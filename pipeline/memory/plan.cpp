@@ -144,7 +144,7 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
     refuse(p,
            then_verified ? "encoding and verifying"
            : strips      ? "encoding"
-                         : "encoding whole slices of",
+                         : "encoding, slice by slice,",
            limit, needed, with_spool);
   }
   EncodePlan plan;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
@@ -14,6 +15,7 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
+#include "pipeline/decode/value_range.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/within.h"
@@ -29,7 +31,7 @@ class Blocks {
   virtual const TagHeader& header() const = 0;
   virtual BlocksInOrder in_order() = 0;
   // What is known when all blocks were read.
-  virtual void finish(DecodeResult& result) = 0;
+  virtual void finish(DecodeResult& result, const Region& region) = 0;
 };
 
 // From a file, by its index.
@@ -40,7 +42,7 @@ class IndexedBlocks final : public Blocks {
   BlocksInOrder in_order() override {
     return {file_.name(), [this](std::int64_t id) { return file_.read(id); }};
   }
-  void finish(DecodeResult& result) override {
+  void finish(DecodeResult& result, const Region&) override {
     result.index = file_.index();
     result.bytes_in = file_.sizes().file;
   }
@@ -64,7 +66,7 @@ class BlocksOfPipe final : public Blocks {
             }};
   }
   // A pipe is read to its end, so that its writer does not fail, and damage is found.
-  void finish(DecodeResult& result) override {
+  void finish(DecodeResult& result, const Region&) override {
     stream_.read_to_end();
     result.index = stream_.index();
     result.bytes_in = stream_.sizes().file;
@@ -77,29 +79,44 @@ class BlocksOfPipe final : public Blocks {
 // Those of a damaged file that are whole.
 class SalvagedBlocks final : public Blocks {
  public:
-  explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {}
+  explicit SalvagedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {
+    if (file_.whole_count() == 0)
+      throw BrokenInput(input + ": none of its bricks is whole, so nothing can be decoded");
+  }
   const TagHeader& header() const override { return file_.header(); }
   BlocksInOrder in_order() override {
     return {
         file_.name(),
         [this](std::int64_t id) { return file_.is_whole(id) ? std::optional(file_.read(id)) : std::nullopt; },
-        [this](std::int64_t id) {
-          broken_.push_back({id, id});
-        }};
+        [this](const DecodedBrick& brick) { return can_be_of_this_file(brick); },
+        [this](std::int64_t id) { broken_.insert(id); }};
   }
-  void finish(DecodeResult& result) override {
+  void finish(DecodeResult& result, const Region& region) override {
     if (file_.index()) result.index = *file_.index();
     result.bytes_in = file_.file_bytes();
-    result.salvage = {file_.lost(), file_.index().has_value(), file_.is_damaged_elsewhere()};
-    std::ranges::sort(broken_, {}, &BrickRun::first);
-    auto& lost = result.salvage->lost;
-    lost.insert(lost.end(), broken_.begin(), broken_.end());
-    std::ranges::sort(lost, {}, &BrickRun::first);
+    Salvage& salvage = result.salvage.emplace();
+    salvage.has_index = file_.index().has_value();
+    salvage.is_damaged_elsewhere = file_.is_damaged_elsewhere();
+    for (const std::int64_t id : bricks_of(region, header().parameters.bricks())) {
+      if (file_.is_whole(id) && !broken_.contains(id)) continue;
+      if (!salvage.lost.empty() && salvage.lost.back().last == id - 1)
+        salvage.lost.back().last = id;
+      else
+        salvage.lost.push_back({id, id});
+    }
   }
 
  private:
+  // A block of another file can fit between two that are lost. The index knows the values of its own.
+  bool can_be_of_this_file(const DecodedBrick& brick) const {
+    if (!file_.index()) return true;
+    const IndexEntry& entry = file_.index()->bricks[static_cast<std::size_t>(brick.id)];
+    return can_be_of(value_range(brick.samples, header().parameters.type), entry,
+                     file_.index()->total.max_error);
+  }
+
   WholeBricks file_;
-  std::vector<BrickRun> broken_;  // whole, but not decodable
+  std::set<std::int64_t> broken_;  // whole, but not decodable, or not of this file
 };
 
 std::unique_ptr<Blocks> blocks_of(const DecodeRun& run) {
@@ -230,18 +247,18 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const std::unique_ptr<Blocks> blocks = blocks_of(run);
   const CodingParameters& parameters = blocks->header().parameters;
   const Region region = region_of(run.region, parameters);
-  const VolumeInfo info = info_of(blocks->header(), region);
-  const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const auto sink = open_output(run, info, parameters);
-  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
-  const RegionPlan plan = plan_with_writer(writer, sink->memory(), [&] {
-    return plan_region(region, parameters, resources, any_order, run.format.memory(info) + sink->memory());
-  });
-  require_memory_of_writer(writer, sink->memory(), resources);
-
   if (run.fill && !is_value_of(parameters.type, *run.fill))
     throw UsageError(
         fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(parameters.type)));
+  const VolumeInfo info = info_of(blocks->header(), region);
+  const bool any_order = run.format.any_order && is_regular_output(run.output);
+  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
+  const auto [sink, plan] = open_planned(run, info, parameters, false, [&](std::uint64_t of_writer) {
+    return plan_with_writer(writer, of_writer, [&] {
+      return plan_region(region, parameters, resources, any_order, run.format.memory(info) + of_writer);
+    });
+  });
+  require_memory_of_writer(writer, sink->memory(), resources);
 
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
@@ -271,7 +288,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .facts = sink->facts(),
                          .warnings = sink->warnings(),
                          .dims = info.dims};
-  blocks->finish(result);
+  blocks->finish(result, region);
   return {std::move(result), sink};
 }
 

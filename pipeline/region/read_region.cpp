@@ -42,23 +42,27 @@ struct BrickDecoder {
   const Strides& strides;
 
   // Returns the number of bytes of samples that were stored.
-  std::uint64_t hand_out(const BrickBytes& block) const {
-    const DecodedBrick brick = decode_block(block, parameters, name, Wanted::samples);
+  std::uint64_t hand_out(const BrickBytes& block) const { return copy(decode(block)); }
+
+  DecodedBrick decode(const BrickBytes& block) const {
+    return decode_block(block, parameters, name, Wanted::samples);
+  }
+  std::uint64_t copy(const DecodedBrick& brick) const {
     const BrickGrid bricks = parameters.bricks();
-    return copy_samples(brick.samples, bricks.owned_box(bricks.position(block.id)));
+    return copy_samples(brick.samples, bricks.owned_box(bricks.position(brick.id)));
   }
 
  private:
   std::uint64_t copy_samples(const std::vector<std::byte>& samples, const Box& owned) const {
     const std::size_t size = size_of(parameters.type);
     const Box numbers = region.numbers_in(owned);
-    const auto copy = row_copier(size);
+    const auto copy_row = row_copier(size);
     for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
       for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
         const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
-        copy(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
-             out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0],
-             numbers.size().x);
+        copy_row(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
+                 out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0],
+                 numbers.size().x);
       }
     return static_cast<std::uint64_t>(numbers.count()) * size;
   }
@@ -114,12 +118,16 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
     }
     if (!block) return;
     try {
-      decoder.hand_out(*block);
+      const DecodedBrick brick = decoder.decode(*block);
+      if (!blocks.accepts || blocks.accepts(brick)) {
+        decoder.copy(brick);
+        return;
+      }
     } catch (const BrokenInput&) {
-      if (!blocks.broken) throw;
-      const std::lock_guard lock(reading);
-      blocks.broken(block->id);
+      if (!blocks.accepts) throw;
     }
+    const std::lock_guard lock(reading);
+    blocks.broken(block->id);
   });
 }
 

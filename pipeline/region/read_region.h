@@ -12,6 +12,7 @@
 #include "io/tag/bricks.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "stages/brick/decode.h"
 #include "stages/grid/box.h"
 #include "stages/volume/samples.h"
 
@@ -64,9 +65,10 @@ struct BlocksInOrder {
   /// Called by one thread at a time, for the blocks in the order of bricks_of(). Nothing: the samples of this brick stay as
   /// they are.
   std::function<std::optional<BrickBytes>(std::int64_t brick)> next;
-  /// Takes a brick that cannot be decoded, whose samples stay as they are; if it is empty, that is an error. Called by
-  /// one thread at a time.
-  std::function<void(std::int64_t brick)> broken = {};
+  /// If given, a brick that cannot be decoded, or that it does not accept, is passed to `broken` instead of ending with
+  /// an error, and its samples stay as they are.
+  std::function<bool(const DecodedBrick& brick)> accepts = {};
+  std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
 };
 
 /// The same for such blocks. At most `threads` of them are in memory.

@@ -78,14 +78,13 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   return {std::move(result), file};
 }
 
-DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeSink& sink,
-                   const Resources& resources) {
+DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
+                   std::uint64_t of_writer, const Resources& resources) {
   const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const std::uint64_t of_writer = sink.memory();
   const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
   const DecodePlan plan = plan_with_writer(writer, of_writer, [&] {
     return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
-                         run.format.memory(sink.info()) + of_writer);
+                         run.format.memory(info) + of_writer);
   });
   require_memory_of_writer(writer, of_writer, resources);
   return plan;
@@ -95,8 +94,9 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   TagReader reader(run.input);
   const CodingParameters& parameters = reader.parameters();
   const VolumeInfo info = volume_info_of(reader.header());
-  const auto sink = open_output(run, info, parameters);
-  const DecodePlan plan = plan_of(run, parameters, *sink, resources);
+  const auto [sink, plan] = open_planned(run, info, parameters, false, [&](std::uint64_t of_writer) {
+    return plan_of(run, parameters, info, of_writer, resources);
+  });
   RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
   RowDecoder decoder(parameters, plan.budget);
   reader.stop_when(decoder.failed());
@@ -113,8 +113,9 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
   TagSummary file = summary_of(run.input);
   const CodingParameters& parameters = file.header.parameters;
   const VolumeInfo info = volume_info_of(file.header);
-  const auto sink = open_output(run, info, parameters, true);
-  const DecodePlan plan = plan_of(run, parameters, *sink, resources);
+  const auto [sink, plan] = open_planned(run, info, parameters, true, [&](std::uint64_t of_writer) {
+    return plan_of(run, parameters, info, of_writer, resources);
+  });
   const VolumeSink::Place place = sink->place();
   const DecodeOrder order{run.input, place.file, place.name, place.start, run.resources};
   send_order(ranks, order);

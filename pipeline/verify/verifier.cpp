@@ -6,6 +6,7 @@
 
 #include "io/files/errors.h"
 #include "pipeline/decode/graph.h"
+#include "pipeline/decode/value_range.h"
 #include "pipeline/grid/derived_grid.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/brick/codec.h"
@@ -42,29 +43,14 @@ class Verifier::Ranges {
 
   /// Returns the number of finite samples.
   std::uint64_t add(const std::vector<std::byte>& samples) {
-    std::uint64_t finite = 0;
-    with_sample_type(type_, [&](auto type) {
-      using T = decltype(type);
-      const auto* first = reinterpret_cast<const T*>(samples.data());
-      double low = INFINITY, high = -INFINITY;
-      for (std::size_t i = 0; i < samples.size() / sizeof(T); ++i) {
-        if (!is_finite(first[i])) continue;
-        ++finite;
-        low = std::min(low, static_cast<double>(first[i]));
-        high = std::max(high, static_cast<double>(first[i]));
-      }
-      ranges_.push_back({low, high});
-    });
-    return finite;
+    ranges_.push_back(value_range(samples, type_));
+    return ranges_.back().finite;
   }
   /// The first brick whose range in the index is different.
   std::optional<std::int64_t> first_wrong(const TagIndex& index) const {
     for (std::size_t i = 0; i < ranges_.size(); ++i) {
       const IndexEntry& brick = index.bricks[static_cast<std::size_t>(first_) + i];
-      // Without finite samples both are infinite, and their difference is a NaN.
-      if (std::abs(ranges_[i].first - brick.low) > index.total.max_error ||
-          std::abs(ranges_[i].second - brick.high) > index.total.max_error)
-        return first_ + static_cast<std::int64_t>(i);
+      if (!can_be_of(ranges_[i], brick, index.total.max_error)) return first_ + static_cast<std::int64_t>(i);
     }
     return std::nullopt;
   }
@@ -72,7 +58,7 @@ class Verifier::Ranges {
  private:
   SampleType type_;
   std::int64_t first_;
-  std::vector<std::pair<double, double>> ranges_;
+  std::vector<ValueRange> ranges_;
 };
 
 void Verifier::fail_index(const std::string& what) const {

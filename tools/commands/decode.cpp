@@ -5,6 +5,8 @@
 #include <optional>
 #include <tuple>
 
+#include "io/files/file_attributes.h"
+#include "io/files/system_call.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -18,6 +20,11 @@
 
 namespace tagrid {
 namespace {
+
+/// True for what can be read only from front to back.
+bool is_pipe_input(const std::string& input) {
+  return !is_regular_input(input) && (input == "-" || (status_of(input) && !is_folder(input)));
+}
 
 struct DecodeCommand {
   std::string input;
@@ -48,12 +55,17 @@ struct DecodeCommand {
       throw UsageError("--rm: a region or a step gives only a part of the volume; leave out --rm");
     if (remove && vdb.tolerance > 0)
       throw UsageError("--rm: --vdb-tolerance changes samples, and the .tag file has them; leave out --rm");
+    if (remove && !chosen.writer.empty() && !chosen.is_read())
+      throw UsageError(fmt::format(
+          "--rm: tagrid cannot read {} files, so it cannot be sure that they have the volume; leave out --rm",
+          chosen.name));
     if (remove && &chosen == &format_named("raw"))
       throw UsageError("--rm: samples without a header do not say their size and type; leave out --rm");
     if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
-    if (salvage && !is_regular_input(input))
-      throw UsageError(input + ": --salvage reads a file in any order; save it to one first");
+    if (salvage && is_pipe_input(input))
+      throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
+                                   input == "-" ? "standard input" : input));
     std::vector<std::string> removed_after;
     if (remove) removed_after = removable_tag(input, path, "leave out --rm");
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
@@ -65,11 +77,14 @@ struct DecodeCommand {
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     nlohmann::ordered_json facts;
-    if (!result.facts.empty()) settings[chosen.name] = facts = nlohmann::ordered_json::parse(result.facts);
+    if (!result.facts.empty())
+      settings[settings.contains(chosen.name) ? "written" : chosen.name] = facts =
+          nlohmann::ordered_json::parse(result.facts);
     RunFigures figures = {result.dims,     parameters.type,  settings,
                           result.bytes_in, result.bytes_out, achieved_json(result.index)};
     if (result.salvage) {
-      if (!result.salvage->has_index) figures.achieved = nullptr;
+      // Errors against the original are known of whole volumes only.
+      if (!result.salvage->has_index || !result.salvage->lost.empty()) figures.achieved = nullptr;
       figures.more["lost"] = json_of_lost(result.salvage->lost, parameters.bricks());
     }
     report.write(figures);

@@ -95,12 +95,15 @@ struct VerifyCommand {
     if (lost.empty() && !file->is_damaged_elsewhere()) return;  // it differs from the original
     RunFigures figures = {parameters.dims, parameters.type, settings_json(parameters), file->file_bytes(), 0,
                           nullptr};
+    figures.settings["against"] =
+        original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
     figures.more["damaged"] = json_of_lost(lost, bricks);
     report.write(figures);
     report.keep();
     if (lost.empty()) return;
     for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
-    say_line(fmt::format("{}: {}; decode --salvage gives all others", input, count_of_lost(lost, bricks)));
+    say_line(fmt::format("{}: {}{}", input, count_of_lost(lost, bricks),
+                         file->whole_count() > 0 ? "; decode --salvage gives all others" : ""));
   }
 
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {

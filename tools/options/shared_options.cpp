@@ -141,7 +141,15 @@ void add_format_option(CLI::App& command, std::string& format) {
   command
       .add_option("--format", format,
                   fmt::format("{}; default: from the name of the output", fmt::join(help, ", ")))
-      ->check(one_of(names))
+      ->check([](const std::string& given) {
+        // A program that somebody added is not in the list.
+        try {
+          format_named(given);
+          return std::string();
+        } catch (const UsageError& error) {
+          return std::string(error.what());
+        }
+      })
       ->option_text(fmt::format("{}", fmt::join(names, "|")));
 }
 

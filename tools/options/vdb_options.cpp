@@ -52,14 +52,19 @@ std::map<std::string, std::string> wishes_of(const VdbOptions& options) {
 
 void tell_of_tolerance(const RunOptions& run, const std::string& output,
                        const nlohmann::ordered_json& facts) {
-  const double tolerance = facts.value("tolerance", 0.0);
+  // A program said this, so it may be anything.
+  const auto number = [&](const char* key) {
+    const auto found = facts.find(key);
+    return found != facts.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
+  };
+  const double tolerance = number("tolerance").value_or(0);
   if (tolerance == 0 || run.quiet) return;
   std::string bound;
-  if (const auto error = facts.find("max_error"); error != facts.end() && error->is_number())
-    bound = fmt::format("; every voxel is within {} of the original, {} + {}", error->get<double>(),
-                        error->get<double>() - tolerance, tolerance);
+  if (const auto error = number("max_error"))
+    bound = fmt::format("; every voxel is within {} of the original, {} + {}", *error, *error - tolerance,
+                        tolerance);
   say_line(fmt::format("tagrid: {}: voxels within {} of the background, {}, became the background{}", output,
-                       tolerance, facts.value("background", 0.0), bound));
+                       tolerance, number("background").value_or(0), bound));
 }
 
 }  // namespace tagrid

@@ -23,8 +23,9 @@ std::string advice_on(const ErrorDetail& detail) {
       return memory_advice(detail.numbers);
     case Problem::writer_memory:
       return fmt::format(
-          "{}, if so much is there or most of the volume is background, or write parts of it (--region, "
-          "--step), or another format, such as .nrrd",
+          "{}, which is safe where there is less memory if most voxels are background, or choose another "
+          "format, such "
+          "as .nrrd",
           memory_advice({detail.numbers.at(0)}));
     case Problem::no_known_format:
       return "; if it holds samples without a header, describe them with --dims and --type";

@@ -141,7 +141,7 @@ TEST_F(ProgramSinkTest, WhatAWriterDoesWrongNamesIt) {
   fails_with(writer(ready, take, R"(echo '{"answer": "done", "facts": 5}')"), "\"facts\" is not an object");
   fails_with(writer(ready, take, done + "; echo more"), "said more than it was asked for");
   fails_with(writer(ready, take, done + "; exit 4"), "ended with code 4");
-  fails_with(writer(ready, take, "rm \"$path\"; " + done), "its writer removed the temporary file");
+  fails_with(writer(ready, take, "rm \"$path\"; " + done), "removed or replaced it");
 }
 
 }  // namespace

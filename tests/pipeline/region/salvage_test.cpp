@@ -116,7 +116,10 @@ TEST_F(SalvageTest, ADamagedChecksumCostsNothing) {
 TEST_F(SalvageTest, ATruncatedFileHasTheBricksBeforeItsEnd) {
   const std::string whole = make_file();
   const auto bricks = frames(whole);
-  for (std::size_t size = bricks.front().first; size < whole.size(); size += 3) {
+  const std::size_t first_end = bricks.front().first + bricks.front().second;
+  for (std::size_t size = bricks.front().first; size < first_end; size += 3)
+    EXPECT_THROW(salvage(whole.substr(0, size)), BrokenInput) << size;
+  for (std::size_t size = first_end; size < whole.size(); size += 3) {
     std::int64_t before = 0;
     for (const auto& [start, length] : bricks) before += start + length <= size;
     const Salvage found = expect_right(whole.substr(0, size), std::to_string(size));

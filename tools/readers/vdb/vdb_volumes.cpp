@@ -190,13 +190,15 @@ std::unique_ptr<ServedVolume> open_grid(const std::string& path, GridFile& file,
 
 }  // namespace
 
-std::unique_ptr<ServedVolume> open_vdb(const std::string& path, const ReaderOptions& options) {
+std::unique_ptr<ServedVolume> open_vdb(const std::string& path, const ReaderOptions& options) try {
   GridFile file(path);
   const auto wanted = options.find("grid");
   const std::size_t number =
       chosen(path, "grid", wanted == options.end() ? "" : wanted->second, choices_of(file.grids()));
   return open_grid<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid, openvdb::BoolGrid,
                    openvdb::MaskGrid>(path, file, file.grids()[number]);
+} catch (const openvdb::Exception& error) {
+  throw_broken_vdb(path, error.what());
 }
 
 }  // namespace tagrid

@@ -80,12 +80,20 @@ class VdbOutput final : public ServedOutput {
     grid_ = !name.empty() ? name : !place_.grid.empty() ? place_.grid : "density";
     place_.low = low_of(info.dims, place_.low);
     box_ = {place_.low, place_.low + info.dims - Index3{1, 1, 1}};
-    memory = GridBuilder<G>::memory(box_);
-    slice_.resize(static_cast<std::size_t>(info.dims.x * info.dims.y));
+    memory = GridBuilder<G>::memory(box_) + slice_samples() * sizeof(Value);
+    try {
+      transform_ = std::make_shared<openvdb::math::Transform>(map_of(matrix_of(info.geometry, box_.low)));
+    } catch (const openvdb::Exception& error) {
+      throw UsageError(fmt::format(
+          "{}: OpenVDB cannot have these spacings or directions ({}); choose another format, or give "
+          "the volume larger units",
+          request.name, error.what()));
+    }
   }
 
   void write_slice(std::int64_t, const std::byte* samples) override {
     const SampleType type = request_.info.type;
+    slice_.resize(slice_samples());
     content_.add({samples, slice_.size() * size_of(type)});
     with_sample_type(type, [&](auto sample) {
       using S = decltype(sample);
@@ -104,8 +112,7 @@ class VdbOutput final : public ServedOutput {
     const VolumeInfo& info = request_.info;
     const auto grid = builder_->finish();
     grid->setName(grid_);
-    grid->setTransform(
-        std::make_shared<openvdb::math::Transform>(map_of(matrix_of(info.geometry, box_.low))));
+    grid->setTransform(transform_);
     grid->insertMeta(vdb_dims_key, openvdb::Vec3IMetadata(openvdb::Vec3i(static_cast<int>(info.dims.x),
                                                                          static_cast<int>(info.dims.y),
                                                                          static_cast<int>(info.dims.z))));
@@ -126,12 +133,17 @@ class VdbOutput final : public ServedOutput {
   }
 
  private:
+  std::size_t slice_samples() const {
+    return static_cast<std::size_t>(request_.info.dims.x * request_.info.dims.y);
+  }
+
   WriteRequest request_;
   VdbPlace place_;
   std::string grid_;
   std::optional<double> background_, max_error_;
   double tolerance_ = 0;
   Box box_;
+  openvdb::math::Transform::Ptr transform_;
   std::vector<Value> slice_;
   std::optional<GridBuilder<G>> builder_;
   RunningChecksum content_;
