@@ -1,5 +1,5 @@
 // The envelope of a volume: every byte of its files that is not a sample, so that the files can be given back byte for
-// byte. docs/format.md specifies its bytes.
+// byte; or, if samples are compressed, of the same files in their plain form. docs/format.md specifies its bytes.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
 #include "io/volume/volume_source.h"
 
@@ -33,12 +34,14 @@ struct SlicesInFile {
   bool operator==(const SlicesInFile&) const = default;
 };
 
-/// A file of the source.
+/// A file of the source, or its plain form.
 struct EnvelopeFile {
   std::string name;  ///< relative, with '/' between folders
   std::uint64_t size = 0;
-  std::optional<std::uint64_t> checksum;  ///< XXH3 of the whole file, if its samples are kept exactly
-  std::vector<SlicesInFile> slices;       ///< in the order of their bytes, which do not overlap
+  bool is_changed = false;  ///< the source has it in another form: compressed
+  std::optional<std::uint64_t>
+      checksum;                      ///< XXH3 of the whole file, if its samples are kept exactly; see there
+  std::vector<SlicesInFile> slices;  ///< in the order of their bytes, which do not overlap
 
   bool operator==(const EnvelopeFile&) const = default;
 };
@@ -57,6 +60,7 @@ inline std::uint64_t most_files(const SampleShape& shape) {
   return static_cast<std::uint64_t>(shape.dims.z) + 1024;
 }
 inline constexpr std::size_t longest_envelope_name = 4096;
+inline constexpr std::size_t longest_compression_name = 1024;
 inline std::uint64_t most_other_bytes(const SampleShape& shape, std::uint64_t files) {
   return shape.bytes() / 2 + files * (std::uint64_t{1} << 16);
 }
@@ -66,18 +70,25 @@ using PutBytes = std::function<void(std::span<const std::byte>)>;
 
 /// The files of a source, and why they are not all kept if they are not.
 struct SourceFiles {
-  std::vector<EnvelopeFile> files;  ///< without checksums, and with spare bits that are zero
-  std::vector<std::string> names;   ///< of all files of the source, also where no envelope can be made
-  std::vector<std::string> paths;   ///< of the files
+  std::vector<EnvelopeFile> files;              ///< without checksums, and with spare bits that are zero
+  std::vector<std::string> names;               ///< of all files, also where no envelope can be made
+  std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
+  std::vector<std::string> paths;               ///< of the files of the source
   SampleShape shape;
+  /// How the samples of the source are compressed; "" if the files are kept as they are. Otherwise their plain form is
+  /// kept.
+  std::string compression;
   std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
+
+  /// Why the files cannot be given back byte for byte, if their samples are kept exactly; "" if they can.
+  std::string why_not_restorable() const;
 };
 
 /// Looks at the files of a source. Throws WorldError.
 SourceFiles source_files(const SourceFacts& facts);
 
 /// Writes the envelope of these files. `exact`: the samples are kept exactly, so that checksums of the whole files can be
-/// kept as well. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is "".
+/// kept as well, but for samples that only their decoder can give. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is "".
 void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put);
 
 /// Gives the content of the next block of an envelope; false after the last one.
@@ -108,6 +119,8 @@ class EnvelopeReader {
   /// Reads the description of the next file. Returns false after the last one, when every slice has its place and
   /// nothing follows. REQUIRES: the other bytes of the file before were read.
   bool next_file(EnvelopeFile& file);
+  /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file was read.
+  const std::string& compression() const { return compression_; }
   /// Reads the other bytes of that file: `use` is called with their position in the file. Of samples with spare bits that
   /// are kept, these bits come, and zeros for the others.
   void read_other_bytes(const EnvelopeFile& file,
@@ -121,6 +134,7 @@ class EnvelopeReader {
   std::vector<std::byte> taken(std::size_t size);
   template <class T>
   T number();
+  void read_beginning();
   void read_name(EnvelopeFile& file);
   SlicesInFile read_slices(std::uint64_t& end);
 
@@ -128,12 +142,17 @@ class EnvelopeReader {
   SampleShape shape_;
   bool exact_;
   EnvelopeBytes bytes_;
-  bool started_ = false;
+  bool started_ = false, has_changed_ = false;
+  std::string compression_;
   std::uint64_t files_left_ = 0, other_bytes_left_ = 0;
   std::set<std::string> names_;
   std::int64_t slices_left_ = 0;
   std::vector<bool> slices_;  ///< those that have their place
 };
+
+/// What compression() of an envelope that begins with these bytes is: those of its first block. Throws BrokenInput;
+/// `name` is that of the .tag file.
+std::string compression_in(const std::string& name, std::span<const std::byte> beginning);
 
 /// Turns `count` samples at `samples` into the bytes that a file has for them, but for spare bits that are kept, which are
 /// zero. The inverse of reading them.

@@ -6,6 +6,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
+#include "io/envelope/plain_bytes.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "io/samples/stored_bits.h"
@@ -30,6 +31,22 @@ std::vector<std::string> names_in_common_folder(const std::vector<std::string>& 
   std::vector<std::string> names;
   for (const fs::path& path : whole) names.push_back(path.lexically_relative(common).string());
   return names;
+}
+
+/// The files of a source whose samples lie plainly in them.
+PlainForm as_it_is(const SourceFacts& facts) {
+  PlainForm form;
+  for (std::size_t i = 0; i < facts.files.size(); ++i)
+    form.files.push_back(
+        {facts.files[i], false, {PlainPiece::stretch(i, 0, FileSource(facts.files[i]).size())}});
+  form.places = facts.places;
+  return form;
+}
+
+std::vector<std::string> paths_of(const PlainForm& form) {
+  std::vector<std::string> paths;
+  for (const PlainFile& file : form.files) paths.push_back(file.path);
+  return paths;
 }
 
 /// The nearest number that the bits can hold. Only an encoding with an error makes others.
@@ -87,6 +104,12 @@ void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, 
   swap_if_not_native(samples, count, size_of(type), slices.run.big_endian);
 }
 
+std::string SourceFiles::why_not_restorable() const {
+  if (why_not.empty() && !compression.empty())
+    return fmt::format("its samples are compressed ({}), and come back uncompressed", compression);
+  return why_not;
+}
+
 SourceFiles source_files(const SourceFacts& facts) {
   SourceFiles source;
   source.shape = {facts.info.dims, facts.info.type};
@@ -98,18 +121,29 @@ SourceFiles source_files(const SourceFacts& facts) {
   };
   if (facts.files.front() == "-" || facts.files.back() == "-") return not_kept("it came through a pipe");
   source.names = names_in_common_folder(facts.files);
+  if (facts.places.empty() && !facts.plain_form)
+    return not_kept("its samples are compressed, or stored in pieces");
+  PlainForm form = facts.places.empty() ? facts.plain_form() : as_it_is(facts);
+  if (!form.why_not.empty()) return not_kept(std::move(form.why_not));
+  source.names = names_in_common_folder(paths_of(form));
   const std::vector<std::string>& names = source.names;
-  if (facts.places.empty()) return not_kept("its samples are compressed, or stored in pieces");
   if (std::set<std::string>(names.begin(), names.end()).size() != names.size())
-    return not_kept("one of its files is named twice");
+    return not_kept("two of its files would have the same name");
   source.files.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_safe_name(names[i])) return not_kept(fmt::format("{} cannot be a name", names[i]));
+    source.pieces.push_back(std::move(form.files[i].pieces));
     source.files[i].name = names[i];
-    source.files[i].size = FileSource(facts.files[i]).size();
+    source.files[i].size = PlainBytes(source.pieces[i], source.paths).size();
+    source.files[i].is_changed =
+        form.files[i].is_changed || !PlainBytes(source.pieces[i], source.paths).is_complete();
   }
+  const bool is_changed = std::ranges::any_of(source.files, &EnvelopeFile::is_changed);
+  source.compression = !is_changed                ? ""
+                       : form.compression.empty() ? "in an unknown way"
+                                                  : form.compression.substr(0, longest_compression_name);
   std::int64_t z = 0;
-  for (SliceRun run : facts.places) {
+  for (SliceRun run : form.places) {
     EnvelopeFile& file = source.files[run.file];
     run.file = 0;
     if (run.slices == 1) run.step = source.shape.slice_bytes();
@@ -127,6 +161,17 @@ SourceFiles source_files(const SourceFacts& facts) {
     }
     if (end > file.size) return not_kept(fmt::format("{} has become shorter", file.name));
     all += file.size;
+  }
+  for (std::size_t i = 0; i < source.files.size(); ++i) {
+    PlainBytes bytes(source.pieces[i], source.paths);
+    bool has_bytes = true;
+    if (!bytes.is_complete())
+      for_each_stretch(source.files[i], source.shape.slice_bytes(),
+                       [&](auto begin, auto end, const auto* slices) {
+                         has_bytes = has_bytes && (slices != nullptr || bytes.has_bytes(begin, end));
+                       });
+    if (!has_bytes)
+      return not_kept(fmt::format("{} has samples of other volumes, which are compressed", names[i]));
   }
   if (source.files.size() > most_files(source.shape))
     return not_kept(fmt::format("it has {} files, of which most have no slice", source.files.size()));

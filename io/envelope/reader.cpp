@@ -55,14 +55,11 @@ T EnvelopeReader::number() {
 }
 
 bool EnvelopeReader::next_file(EnvelopeFile& file) {
-  if (!std::exchange(started_, true)) {
-    files_left_ = number<std::uint64_t>();
-    if (files_left_ == 0 || files_left_ > most_files(shape_)) fail("an impossible number of files");
-    other_bytes_left_ = most_other_bytes(shape_, files_left_);
-  }
+  if (!std::exchange(started_, true)) read_beginning();
   if (files_left_ == 0) {
     if (slices_left_ != 0) fail(fmt::format("{} slices have no place", slices_left_));
     if (!bytes_.ahead().empty()) fail("bytes follow its last file");
+    if (has_changed_ == compression_.empty()) fail("it does not agree with its files on what was compressed");
     return false;
   }
   --files_left_;
@@ -70,9 +67,14 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
   read_name(file);
   file.size = number<std::uint64_t>();
   if (file.size > std::uint64_t{1} << 62) fail("a file is too large");
-  if (number<std::uint8_t>() != (exact_ ? 1 : 0))
+  const auto flags = number<std::uint8_t>();
+  const bool has_checksum = (flags & 1) != 0;
+  file.is_changed = (flags & 2) != 0;
+  has_changed_ = has_changed_ || file.is_changed;
+  if (flags > 3) fail("an unknown kind of file");
+  if (has_checksum ? !exact_ : exact_ && !file.is_changed)
     fail("a file has no checksum, or one that it must not have");
-  if (exact_) file.checksum = number<std::uint64_t>();
+  if (has_checksum) file.checksum = number<std::uint64_t>();
   const auto runs = number<std::uint32_t>();
   std::uint64_t end = 0, samples = 0;
   for (std::uint32_t i = 0; i < runs; ++i) {
@@ -83,6 +85,25 @@ bool EnvelopeReader::next_file(EnvelopeFile& file) {
   if (file.size - samples > other_bytes_left_) fail("too many bytes that are not samples");
   other_bytes_left_ -= file.size - samples;
   return true;
+}
+
+void EnvelopeReader::read_beginning() {
+  files_left_ = number<std::uint64_t>();
+  if (files_left_ == 0 || files_left_ > most_files(shape_)) fail("an impossible number of files");
+  other_bytes_left_ = most_other_bytes(shape_, files_left_);
+  const auto size = number<std::uint16_t>();
+  if (size > longest_compression_name) fail("the name of a compression is too long");
+  const std::vector<std::byte> text = taken(size);
+  compression_.assign(reinterpret_cast<const char*>(text.data()), text.size());
+}
+
+std::string compression_in(const std::string& name, std::span<const std::byte> beginning) {
+  constexpr std::size_t before = 8 + 2;  // the number of files, and the length
+  const std::size_t size =
+      beginning.size() < before ? beginning.size() : load_little_endian<std::uint16_t>(beginning.data() + 8);
+  if (beginning.size() < before + size)
+    throw BrokenInput(name + ": the envelope of its source files: it ends too soon");
+  return {reinterpret_cast<const char*>(beginning.data()) + before, size};
 }
 
 void EnvelopeReader::read_name(EnvelopeFile& file) {

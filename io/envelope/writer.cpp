@@ -6,7 +6,7 @@
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
-#include "io/files/byte_source.h"
+#include "io/envelope/plain_bytes.h"
 #include "io/files/errors.h"
 #include "io/samples/stored_bits.h"
 
@@ -17,7 +17,7 @@ constexpr std::uint64_t step = 1 << 18;  // bytes of a file read at once; whole 
 
 /// Passes the bytes [begin, end) of a file in steps.
 template <class Use>
-void read_stretch(const FileSource& source, std::uint64_t begin, std::uint64_t end, Use use) {
+void read_stretch(PlainBytes& source, std::uint64_t begin, std::uint64_t end, Use use) {
   std::vector<std::byte> bytes;
   for (; begin < end; begin += bytes.size()) {
     bytes.resize(std::min(step, end - begin));
@@ -55,8 +55,15 @@ bool has_spare(const SlicesInFile& slices, std::size_t size) {
 }
 
 /// Finds out what only the content of a file says: the checksum, and what the spare bits hold.
-void look_at_content(const FileSource& source, const SampleShape& shape, bool exact, EnvelopeFile& file) {
+void look_at_content(PlainBytes& source, const SampleShape& shape, bool exact, EnvelopeFile& file) {
   const std::size_t size = size_of(shape.type);
+  if (!source.is_complete()) {
+    // Samples will be stored as most programs do it.
+    for (SlicesInFile& slices : file.slices)
+      if (has_spare(slices, size))
+        slices.spare = slices.run.stored.is_signed ? SpareBits::sign : SpareBits::zero;
+    return;
+  }
   if (!exact &&
       std::ranges::none_of(file.slices, [&](const auto& slices) { return has_spare(slices, size); }))
     return;
@@ -82,7 +89,7 @@ std::vector<std::byte> description_of(const EnvelopeFile& file) {
   out.put(static_cast<std::uint16_t>(file.name.size()));
   out.put_bytes(std::as_bytes(std::span(file.name)));
   out.put(file.size);
-  out.put(static_cast<std::uint8_t>(file.checksum.has_value()));
+  out.put(static_cast<std::uint8_t>((file.checksum ? 1 : 0) | (file.is_changed ? 2 : 0)));
   if (file.checksum) out.put(*file.checksum);
   out.put(static_cast<std::uint32_t>(file.slices.size()));
   for (const auto& [first, run, spare] : file.slices) {
@@ -102,14 +109,14 @@ std::vector<std::byte> description_of(const EnvelopeFile& file) {
 
 void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put) {
   const std::size_t size = size_of(source.shape.type);
-  FieldWriter count;
-  count.put(static_cast<std::uint64_t>(source.files.size()));
-  put(count.bytes());
+  FieldWriter beginning;
+  beginning.put(static_cast<std::uint64_t>(source.files.size()));
+  beginning.put(static_cast<std::uint16_t>(source.compression.size()));
+  beginning.put_bytes(std::as_bytes(std::span(source.compression)));
+  put(beginning.bytes());
   for (std::size_t i = 0; i < source.files.size(); ++i) {
     EnvelopeFile file = source.files[i];
-    const FileSource bytes_of_file(source.paths[i]);
-    if (bytes_of_file.size() != file.size)
-      throw BrokenInput(source.paths[i] + ": was changed while it was being read");
+    PlainBytes bytes_of_file(source.pieces[i], source.paths);
     look_at_content(bytes_of_file, source.shape, exact, file);
     put(description_of(file));
     for_each_stretch(file, source.shape.slice_bytes(),

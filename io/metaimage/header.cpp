@@ -10,7 +10,9 @@
 #include "io/files/errors.h"
 #include "io/files/file_pattern.h"
 #include "io/files/text.h"
+#include "io/files/text_changes.h"
 #include "io/nrrd/geometry.h"
+#include "io/volume/plain_form.h"
 
 namespace tagrid {
 namespace {
@@ -238,6 +240,22 @@ bool is_read_meta_image_field(std::string_view name) {
 bool ends_meta_image_header(std::string_view line) {
   const auto parsed = parse_line(line);
   return parsed && lower_case(parsed->name) == "elementdatafile" && !parsed->value.starts_with("LIST");
+}
+
+std::string plain_meta_image_header(std::string_view text) {
+  TextChanges changes(text);
+  while (!text.empty()) {
+    const std::string_view rest = text;
+    const auto line = parse_line(take_line(text));
+    if (!line) continue;
+    const std::string name = lower_case(line->name);
+    if (name == "compresseddata") changes.replace(line->value, "False");
+    if (name == "compresseddatasize") changes.replace(rest.substr(0, rest.size() - text.size()), "");
+    if (name != "elementdatafile") continue;
+    changes.replace(line->value, plain_name(line->value));
+    break;
+  }
+  return changes.finish();
 }
 
 MetaImageHeader parse_meta_image_header(std::string_view text) {

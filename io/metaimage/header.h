@@ -40,6 +40,10 @@ bool is_read_meta_image_field(std::string_view name);
 /// True for the line with which a header ends: ElementDataFile, unless names of files follow it.
 bool ends_meta_image_header(std::string_view line);
 
+/// The same header for the plain form of its volume: without compression, and the names of its files as plain_name() says.
+/// All else stays, byte for byte. REQUIRES: parse_meta_image_header() has read it.
+std::string plain_meta_image_header(std::string_view text);
+
 /// Reads a header: the lines up to and including ElementDataFile, and the names after "ElementDataFile = LIST". Throws
 /// BrokenInput if it is broken or describes something other than a volume of real numbers. Safe for any bytes.
 MetaImageHeader parse_meta_image_header(std::string_view text);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <set>
 
 #include "io/files/errors.h"
@@ -26,6 +27,16 @@ std::string read_header_text(FileBytes& file) {
   }
 }
 
+/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the file.
+PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
+  FileBytes file(path);
+  const std::string text = read_header_text(file);
+  return {path,
+          true,
+          {PlainPiece::given(plain_meta_image_header(text)),
+           PlainPiece::stretch(0, file.position(), end.value_or(file.size().value_or(0)))}};
+}
+
 MetaImageHeader read_header(FileBytes& file) {
   const std::string text = read_header_text(file);
   try {
@@ -38,7 +49,7 @@ MetaImageHeader read_header(FileBytes& file) {
 /// The samples of `facts` after `before` others. The file is where its samples begin, or the header before them.
 std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const MetaImageHeader& header,
                                            SourceFacts facts, std::uint64_t before,
-                                           std::uint64_t header_bytes) {
+                                           std::uint64_t header_bytes, const std::string& header_path) {
   const std::uint64_t own = *sample_bytes(facts.info.dims, facts.info.type),
                       bytes = own * static_cast<std::uint64_t>(header.volumes);
   const bool is_last = before + own == bytes;
@@ -56,7 +67,9 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
     if (is_last) allow_more(*file, place, facts);
     return plain_samples(std::move(facts), std::move(file), place);
   }
-  return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, before);
+  const auto end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt;
+  return gzip_samples(std::move(facts), std::move(file), place, before,
+                      [header_path, end] { return plain_header(header_path, end); });
 }
 
 }  // namespace
@@ -72,7 +85,8 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   SourceFacts facts{.info = header.info, .files = {path}};
   facts.rescale = header.rescale;
   facts.holds_other_bytes = true;  // fields of the header are kept, but not the header
-  if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), before, 0);
+  if (header.data_files.empty())
+    return open_samples(std::move(file), header, std::move(facts), before, 0, path);
   const std::uint64_t header_bytes = file->position();
   file.reset();
   const auto count = static_cast<std::int64_t>(header.data_files.size());
@@ -89,12 +103,12 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
     const std::string& data_file = header.data_files[static_cast<std::size_t>(i)];
     const std::string data_path = path_of_data_file(path, data_file);
     return open_samples(open_data_file(data_path, data_file, name, "MetaImage"), header,
-                        {.info = part, .files = {data_path}}, before, i == 0 ? header_bytes : 0);
+                        {.info = part, .files = {data_path}}, before, i == 0 ? header_bytes : 0, path);
   };
   if (count > 1) return joined(std::move(facts), count, open);
   const std::string& data_file = header.data_files.front();
   auto data = open_data_file(facts.files.back(), data_file, name, "MetaImage");
-  return open_samples(std::move(data), header, std::move(facts), before, header_bytes);
+  return open_samples(std::move(data), header, std::move(facts), before, header_bytes, path);
 }
 
 }  // namespace tagrid

@@ -40,6 +40,15 @@ std::string image_path(const std::string& path, const std::string& name) {
       fmt::format("{}: is a NIfTI header, but the file of its samples is missing: {}", name, image.string()));
 }
 
+/// The file of a header without its samples, which may be compressed, too.
+PlainHeader plain_header(const std::string& path) {
+  return [path]() -> PlainFile {
+    FileBytes file(path);
+    if (begins_gzip(file)) return {plain_name(path), true, {PlainPiece::content(0, 0)}};
+    return {path, false, {PlainPiece::stretch(0, 0, file.size().value_or(0))}};
+  };
+}
+
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const std::string& path,
@@ -61,7 +70,8 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   const bool is_last = static_cast<std::int64_t>(number) + 1 == header.volumes;
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .may_go_on = !is_last};
   if (begins_gzip(*file))
-    return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, before);
+    return gzip_samples(std::move(facts), std::move(file), place, before,
+                        header.is_pair ? plain_header(path) : PlainHeader());
   place.start = before;
   if (is_last) allow_more(*file, place, facts);
   return plain_samples(std::move(facts), std::move(file), place);

@@ -13,9 +13,11 @@
 #include "io/files/errors.h"
 #include "io/files/file_pattern.h"
 #include "io/files/text.h"
+#include "io/files/text_changes.h"
 #include "io/nrrd/axes.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
+#include "io/volume/plain_form.h"
 
 namespace tagrid {
 namespace {
@@ -242,6 +244,30 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
   read_skips(fields, header);
   header.info.geometry = geometry_of(header.info.nrrd_fields);
   return header;
+}
+
+std::string plain_nrrd_header(std::string_view text) {
+  TextChanges changes(text);
+  bool is_in_list = false;
+  take_line(text);
+  while (!text.empty()) {
+    const std::string_view line = take_line(text);
+    if (line.empty()) break;
+    if (is_in_list) {
+      changes.replace(line, plain_name(line));
+      continue;
+    }
+    const NrrdLine parsed = parse_nrrd_line(line);
+    if (parsed.field == "encoding") changes.replace(parsed.value, "raw");
+    if (parsed.field != "data file") continue;
+    const auto words = words_of(parsed.value);
+    is_in_list = is_list(words);
+    if (!is_in_list) {
+      const std::string_view name = is_numbered(words) ? words[0] : parsed.value;
+      changes.replace(name, plain_name(name));
+    }
+  }
+  return changes.finish();
 }
 
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file) {

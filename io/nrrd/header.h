@@ -40,6 +40,10 @@ bool begins_nrrd(std::string_view bytes);
 /// any bytes.
 NrrdHeader parse_nrrd_header(std::string_view text);
 
+/// The same header for the plain form of its volume: with encoding raw, and the names of its files as plain_name() says.
+/// All else stays, byte for byte. REQUIRES: parse_nrrd_header() has read it.
+std::string plain_nrrd_header(std::string_view text);
+
 /// The header of little-endian raw samples of `info`. If they follow the header (`data_file` is empty), it
 /// ends with the blank line; otherwise it names their file.
 std::string nrrd_header_text(const VolumeInfo& info, std::string_view data_file);

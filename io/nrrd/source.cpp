@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <set>
 
 #include "io/files/errors.h"
@@ -23,6 +24,16 @@ std::string read_header_text(FileBytes& file) {
     const std::string_view line = std::string_view(text).substr(line_start);
     if (line.empty() || line == "\n" || line == "\r\n") return text;
   }
+}
+
+/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the file.
+PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
+  FileBytes file(path);
+  const std::string text = read_header_text(file);
+  return {path,
+          true,
+          {PlainPiece::given(plain_nrrd_header(text)),
+           PlainPiece::stretch(0, file.position(), end.value_or(file.size().value_or(0)))}};
 }
 
 NrrdHeader read_header(FileBytes& file) {
@@ -72,16 +83,26 @@ std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header, 
   return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
 }
 
-/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin.
+/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin. `header_path` is the
+/// file with the header; "" if `facts` are those of one of several files.
 std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const NrrdHeader& header,
-                                           SourceFacts facts, std::uint64_t header_bytes) {
+                                           SourceFacts facts, std::uint64_t header_bytes,
+                                           const std::string& header_path) {
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .header_bytes = header_bytes};
   skip_lines(*file, header.line_skip);
   if (header.encoding != NrrdHeader::Encoding::raw) {
     place.start = file->position();
-    return std::make_unique<CompressedSamples>(
-        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip),
-        header.encoding == NrrdHeader::Encoding::gzip ? Compression::gzip : Compression::bzip2);
+    if (header.encoding != NrrdHeader::Encoding::gzip)
+      return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place,
+                                                 static_cast<std::uint64_t>(header.byte_skip),
+                                                 Compression::bzip2);
+    PlainHeader plain;
+    if (!header_path.empty())
+      plain = [header_path, end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt] {
+        return plain_header(header_path, end);
+      };
+    return gzip_samples(std::move(facts), std::move(file), place,
+                        static_cast<std::uint64_t>(header.byte_skip), plain);
   }
   place.start = start_of_samples(*file, header, facts.info);
   return plain_samples(std::move(facts), std::move(file), place);
@@ -98,7 +119,7 @@ std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::st
     const std::string& name = header.data_files[static_cast<std::size_t>(i)];
     const std::string file = path_of_data_file(path, name);
     return open_samples(open_data_file(file, name, header_name, "NRRD"), header,
-                        {.info = part, .files = {file}}, i == 0 ? header_bytes : 0);
+                        {.info = part, .files = {file}}, i == 0 ? header_bytes : 0, "");
   };
   std::set<std::string> known;  // a file may be named twice
   for (const std::string& name : header.data_files)
@@ -106,9 +127,13 @@ std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::st
       facts.files.push_back(file);
   // Two copies of the header, and two of each path.
   for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
-  if (count > 1) return joined(std::move(facts), count, open);
+  if (count > 1) {
+    if (header.encoding == NrrdHeader::Encoding::gzip)
+      facts.plain_form = [path] { return PlainForm{"gzip", {plain_header(path, std::nullopt)}, {}, ""}; };
+    return joined(std::move(facts), count, open);
+  }
   auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name, "NRRD");
-  return open_samples(std::move(file), header, std::move(facts), header_bytes);
+  return open_samples(std::move(file), header, std::move(facts), header_bytes, path);
 }
 
 }  // namespace
@@ -120,7 +145,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   if (source.raw) check_against(*source.raw, header, header_name);
   SourceFacts facts{.info = header.info, .files = {path}};
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
-  if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0);
+  if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);
   if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header
   return open_files(header, path, header_name, std::move(facts), file->position());
 }

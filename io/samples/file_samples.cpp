@@ -22,6 +22,32 @@ SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows,
   return facts;
 }
 
+PlainForm plain_form_of_gzip(const SourceFacts& facts, const SamplesPlace& place, std::uint64_t skipped,
+                             const PlainHeader& header) {
+  const Index3& dims = facts.info.dims;
+  const std::size_t number = facts.files.size() - 1;
+  PlainForm form;
+  FileBytes file(facts.files.back());
+  file.seek(place.start);
+  form.compression = begins_gzip(file) ? "gzip" : "zlib";
+  PlainFile samples{facts.files.back(), true, {PlainPiece::stretch(number, 0, place.start)}};
+  if (header && number == 0) samples = header();
+  if (header && number > 0) form.files.push_back(header());
+  samples.path = plain_name(samples.path);
+  std::uint64_t begin = skipped;
+  for (const PlainPiece& piece : samples.pieces) begin += piece.size.value_or(piece.bytes.size());
+  std::optional<std::uint64_t> size;
+  if (!place.may_go_on) size = skipped + *sample_bytes(dims, facts.info.type);
+  samples.pieces.push_back(PlainPiece::content(number, place.start, size));
+  form.files.push_back(std::move(samples));
+  form.places = {{.file = form.files.size() - 1,
+                  .offset = begin,
+                  .slices = dims.z,
+                  .step = *sample_bytes({dims.x, dims.y, 1}, facts.info.type),
+                  .big_endian = place.big_endian}};
+  return form;
+}
+
 }  // namespace
 
 void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) {
@@ -99,6 +125,16 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
                      .big_endian = place.big_endian}};
   }
   return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
+}
+
+std::unique_ptr<VolumeSource> gzip_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                           const SamplesPlace& place, std::uint64_t skipped,
+                                           const PlainHeader& header) {
+  if (file->size() && facts.files.back() != "-")
+    facts.plain_form = [known = facts, place, skipped, header] {
+      return plain_form_of_gzip(known, place, skipped, header);
+    };
+  return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped);
 }
 
 CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file,

@@ -1,6 +1,7 @@
 // Samples stored in order in a file or a pipe, uncompressed, in gzip or in bzip2.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -74,6 +75,16 @@ class PlainSamples : public FileSamples {
 /// where they lie.
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                             const SamplesPlace& place);
+
+/// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of the header.
+using PlainHeader = std::function<PlainFile()>;
+
+/// The samples in a gzip or zlib stream that extends from this place to the end of the last file of `facts`, after
+/// `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if `facts` has one file, `header`
+/// gives the pieces before the stream, by default the bytes there; otherwise it gives the first file.
+std::unique_ptr<VolumeSource> gzip_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                           const SamplesPlace& place, std::uint64_t skipped,
+                                           const PlainHeader& header = {});
 
 enum class Compression { gzip, bzip2 };
 

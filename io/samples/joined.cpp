@@ -10,6 +10,32 @@
 namespace tagrid {
 namespace {
 
+std::map<std::string, std::size_t> numbers_of(const std::vector<std::string>& files) {
+  std::map<std::string, std::size_t> numbers;
+  for (const std::string& file : files) numbers.emplace(file, numbers.size());
+  return numbers;
+}
+
+/// Adds the files of all parts to `form`.
+PlainForm joined_plain_form(PlainForm form, const std::vector<std::string>& files, std::int64_t parts,
+                            const OpenPart& open) {
+  const auto numbers = numbers_of(files);
+  for (std::int64_t i = 0; i < parts; ++i) {
+    const SourceFacts facts = open(i)->facts();
+    if (!facts.plain_form) return {"", {}, {}, "some of its files are stored in another way than others"};
+    PlainForm part = facts.plain_form();
+    for (SliceRun run : part.places) {
+      run.file += form.files.size();
+      form.places.push_back(run);
+    }
+    for (PlainFile& file : part.files) {
+      for (PlainPiece& piece : file.pieces) piece.file = numbers.at(facts.files[piece.file]);
+      form.files.push_back(std::move(file));
+    }
+  }
+  return form;
+}
+
 class Joined final : public VolumeSource {
  public:
   Joined(SourceFacts facts, std::int64_t parts, OpenPart open)
@@ -33,8 +59,7 @@ class Joined final : public VolumeSource {
     const std::uint64_t own = facts.traits.memory;
     facts.traits = {.again = true, .any_rows = true, .whole_slices = false, .memory = own};
     bool are_plain = true;
-    std::map<std::string, std::size_t> numbers;
-    for (const std::string& file : facts.files) numbers.emplace(file, numbers.size());
+    const auto numbers = numbers_of(facts.files);
     for (std::int64_t i = 0; i < parts; ++i) {
       const SourceFacts part = open(i)->facts();
       assert(part.traits.again && !part.traits.whole_slices);
@@ -47,6 +72,13 @@ class Joined final : public VolumeSource {
       }
     }
     if (!are_plain) facts.places.clear();
+    if (are_plain || !facts.plain_form) {
+      facts.plain_form = {};
+    } else {
+      facts.plain_form = [before = facts.plain_form, files = facts.files, parts, open] {
+        return joined_plain_form(before(), files, parts, open);
+      };
+    }
     facts.traits.memory += facts.places.size() * sizeof(SliceRun);
     return facts;
   }

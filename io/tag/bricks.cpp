@@ -91,6 +91,12 @@ std::function<bool(std::vector<std::byte>&)> TagBricks::envelope() const {
   };
 }
 
+std::vector<std::byte> TagBricks::beginning_of_envelope() const {
+  std::vector<std::byte> content;
+  envelope()(content);
+  return content;
+}
+
 BrickStream TagBricks::bricks_from(std::int64_t first) const {
   return {name(), [this, id = first](BrickBytes& brick) mutable {
             if (id == count()) return false;
@@ -102,11 +108,11 @@ BrickStream TagBricks::bricks_from(std::int64_t first) const {
 TagSummary summary_of(const std::string& path) {
   if (is_regular_input(path)) {
     const TagBricks file(std::make_shared<FileSource>(path));
-    return {file.header(), file.index(), file.sizes()};
+    return {file.header(), file.index(), file.sizes(), file.beginning_of_envelope()};
   }
   TagReader reader(path);
   reader.read_to_end();
-  return {reader.header(), reader.index(), reader.sizes()};
+  return {reader.header(), reader.index(), reader.sizes(), reader.beginning_of_envelope()};
 }
 
 }  // namespace tagrid

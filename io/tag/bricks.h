@@ -38,6 +38,8 @@ class TagBricks {
   /// Gives the content of the blocks of the envelope, one after the other; false after the last one. This object must
   /// outlive the function.
   std::function<bool(std::vector<std::byte>& content)> envelope() const;
+  /// The content of the first of these blocks; none without an envelope.
+  std::vector<std::byte> beginning_of_envelope() const;
   /// The bricks from `first` on. This object must outlive the stream.
   BrickStream bricks_from(std::int64_t first) const;
 
@@ -59,6 +61,7 @@ struct TagSummary {
   TagHeader header;
   TagIndex index;
   TagSizes sizes;
+  std::vector<std::byte> beginning_of_envelope;  ///< see TagBricks
 };
 
 /// Reads the summary of a regular file without its bricks; a pipe ("-": the standard input) to its end, which

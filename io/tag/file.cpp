@@ -133,7 +133,8 @@ TagReader::Marker TagReader::read_envelope() {
     };
     require(parse_envelope_head(head, rest));
     read_growing(block_, head, rest, "the envelope");
-    require(parse_envelope_block(block_, last_checksum_, nullptr));
+    const bool is_first = bytes_->position() - start == block_.size();
+    require(parse_envelope_block(block_, last_checksum_, is_first ? &beginning_of_envelope_ : nullptr));
   }
 }
 

@@ -71,6 +71,8 @@ class TagReader {
   /// The index and the sizes. REQUIRES: the last brick was read.
   const TagIndex& index() const { return index_; }
   TagSizes sizes() const { return tag_sizes(file_size_, header_size_, envelope_size_, index_); }
+  /// The content of the first block of the envelope; none without an envelope. REQUIRES: the last brick was read.
+  const std::vector<std::byte>& beginning_of_envelope() const { return beginning_of_envelope_; }
 
  private:
   void read_exactly(std::byte* out, std::size_t size, const char* what);
@@ -95,6 +97,7 @@ class TagReader {
   std::vector<std::byte> block_;
   TagIndex index_;
   std::uint64_t file_size_ = 0, envelope_size_ = 0;
+  std::vector<std::byte> beginning_of_envelope_;
 };
 
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
 #include "io/volume/volume_info.h"
 #include "stages/grid/box.h"
@@ -43,6 +44,9 @@ struct SourceFacts {
   std::vector<std::string> warnings = {};
   /// Where all samples lie in the files, from front to back; empty if they do not lie there plainly.
   std::vector<SliceRun> places = {};
+  /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if nobody can
+  /// tell. Throws as opening the source does.
+  std::function<PlainForm()> plain_form = {};
 };
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type

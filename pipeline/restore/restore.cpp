@@ -39,6 +39,10 @@ class EnvelopeComparison {
   bool is_same_ = true;
 };
 
+std::string stored_words(const std::string& compression) {
+  return compression.empty() ? "not compressed" : fmt::format("compressed ({})", compression);
+}
+
 }  // namespace
 
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
@@ -46,19 +50,20 @@ std::string keep_source_files(const VolumeSource& source, const CodingParameters
   if (!keep) return "only the samples were wanted";
   const SourceFiles files = source_files(source.facts());
   if (files.why_not.empty()) write_envelope(files, parameters.is_exact(), put);
-  return files.why_not;
+  return files.why_not_restorable();
 }
 
-std::vector<EnvelopeFile> source_files_of(const TagBricks& file) {
+KeptFiles source_files_of(const TagBricks& file) {
   if (file.sizes().envelope == 0) return {};
   EnvelopeReader reader(file.name(), shape_of(file.parameters()), file.parameters().is_exact(),
                         file.envelope());
-  std::vector<EnvelopeFile> files;
+  KeptFiles kept;
   for (EnvelopeFile next; reader.next_file(next);) {
     reader.read_other_bytes(next, [](std::uint64_t, std::span<const std::byte>) {});
-    files.push_back(std::move(next));
+    kept.files.push_back(std::move(next));
   }
-  return files;
+  kept.compression = reader.compression();
+  return kept;
 }
 
 SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original) {
@@ -68,7 +73,13 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
     return result;
   }
   SourceFiles source = source_files(original.facts());
-  const std::vector<EnvelopeFile> kept = source_files_of(file);
+  const auto [kept, compression] = source_files_of(file);
+  if (source.why_not.empty() && source.compression != compression) {
+    result.difference = fmt::format("their samples are {}, and were {}", stored_words(source.compression),
+                                    stored_words(compression));
+    return result;
+  }
+  result.compression = compression;
   result.has_same_names =
       std::ranges::equal(kept, source.names, {}, [](const EnvelopeFile& then) { return then.name; });
   result.difference = source.why_not;
@@ -120,7 +131,12 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
       [&](const DecodedRows& rows) { output.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
   files->check();
-  return {{file.header(), file.index(), file.sizes().file, files->bytes_written(), files->files()}, files};
+  return {{file.header(),
+           file.index(),
+           file.sizes().file,
+           files->bytes_written(),
+           {files->files(), envelope.compression()}},
+          files};
 }
 
 }  // namespace tagrid

@@ -16,8 +16,8 @@
 
 namespace tagrid {
 
-/// Writes the envelope of a source if `keep`, and if the source allows it; returns why there is none, "" if there is
-/// one. Throws as write_envelope() does.
+/// Writes the envelope of a source if `keep`, and if the source allows it; returns why its files cannot be restored byte
+/// for byte as far as their samples are exact, "" if they can. Throws as write_envelope() does.
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
                               const PutBytes& put);
 
@@ -29,26 +29,33 @@ struct RestoreRun {
   Progress progress = {};
 };
 
+/// The source files of a .tag file, or their plain form.
+struct KeptFiles {
+  std::vector<EnvelopeFile> files;
+  std::string compression;  ///< of the samples in the source; "" if these are its files as they were
+};
+
 struct RestoreResult {
   TagHeader header;
   TagIndex index;
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  std::vector<EnvelopeFile> files;
+  KeptFiles kept;
 };
 
 /// Gives back the source files of a .tag file: byte for byte if its samples are exact, which is checked; otherwise with
-/// decoded samples. Throws UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
+/// decoded samples. Files whose samples were compressed come in their plain form. Throws UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
 Finished<RestoreResult> restore_files(const RestoreRun& run);
 
-/// The source files of a .tag file. Reads its envelope to the end. Throws BrokenInput.
-std::vector<EnvelopeFile> source_files_of(const TagBricks& file);
+/// Reads the envelope of a .tag file to the end. Throws BrokenInput.
+KeptFiles source_files_of(const TagBricks& file);
 
 /// How the source files in a .tag file compare with others.
 struct SourceComparison {
   bool has_same_names = false;
   /// All bytes besides the samples are equal; and so are the samples, if they are exact.
   bool is_same = false;
-  std::string difference;  ///< a sentence about the first difference
+  std::string compression;  ///< of the samples; then plain forms were compared
+  std::string difference;   ///< a sentence about the first difference
 };
 /// Compares all bytes in the envelope with the files of `original`.
 SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original);

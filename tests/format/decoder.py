@@ -191,6 +191,17 @@ def check_envelope(data, at, header, last):
     return at, last
 
 
+def compression_in(data):
+    """How the samples of the source were compressed, as the first block of the envelope of a whole file says."""
+    header = Header(data)
+    at = header.size
+    for _ in range(math.prod(header.bricks)):
+        at += 12 + struct.unpack_from("<I", data, at)[0]
+    size, packed_size = struct.unpack_from("<II", data, at + 4)
+    content = unpack(data[at + 12:at + 12 + packed_size], size)
+    return content[10:10 + struct.unpack_from("<H", content, 8)[0]]
+
+
 def check_source_files(content, header):
     position = 0
 
@@ -206,16 +217,22 @@ def check_source_files(content, header):
     files, = take("<Q")
     require(1 <= files <= header.dims[2] + 1024, "an impossible number of source files")
     others_left = math.prod(header.dims) * header.type.size // 2 + (files << 16)
-    names = set()
+    length, = take("<H")
+    require(length <= 1024, "the name of a compression is too long")
+    compression, = take(f"<{length}s")
+    names, changed = set(), 0
     for _ in range(files):
         length, = take("<H")
         name, = take(f"<{length}s")
         require(all(part not in (b"", b".", b"..") for part in name.split(b"/")) and b"\0" not in name, "a name is not allowed")
         require(length <= 4096 and name not in names, "a name is too long, or known")
         names.add(name)
-        size, has_checksum = take("<QB")
-        require(size <= 1 << 62 and has_checksum == int(header.max_error == 0), "a file is impossible")
-        take("<Q" if has_checksum else "<")
+        size, kind = take("<QB")
+        require(size <= 1 << 62 and kind <= 3, "a file is impossible")
+        allowed = (0,) if header.max_error != 0 else (1,) if kind < 2 else (0, 1)
+        require(kind & 1 in allowed, "a file has no checksum, or one that it must not have")
+        changed += kind >> 1
+        take("<Q" if kind & 1 else "<")
         end, others, kept = 0, size, 0
         for _ in range(take("<I")[0]):
             first, count, offset, step, flags, bits, spare, add = take("<QQQQBBBi")
@@ -234,6 +251,7 @@ def check_source_files(content, header):
         take(f"<{others + kept}s")
     require(position == len(content), "bytes follow the last source file")
     require(all(n == 1 for n in places), "a slice has no place, or two")
+    require((changed > 0) == (compression != b""), "a file is in its plain form without a reason, or none for a reason")
 
 
 def check_index(data, at, header, last, sizes, counts):

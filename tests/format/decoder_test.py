@@ -11,6 +11,7 @@ Compares decoder.py, which was written from docs/format.md alone, with `tagrid d
           be decoded: a stream has to end in the coder's first state)
 """
 
+import gzip
 import hashlib
 import json
 import math
@@ -210,9 +211,23 @@ def with_right_checksums(data):
     return bytes(out + index + struct.pack("<Q", decoder.chained(index, last)) + data[-24:])
 
 
+def compressed(comparison, *options):
+    """An encoding of a file whose samples are compressed: the envelope has its plain form."""
+    source, tag = comparison.folder / "volume.nrrd", comparison.folder / "volume.tag"
+    head = b"NRRD0004\ntype: int16\ndimension: 3\nsizes: 9 8 7\nendian: big\nencoding: gzip\n\n"
+    source.write_bytes(head + gzip.compress(volume("int16", "noise", (9, 8, 7))))
+    encoded = comparison.run("encode", source, *options, "-q", "-f", "-o", tag)
+    assert encoded.returncode == 0, encoded.stderr
+    return tag.read_bytes()
+
+
 def test_made(comparison):
     for case in MADE:
         assert comparison.compare(comparison.encode(*case), case), (case, "is refused")
+    for options in ([], ["--max-error=9"]):
+        data = compressed(comparison, *options)
+        assert comparison.compare(data, ("compressed", options)), (options, "is refused")
+        assert decoder.compression_in(data) == b"gzip", options
 
 
 GOLDEN = pathlib.Path(__file__).parents[1] / "golden"

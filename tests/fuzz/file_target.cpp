@@ -52,12 +52,13 @@ std::optional<std::vector<std::byte>> samples_of(const std::string& path) {
 /// Reads the index alone; returns true if the file is small and its index is intact.
 bool report(const std::string& path) {
   try {
-    const auto [header, index, sizes] = summary_of(path);
+    const TagSummary file = summary_of(path);
+    const TagSizes& sizes = file.sizes;
     claim(sizes.file == sizes.header + sizes.activity + sizes.values + sizes.envelope + sizes.index,
           "the parts sum to the file");
-    claim(!info_json(header, index, sizes).dump().empty(), "any file can be reported");
-    claim(!info_text(header, index, sizes).empty(), "any file can be printed");
-    return is_small(header.parameters);
+    claim(!info_json(file).dump().empty(), "any file can be reported");
+    claim(!info_text(file).empty(), "any file can be printed");
+    return is_small(file.header.parameters);
   } catch (const BrokenInput&) {
     return false;
   }

@@ -36,9 +36,9 @@ Action add_info_command(CLI::App& app) {
     refuse_terminal_input(state->input);
     const TagSummary file = state->summary(ranks);
     if (state->json)
-      fmt::print("{}\n", info_json(file.header, file.index, file.sizes, !state->no_levels).dump(2));
+      fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));
     else
-      fmt::print("{}", info_text(file.header, file.index, file.sizes, !state->no_levels));
+      fmt::print("{}", info_text(file, !state->no_levels));
   };
 }
 

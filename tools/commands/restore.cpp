@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "io/files/errors.h"
 #include "pipeline/restore/restore.h"
 #include "tools/commands/commands.h"
@@ -30,7 +33,10 @@ struct RestoreCommand {
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["exact"] = parameters.is_exact();
-    settings["files"] = result.files.size();
+    settings["files"] = result.kept.files.size();
+    settings["compression"] = result.kept.compression.empty()
+                                  ? nlohmann::ordered_json(nullptr)
+                                  : nlohmann::ordered_json(json_text(result.kept.compression));
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
                   achieved_json(result.index)});
     restored.commit();
@@ -47,23 +53,37 @@ struct RestoreCommand {
                           .progress = meter.progress()});
   }
 
+  /// "a.dcm and 3 other files" among those that `is_meant`.
+  template <class Meant>
+  static std::string named(const std::vector<EnvelopeFile>& files, Meant is_meant) {
+    const auto first = std::ranges::find_if(files, is_meant);
+    const auto others = std::ranges::count_if(first + 1, files.end(), is_meant);
+    return fmt::format(
+        "{}{}", printable(first->name),
+        others == 0 ? "" : fmt::format(" and {} other file{}", others, others == 1 ? "" : "s"));
+  }
+
   void tell(const RestoreResult& result) const {
-    const std::size_t count = result.files.size();
-    if (!result.header.parameters.is_exact() && result.index.total.max_error > 0) {
-      std::vector<std::string> changed;
-      for (const EnvelopeFile& file : result.files)
-        if (!file.slices.empty()) changed.push_back(file.name);
-      warn(run, fmt::format("{}: the samples in {}{} were not kept exactly; they differ by up to {}",
-                            output.path, printable(changed.front()),
-                            changed.size() > 1 ? fmt::format(" and {} other files", changed.size() - 1) : "",
-                            result.index.total.max_error));
-    }
+    const auto& [files, compression] = result.kept;
+    const bool is_exact = result.header.parameters.is_exact();
+    if (!compression.empty())
+      warn(run,
+           fmt::format(
+               "{}: {} {} not byte for byte what was encoded: samples were compressed ({}), and are not now",
+               output.path, named(files, &EnvelopeFile::is_changed),
+               std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
+               printable(compression)));
+    if (!is_exact && result.index.total.max_error > 0)
+      warn(run,
+           fmt::format("{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,
+                       named(files, [](const EnvelopeFile& file) { return !file.slices.empty(); }),
+                       result.index.total.max_error));
     if (run.verbosity == 0 || run.quiet) return;
-    for (const EnvelopeFile& file : result.files)
+    for (const EnvelopeFile& file : files)
       say_line(fmt::format("{}/{}: {} bytes", output.path, file.name, file.size));
-    if (result.header.parameters.is_exact())
-      say_line(fmt::format("{} file{} restored, byte for byte: all checksums agree", count,
-                           count == 1 ? "" : "s"));
+    if (is_exact && compression.empty())
+      say_line(fmt::format("{} file{} restored, byte for byte: all checksums agree", files.size(),
+                           files.size() == 1 ? "" : "s"));
   }
 };
 

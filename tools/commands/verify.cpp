@@ -66,8 +66,13 @@ struct VerifyCommand {
     if (file.sizes().envelope == 0) return "not kept";
     const auto volume = open_volume(original, description);
     const SourceComparison found = compare_source_files(file, *volume);
-    if (found.is_same)
-      return file.parameters().is_exact() ? "the same, byte for byte" : "the same but for samples";
+    if (found.is_same) {
+      const std::string same = file.parameters().is_exact() ? "the same" : "the same but for samples";
+      if (!found.compression.empty())
+        return fmt::format("{}, uncompressed (the samples of the original are compressed: {})", same,
+                           printable(found.compression));
+      return file.parameters().is_exact() ? same + ", byte for byte" : same;
+    }
     if (found.has_same_names) require_same(found, volume->name());
     return "others: " + found.difference;
   }

@@ -158,7 +158,8 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
       throw BrokenInput("made with other options");
     if (keeps_files) require_same(compare_source_files(file, *original), original->name());
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
-             keeps_files && header.parameters.is_exact(),
+             keeps_files && header.parameters.is_exact() &&
+                 compression_in(volume.output, file.beginning_of_envelope()).empty(),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));

@@ -61,7 +61,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
   }
   if (!volume->facts().holds_other_bytes) return volume->files();
   const std::string why_lost =
-      keeps_files ? source_files(volume->facts()).why_not : "--strip leaves them out";
+      keeps_files ? source_files(volume->facts()).why_not_restorable() : "--strip leaves them out";
   if (!why_lost.empty())
     refuse(input, "it holds bytes besides its samples, which would be lost: " + why_lost, advice);
   return volume->files();

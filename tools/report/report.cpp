@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 
+#include "io/envelope/envelope.h"
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
@@ -228,8 +229,28 @@ nlohmann::ordered_json achieved_json(const TagIndex& index) {
           {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)}};
 }
 
-nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
-                                 bool with_levels) {
+namespace {
+
+/// How samples were compressed in the source files that are kept; "" if these can come back as they were.
+std::string compression_of(const TagSummary& file) {
+  const auto& beginning = file.beginning_of_envelope;
+  return beginning.empty() ? "" : compression_in("the file", beginning);
+}
+
+std::string source_files_text(const TagSummary& file) {
+  if (file.sizes.envelope == 0) return "not kept, but for the fields that --json shows";
+  const bool is_exact = file.header.parameters.is_exact();
+  const std::string compression = compression_of(file);
+  if (!compression.empty())
+    return fmt::format("can be restored uncompressed (their samples were compressed: {}){}",
+                       printable(compression), is_exact ? "" : ", with the decoded samples");
+  return is_exact ? "can be restored byte for byte" : "can be restored, with the decoded samples";
+}
+
+}  // namespace
+
+nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
+  const auto& [header, index, sizes, beginning] = file;
   nlohmann::ordered_json json;
   const Index3& n = header.parameters.dims;
   json["dims"] = {n.x, n.y, n.z};
@@ -245,13 +266,16 @@ nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index,
   json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
                    {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
   json["achieved"] = achieved_json(index);
-  json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact();
+  const std::string compression = compression_of(file);
+  json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
+  json["compression"] =
+      compression.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(json_text(compression));
   json["source"] = source_json(header);
   return json;
 }
 
-std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
-                      bool with_levels) {
+std::string info_text(const TagSummary& file, bool with_levels) {
+  const auto& [header, index, sizes, beginning] = file;
   const CodingParameters& p = header.parameters;
   const std::uint64_t n = voxels(header), raw = n * size_of(p.type);
   std::string out;
@@ -262,9 +286,7 @@ std::string info_text(const TagHeader& header, const TagIndex& index, const TagS
        fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type), human_bytes(raw)));
   print_geometry(header, line);
   print_source(header, line);
-  line("source files", sizes.envelope == 0            ? "not kept, but for the fields that --json shows"
-                       : header.parameters.is_exact() ? "can be restored byte for byte"
-                                                      : "can be restored, with the decoded samples");
+  line("source files", source_files_text(file));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");

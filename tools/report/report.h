@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/run/run.h"
 
@@ -26,13 +27,11 @@ nlohmann::ordered_json achieved_json(const TagIndex& index);
 bool has_uneven_slices(const TagHeader& header);
 
 /// The object of `info --json`. `with_levels`: the active points in the index are those of the grid; otherwise they are
-/// not known.
-nlohmann::ordered_json info_json(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
-                                 bool with_levels = true);
+/// not known. Throws BrokenInput if the beginning of the envelope is wrong.
+nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels = true);
 
 /// The same for people, with the table of levels if these are known.
-std::string info_text(const TagHeader& header, const TagIndex& index, const TagSizes& sizes,
-                      bool with_levels = true);
+std::string info_text(const TagSummary& file, bool with_levels = true);
 
 /// `bytes` as text that JSON can hold: file names may contain any bytes.
 std::string json_text(const std::string& bytes);

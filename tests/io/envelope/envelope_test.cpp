@@ -121,6 +121,56 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
   }
 }
 
+// A form of the same files with other beginnings and ends, and samples that are not there.
+TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
+  const Index3 dims = {3, 2, 2};
+  const auto file = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+    return path(name);
+  };
+  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
+                    .files = {file("a", "0123456789"), file("b", "abcdef")}};
+  PlainForm form;
+  form.compression = "packing";
+  form.files = {{path("a"),
+                 true,
+                 {PlainPiece::given("head"), PlainPiece::samples(12), PlainPiece::stretch(1, 2, 5),
+                  PlainPiece::stretch(0, 8, 10)}},
+                {path("b"), false, {PlainPiece::stretch(1, 0, 6)}}};
+  form.places = {{.file = 0, .offset = 10, .step = 6}, {.file = 0, .offset = 4, .step = 6}};
+  facts.plain_form = [&] { return form; };
+  const SourceFiles source = source_files(facts);
+  EXPECT_EQ(source.why_not, "");
+  EXPECT_NE(source.why_not_restorable().find("packing"), std::string::npos);
+  for (const bool exact : {true, false}) {
+    const Content content = written(source, exact);
+    EXPECT_EQ(compression_in("x.tag", content), "packing");
+    EnvelopeReader reader("x.tag", {dims, SampleType::uint8}, exact, in_blocks(content));
+    std::string made;
+    EnvelopeFile read;
+    const auto add = [&](std::uint64_t, std::span<const std::byte> bytes) {
+      made.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    };
+    ASSERT_TRUE(reader.next_file(read));
+    EXPECT_TRUE(read.is_changed && !read.checksum);  // nobody knows its samples
+    EXPECT_EQ(read.size, 21U);
+    reader.read_other_bytes(read, add);
+    EXPECT_EQ(made, "headcde89");
+    ASSERT_TRUE(reader.next_file(read));
+    EXPECT_FALSE(read.is_changed);
+    EXPECT_EQ(read.checksum.has_value(), exact);
+    reader.read_other_bytes(read, add);
+    EXPECT_EQ(made, "headcde89abcdef");
+    EXPECT_FALSE(reader.next_file(read));
+    EXPECT_EQ(reader.compression(), "packing");
+  }
+  // Samples that have no place cannot come from anywhere.
+  form.files[0].pieces[1] = PlainPiece::samples(13);
+  EXPECT_NE(source_files(facts).why_not.find("samples of other volumes"), std::string::npos);
+  form.why_not = "for no reason";
+  EXPECT_EQ(source_files(facts).why_not, "for no reason");
+}
+
 // Whatever the bytes say, the reader ends, with an error or with files that could be.
 TEST_F(Envelope, DamagedBytesAreRefusedOrHarmless) {
   int refused = 0;
