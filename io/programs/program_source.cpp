@@ -20,18 +20,38 @@ std::uint64_t size_of_files(const std::vector<std::string>& files) {
       });
 }
 
+class ProgramSource;
+/// The source, as long as it lives, for facts that outlive it.
+using Link = std::shared_ptr<ProgramSource*>;
+
 /// Slices of a volume that a program gives.
 class ProgramSource final : public VolumeSource {
  public:
   ProgramSource(SourceFacts facts, const std::string& program, const std::string& path, ReaderOptions options,
-                std::unique_ptr<ReaderConversation> conversation, bool any_order)
+                std::unique_ptr<ReaderConversation> conversation, bool any_order, const Link& link)
       : VolumeSource(std::move(facts)),
         program_(program),
         path_(path),
         options_(std::move(options)),
         any_order_(any_order),
         size_(size_of_files(files())),
-        conversation_(std::move(conversation)) {}
+        conversation_(std::move(conversation)),
+        link_(link) {
+    *link = this;
+  }
+  ~ProgramSource() override { *link_ = nullptr; }
+
+  /// The plain form of the volume that `conversation` has described, or described again.
+  static PlainForm plain_form(const Link& link, const std::string& program, const std::string& path,
+                              const ReaderOptions& options) {
+    // The program that gives slices can tell, too, unless it has ended. Another one takes as much memory.
+    if (*link != nullptr && (*link)->any_order_) return (*link)->plain_form();
+    ReaderConversation again(program);
+    const ReaderVolume volume = again.describe(path, options);
+    PlainForm form = again.plain_form(volume);
+    again.finish();
+    return form;
+  }
 
   std::uint64_t bytes_read() const override { return size_; }
   void stop_when(const std::atomic<bool>& stop) override {
@@ -79,6 +99,15 @@ class ProgramSource final : public VolumeSource {
     }
   }
 
+  PlainForm plain_form() {
+    drop_asked();
+    asked_ = {};
+    ReaderVolume volume;
+    volume.info = info();
+    volume.files = files();
+    return conversation_->plain_form(volume);
+  }
+
   void drop_asked() {
     std::vector<std::byte> bytes(std::min<std::uint64_t>(slice_bytes(), 1 << 16));
     while (!asked_.is_done()) take(bytes.data(), std::min<std::uint64_t>(bytes.size(), left_of_asked()));
@@ -120,6 +149,7 @@ class ProgramSource final : public VolumeSource {
   std::uint64_t size_;
   std::unique_ptr<ReaderConversation> conversation_;
   Asked asked_;
+  Link link_;
   const std::atomic<bool>* stop_ = nullptr;
 };
 
@@ -138,8 +168,11 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
     return placed_samples(std::move(facts), std::move(volume.places));
   }
   facts.traits = {.again = true, .any_rows = false, .whole_slices = true, .memory = volume.memory};
+  const auto link = std::make_shared<ProgramSource*>(nullptr);
+  if (volume.has_plain_form)
+    facts.plain_form = [=] { return ProgramSource::plain_form(link, program, path, options); };
   return std::make_unique<ProgramSource>(std::move(facts), program, path, options, std::move(conversation),
-                                         volume.any_order);
+                                         volume.any_order, link);
 }
 
 }  // namespace tagrid

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -9,12 +10,12 @@
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "io/programs/answers.h"
+#include "io/programs/places.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
 namespace {
 
-constexpr std::int64_t most_added = std::int64_t{1} << 30;  // to a sample
 /// Of a reader that does not say what it needs.
 constexpr std::uint64_t default_memory = std::uint64_t{256} << 20;
 
@@ -93,24 +94,6 @@ VolumeInfo info_of(const Json& answer, const Rescale& rescale) {
   }
 }
 
-StoredBits stored_bits_of(const Json& place, SampleType type) {
-  StoredBits stored;
-  const std::int64_t bits = count_in(place, "bits", 0, 0), add = count_in(place, "add", 0, -most_added);
-  const Json& is_signed = member(place, "signed");
-  if (!is_signed.is_null() && !is_signed.is_boolean())
-    throw WrongAnswer("\"signed\" is neither true nor false");
-  const auto type_bits = static_cast<std::int64_t>(8 * size_of(type));
-  if (bits > type_bits)
-    throw WrongAnswer(fmt::format("\"bits\" is {}, but a sample has {}", bits, type_bits));
-  if (add > most_added) throw WrongAnswer(fmt::format("\"add\" is {}, which is too much", add));
-  stored.bits = bits == type_bits ? 0 : static_cast<int>(bits);
-  stored.is_signed = is_signed.is_boolean() && is_signed.get<bool>();
-  stored.add = static_cast<std::int32_t>(add);
-  if (!stored.changes_nothing() && (is_float_type(type) || type_bits > 32))
-    throw WrongAnswer("only integers can have \"bits\" and \"add\"");
-  return stored;
-}
-
 Rescale rescale_of(const Json& answer) {
   const Json& given = member(answer, "rescale");
   if (given.is_null()) return {};
@@ -128,33 +111,6 @@ Rescale rescale_of(const Json& answer) {
   return rescale;
 }
 
-std::vector<SliceRun> places_of(const Json& answer, const VolumeInfo& info, std::size_t files) {
-  std::vector<SliceRun> places;
-  const auto slice_bytes = static_cast<std::int64_t>(*sample_bytes({info.dims.x, info.dims.y, 1}, info.type));
-  std::int64_t left = info.dims.z;
-  for (const Json& place : list_in(answer, "places")) {
-    if (!place.is_object()) throw WrongAnswer("\"places\" is not a list of objects");
-    SliceRun run;
-    run.file = static_cast<std::size_t>(count_in(place, "file", 0, 0));
-    run.offset = static_cast<std::uint64_t>(count_in(place, "offset", 0, 0));
-    run.slices = count_in(place, "slices", 1, 1);
-    run.step = static_cast<std::uint64_t>(count_in(place, "step", slice_bytes, 0));
-    const Json& big_endian = member(place, "big_endian");
-    if (!big_endian.is_null() && !big_endian.is_boolean())
-      throw WrongAnswer("\"big_endian\" is neither true nor false");
-    run.big_endian = big_endian.is_boolean() && big_endian.get<bool>();
-    run.stored = stored_bits_of(place, info.type);
-    if (run.file >= files)
-      throw WrongAnswer(fmt::format("a place is in file {}, but there are {}", run.file, files));
-    if (run.slices > left) throw WrongAnswer(fmt::format("its places have more than {} slices", info.dims.z));
-    left -= run.slices;
-    places.push_back(run);
-  }
-  if (!places.empty() && left > 0)
-    throw WrongAnswer(fmt::format("its places have {} of {} slices", info.dims.z - left, info.dims.z));
-  return places;
-}
-
 ReaderVolume volume_of(const Json& answer, const std::string& path) {
   ReaderVolume volume;
   volume.rescale = rescale_of(answer);
@@ -164,11 +120,15 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   for (const std::string& file : volume.files)
     if (file.empty() || file == "-") throw WrongAnswer(fmt::format("\"{}\" is not the name of a file", file));
   volume.warnings = texts_in(answer, "warnings");
-  volume.places = places_of(answer, volume.info, volume.files.size());
+  volume.places = places_in(answer, volume.info, volume.files.size());
   const std::string order = text_in(answer, "order");
   if (!order.empty() && order != "any" && order != "next")
     throw WrongAnswer(fmt::format("\"order\" is \"{}\", and neither \"any\" nor \"next\"", order));
   volume.any_order = order != "next";
+  const Json& plain_form = member(answer, "plain_form");
+  if (!plain_form.is_null() && !plain_form.is_boolean())
+    throw WrongAnswer("\"plain_form\" is neither true nor false");
+  volume.has_plain_form = plain_form.is_boolean() && plain_form.get<bool>();
   volume.memory = static_cast<std::uint64_t>(count_in(answer, "memory", default_memory, 0));
   return volume;
 }
@@ -205,6 +165,29 @@ ReaderVolume ReaderConversation::describe(const std::string& path, const ReaderO
     process_.limit_memory(volume.memory);
     return volume;
   });
+}
+
+PlainForm ReaderConversation::plain_form(const ReaderVolume& volume) {
+  PlainForm form;
+  std::vector<NumberedRun> places;
+  std::vector<std::string> compressions;
+  for (std::size_t i = 0; i < volume.files.size(); ++i) {
+    const Json request = {{"request", "plain file"}, {"file", i}};
+    process_.say(request.dump());
+    ReaderPlainFile file = with(process_, [&] {
+      const Json answer = next_answer(process_);
+      require_answer(answer, "plain file");
+      return plain_file_in(answer, i, volume.files.size(), volume.info);
+    });
+    if (!file.why_not.empty()) return {"", {}, {}, fmt::format("{}: {}", volume.files[i], file.why_not)};
+    if (!file.compression.empty() && std::ranges::find(compressions, file.compression) == compressions.end())
+      compressions.push_back(file.compression);
+    form.files.push_back({volume.files[i], !file.compression.empty(), std::move(file.pieces)});
+    places.insert(places.end(), file.places.begin(), file.places.end());
+  }
+  form.compression = fmt::format("{}", fmt::join(compressions, ", "));
+  with(process_, [&] { form.places = in_order(std::move(places), volume.info.dims.z); });
+  return form;
 }
 
 void ReaderConversation::ask_for_slices(std::int64_t from, std::int64_t to) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/programs/format_program.h"
+#include "io/volume/plain_form.h"
 #include "io/volume/slice_run.h"
 #include "io/volume/volume_info.h"
 
@@ -25,6 +26,21 @@ struct ReaderVolume {
   Rescale rescale;
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.
   std::uint64_t memory = 0;  ///< bytes that the reader may take
+  bool has_plain_form = false;  ///< The reader can tell the plain form of its files.
+};
+
+/// Some slices of a volume, from number `first` on.
+struct NumberedRun {
+  std::int64_t first = 0;
+  SliceRun run;
+};
+
+/// What a reader says about one of its files.
+struct ReaderPlainFile {
+  std::string compression;  ///< of its samples; "" if the file is as it is
+  std::vector<PlainPiece> pieces;
+  std::vector<NumberedRun> places;  ///< of its slices among these pieces
+  std::string why_not;              ///< a sentence if there is no plain form
 };
 
 /// All functions throw what the reader says is wrong: BrokenInput, UsageError or WorldError. If the reader itself does
@@ -40,6 +56,9 @@ class ReaderConversation {
   void ask_for_slices(std::int64_t from, std::int64_t to);
   /// Hears that slices [from, z) come, and returns z, which is at most `to`. They must be read next.
   std::int64_t hear_of_slices(std::int64_t from, std::int64_t to);
+  /// Asks for the plain form of the files of a volume, one after the other. REQUIRES: describe() has given `volume`, and
+  /// said that there is one; nothing else is awaited.
+  PlainForm plain_form(const ReaderVolume& volume);
   /// Reads the next bytes of slices.
   void read(std::byte* out, std::size_t size) { process_.read(out, size); }
   /// Ends the program, which must have nothing left to say.

@@ -6,22 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "io/files/errors.h"
+#include "io/programs/places.h"
 #include "io/programs/serve.h"
 
 namespace tagrid {
 namespace {
-
-OrderedJson json_of(const SliceRun& run) {
-  OrderedJson json = {{"file", run.file},
-                      {"offset", run.offset},
-                      {"slices", run.slices},
-                      {"step", run.step},
-                      {"big_endian", run.big_endian}};
-  if (run.stored.bits != 0) json["bits"] = run.stored.bits;
-  if (run.stored.is_signed) json["signed"] = true;
-  if (run.stored.add != 0) json["add"] = run.stored.add;
-  return json;
-}
 
 OrderedJson json_of(const ServedVolume& volume) {
   OrderedJson json = {{"answer", "volume"},
@@ -45,6 +34,7 @@ OrderedJson json_of(const ServedVolume& volume) {
   json["warnings"] = volume.warnings;
   for (const SliceRun& run : volume.places) json["places"].push_back(json_of(run));
   json["order"] = volume.any_order ? "any" : "next";
+  if (volume.has_plain_form) json["plain_form"] = true;
   // Headers may be read once more for the samples.
   json["memory"] = memory_besides + 2 * memory_of_program() + volume.memory;
   return json;
@@ -80,6 +70,10 @@ void answer(const OrderedJson& request, const OpenServed& open, std::unique_ptr<
   } else if (what == "slices") {
     if (!volume) throw UsageError("slices are asked for before a description");
     give_slices(*volume, request.at("from"), request.at("to"));
+  } else if (what == "plain file") {
+    const std::size_t file = request.at("file");
+    if (!volume || file >= volume->files.size()) throw UsageError("there is no such file");
+    say(json_of(volume->plain_file(file)));
   } else {
     say({{"answer", "unknown"}});
   }

@@ -30,10 +30,13 @@ class ServedVolume {
   Rescale rescale;
   std::vector<SliceRun> places;  ///< of all samples, if they lie plainly in the files
   bool any_order = true;
-  std::uint64_t memory = 0;  ///< bytes that read_slice() takes; the program's own are added
+  std::uint64_t memory = 0;     ///< bytes that read_slice() takes; the program's own are added
+  bool has_plain_form = false;  ///< plain_file() can be called; only if there are no places
 
   /// Reads slice z, little endian. Called for each slice that is asked for, only if there are no places.
   virtual void read_slice(std::int64_t z, std::byte* out) = 0;
+  /// The plain form of files[file].
+  virtual ReaderPlainFile plain_file(std::size_t /*file*/) { return {}; }
 };
 
 /// Thrown by a reader that finds several volumes where one is wanted.

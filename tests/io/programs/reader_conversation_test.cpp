@@ -189,6 +189,57 @@ TEST_F(ReaderConversationTest, SlicesComeInOrderAndNoOthers) {
             "slice 2 is gone");
 }
 
+TEST_F(ReaderConversationTest, ThePlainFormConsistsOfPiecesOfAllFiles) {
+  const auto form_of = [&](const std::string& first, const std::string& second) {
+    ReaderConversation conversation(program(
+        {hello_line,
+         R"({"answer": "volume", "dims": [4, 3, 2], "type": "int16", "files": ["a", "b"], "plain_form": true})",
+         R"({"answer": "plain file", )" + first + "}", R"({"answer": "plain file", )" + second + "}"}));
+    const ReaderVolume volume = conversation.describe("scan.x", {});
+    EXPECT_TRUE(volume.has_plain_form);
+    return conversation.plain_form(volume);
+  };
+  const std::string samples =
+      R"("compression": "RLE", "pieces": [{"hex": "00fF"}, {"samples": 24}, {"from": 7, "to": 9}], )";
+  const std::string of_slice_1 = samples + R"("places": [{"first": 1, "offset": 2, "bits": 12}])",
+                    of_slice_0 = samples + R"("places": [{"first": 0, "offset": 2}])";
+  const PlainForm form = form_of(of_slice_1, of_slice_0);
+  EXPECT_EQ(form.why_not, "");
+  EXPECT_EQ(form.compression, "RLE");
+  ASSERT_EQ(form.files.size(), 2U);
+  EXPECT_TRUE(form.files[1].is_changed);
+  EXPECT_EQ(form.files[1].path, "b");
+  EXPECT_EQ(form.files[1].pieces[0].bytes, std::string("\0\xff", 2));
+  EXPECT_EQ(form.files[1].pieces[2].file, 1U);
+  EXPECT_EQ(form.files[1].pieces[2].offset, 7U);
+  EXPECT_EQ(form.files[1].pieces[2].size, 2U);
+  ASSERT_EQ(form.places.size(), 2U);
+  EXPECT_EQ(form.places[0].file, 1U);
+  EXPECT_EQ(form.places[1].stored.bits, 12);
+
+  const PlainForm as_it_is =
+      form_of(R"("pieces": [{"from": 0, "to": 48}], "places": [{"first": 0, "slices": 2}])",
+              R"("pieces": [{"from": 0, "to": 1}])");
+  EXPECT_FALSE(as_it_is.files[0].is_changed);
+  EXPECT_EQ(form_of(of_slice_1, R"("why_not": "it is odd")").why_not, "b: it is odd");
+
+  const auto wrong_form = [&](const std::string& first, const std::string& second) {
+    return message<WorldError>([&] { form_of(first, second); });
+  };
+  EXPECT_THAT(wrong_form(of_slice_0, of_slice_0), HasSubstr("slice 1 has no place in a plain form, or two"));
+  EXPECT_THAT(wrong_form(of_slice_0, R"("pieces": [])"), HasSubstr("slice 1 has no place in a plain form"));
+  EXPECT_THAT(wrong_form(R"("pieces": [{"hex": "0"}])", ""), HasSubstr("\"hex\" is not a text of bytes"));
+  EXPECT_THAT(wrong_form(R"("pieces": [{"hex": "0g"}])", ""), HasSubstr("\"hex\" is not a text of bytes"));
+  EXPECT_THAT(wrong_form(R"("pieces": [{"from": 9, "to": 7}])", ""), HasSubstr("\"to\" is 7"));
+  EXPECT_THAT(wrong_form(R"("pieces": [{"file": 2, "from": 0, "to": 7}])", ""),
+              HasSubstr("in file 2, but there are 2"));
+  EXPECT_THAT(wrong_form(samples + R"("places": [{"first": 1, "offset": 5}])", ""),
+              HasSubstr("lies beyond its end"));
+  EXPECT_THAT(
+      wrong_form(samples + R"("places": [{"first": 1, "slices": 2, "step": 4611686018427387904}])", ""),
+      HasSubstr("lies beyond its end"));
+}
+
 TEST_F(ReaderConversationTest, NamesThatAreNotTextAreRefused) {
   ReaderConversation reader(program({hello_line}));
   EXPECT_THAT(message<UsageError>([&] { reader.describe("scan\xff.x", {}); }), HasSubstr("UTF-8"));

@@ -327,6 +327,7 @@ std::optional<DicomFile> read(const std::string& path) {
   file.frames = frames_of(dataset);
   if (is_dose(dataset))
     for (DicomFrame& frame : file.frames) frame.rescale = rescale_of_dose(dataset);
+  if (syntax.isEncapsulated()) pixels.encapsulated = offset;
   // Bytes in words of another byte order are swapped in pairs; the library puts them right.
   const bool is_plain = !syntax.isEncapsulated() && syntax.getStreamCompression() == ESC_none &&
                         !(pixels.big_endian && pixels.allocated == 8);

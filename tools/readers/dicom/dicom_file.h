@@ -40,6 +40,8 @@ struct DicomPixels {
   std::string syntax, syntax_name;
   /// The byte of the file at which samples lie plainly; nothing if they must be decoded.
   std::optional<std::uint64_t> offset;
+  /// The byte at which fragments begin that hold them; nothing if there are none.
+  std::optional<std::uint64_t> encapsulated;
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
 

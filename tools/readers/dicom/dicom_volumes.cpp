@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -15,6 +16,7 @@
 #include "io/samples/stored_bits.h"
 #include "tools/readers/dicom/decoder.h"
 #include "tools/readers/dicom/dicom_file.h"
+#include "tools/readers/dicom/plain_file.h"
 #include "tools/readers/dicom/series.h"
 
 namespace tagrid {
@@ -146,8 +148,35 @@ class DicomVolume final : public ServedVolume {
       warnings.push_back(
           name + ": small numbers mean white in these images (MONOCHROME1); numbers are kept as they are");
     add_places();
+    fits_.resize(slices_.size());
+    has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
+                       return file.pixels.offset || file.pixels.encapsulated;
+                     });
     for (const DicomFile& file : files_) texts_.push_back(file.path);
     files = texts_;
+  }
+
+  ReaderPlainFile plain_file(std::size_t number) override {
+    const DicomFile& file = files_[number];
+    std::uint64_t samples_at = 0;
+    ReaderPlainFile plain = plain_dicom_file(file, number, samples_at);
+    if (by_file_.empty())
+      for (std::size_t z = 0; z < slices_.size(); ++z) by_file_.emplace(slices_[z].file, z);
+    const auto [begin, end] = by_file_.equal_range(number);
+    if (!file.pixels.offset && may_have_wider_streams(file))
+      for (auto slice = begin; slice != end && plain.why_not.empty(); ++slice)
+        if (!fits_now(slice->second)) plain.why_not = "its code stream has larger numbers than it says";
+    for (auto slice = begin; slice != end; ++slice) {
+      const std::size_t z = slice->second;
+      const std::uint64_t bytes = file.pixels.frame_bytes();
+      plain.places.push_back({static_cast<std::int64_t>(z),
+                              {.file = number,
+                               .offset = samples_at + slices_[z].frame * bytes,
+                               .step = bytes,
+                               .big_endian = file.pixels.big_endian,
+                               .stored = stored_bits(z, file.pixels.stored)}});
+    }
+    return plain;
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
@@ -157,11 +186,39 @@ class DicomVolume final : public ServedVolume {
       decoder_.emplace(files_[slice.file]);
     }
     const int bits = decoder_->read_frame(slice.frame, out);
+    fits_[static_cast<std::size_t>(z)] = fits(static_cast<std::size_t>(z), bits, out);
     apply(stored_bits(static_cast<std::size_t>(z), bits), type, out,
           static_cast<std::size_t>(dims.x * dims.y));
   }
 
  private:
+  /// True if all decoded numbers of a slice are among those of the bits that its file says.
+  bool fits(std::size_t z, int bits, const std::byte* numbers) const {
+    const DicomPixels& pixels = files_[slices_[z].file].pixels;
+    if (bits <= pixels.stored) return true;
+    bool do_fit = true;
+    with_bits_of(size_of(type), [&]<class Bits>(Bits) {
+      const BitsThatCount<Bits> wide({bits == pixels.allocated ? 0 : bits, pixels.is_signed, 0}),
+          narrow({pixels.stored, pixels.is_signed, 0});
+      for (std::int64_t i = 0; i < dims.x * dims.y && do_fit; ++i) {
+        Bits number;
+        std::memcpy(&number, numbers + static_cast<std::size_t>(i) * sizeof(Bits), sizeof(Bits));
+        do_fit = pixels.is_signed ? wide.with_sign(number) == narrow.with_sign(number)
+                                  : wide.low(number) == narrow.low(number);
+      }
+    });
+    return do_fit;
+  }
+  /// The same of a slice that may have to be decoded first.
+  bool fits_now(std::size_t z) {
+    if (!fits_[z]) {
+      std::vector<std::byte> samples(*sample_bytes({dims.x, dims.y, 1}, type));
+      read_slice(static_cast<std::int64_t>(z), samples.data());
+      say_working();
+    }
+    return *fits_[z];
+  }
+
   /// Keeps the files of the series only, in the order of its slices.
   void take_files(Files all, const DicomSeries& series) {
     std::map<std::size_t, std::size_t> numbers;
@@ -207,6 +264,8 @@ class DicomVolume final : public ServedVolume {
   std::vector<std::string> texts_;
   std::vector<DicomSlice> slices_;
   std::vector<std::int32_t> added_;
+  std::multimap<std::size_t, std::size_t> by_file_;  ///< numbers of slices
+  std::vector<std::optional<bool>> fits_;            ///< of slices that were decoded
   std::optional<DicomDecoder> decoder_;
 };
 
