@@ -15,7 +15,6 @@
 #include "io/files/errors.h"
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
-#include "io/files/temporaries.h"
 #include "io/samples/file_checksum.h"
 
 namespace tagrid {
@@ -23,39 +22,30 @@ namespace {
 
 constexpr std::size_t most_open_files = 64;
 
+void sync(const std::string& folder) {
+  if (const int error = sync_folder(folder); error != 0) throw world_error("cannot sync", folder, error);
+}
+
 }  // namespace
 
 RestoredFiles::RestoredFiles(const VolumeInfo& info, std::string input, std::string folder,
                              const SinkOptions& options)
-    : VolumeSink(info), input_(std::move(input)), folder_(std::move(folder)), options_(options) {
-  const auto status = status_of(folder_);
-  if (status && !S_ISDIR(status->st_mode))
-    throw UsageError(folder_ + ": is not a folder; give the folder for the files");
-  if (!status) {
-    if (mkdir(folder_.c_str(), 0777) != 0) throw world_error("cannot create the folder", folder_, errno);
-    made_folders_.push_back(folder_);
-  }
-  for (int attempt = 0; staging_.empty(); ++attempt) {
-    const std::string candidate = folder_ + "/" + temporary_name("restored");
-    staging_slot_ = register_temporary_folder(candidate);
-    if (mkdir(candidate.c_str(), 0700) == 0) {
-      staging_ = candidate;
-      continue;
-    }
-    const int error = errno;
-    forget_temporary(staging_slot_);
-    if (error == EEXIST && attempt < 100) continue;
-    take_back();
-    throw world_error("cannot create a folder in", folder_, error);
-  }
-}
+    : VolumeSink(info),
+      input_(std::move(input)),
+      folder_(std::move(folder)),
+      options_(options),
+      staging_(std::in_place, folder_, "restored") {}
 
 RestoredFiles::~RestoredFiles() {
   if (!kept_) take_back();
 }
 
-std::string RestoredFiles::staged(std::size_t file) const { return fmt::format("{}/{}", staging_, file); }
-std::string RestoredFiles::older(std::size_t file) const { return fmt::format("{}/{}.old", staging_, file); }
+std::string RestoredFiles::staged(std::size_t file) const {
+  return fmt::format("{}/{}", staging_->path(), file);
+}
+std::string RestoredFiles::older(std::size_t file) const {
+  return fmt::format("{}/{}.old", staging_->path(), file);
+}
 
 void RestoredFiles::make(EnvelopeReader& envelope) {
   for (EnvelopeFile file; envelope.next_file(file);) {
@@ -133,9 +123,7 @@ void RestoredFiles::make_folders(const std::string& name) {
     const auto status = status_of_name(folder);
     if (status && !S_ISDIR(status->st_mode))
       throw UsageError(folder + ": is not a folder, but source files belong into one of this name");
-    if (status) continue;
-    if (mkdir(folder.c_str(), 0777) != 0) throw world_error("cannot create the folder", folder, errno);
-    made_folders_.push_back(folder);
+    if (!status) staging_->make(folder);
   }
 }
 
@@ -159,17 +147,21 @@ void RestoredFiles::publish() {
       throw world_error("cannot rename the finished file to", target, error);
     }
   }
-  for (const std::string& folder : made_folders_)
-    if (const int error = sync_folder(folder); error != 0) throw world_error("cannot sync", folder, error);
-  if (const int error = sync_folder(folder_); error != 0) throw world_error("cannot sync", folder_, error);
+  for (const std::string& folder : staging_->made())
+    for (const std::string& synced : {folder, folder_of(folder)}) sync(synced);
+  sync(folder_);
 }
 
 void RestoredFiles::keep() {
   kept_ = true;
-  const bool is_gone = remove_folder(staging_.c_str());
-  forget_temporary(staging_slot_);
+  staging_->keep();
+  std::vector<std::string> left;
+  if (options_.overwrite)
+    for (std::size_t i = 0; i < files_.size(); ++i) left.push_back(older(i));
+  const std::string path = staging_->path();
+  const bool is_gone = staging_->remove(left);
   signals_wait_.reset();
-  if (!is_gone) throw WorldError(staging_ + ": cannot be removed; all files are restored");
+  if (!is_gone) throw WorldError(path + ": cannot be removed; all files are restored");
 }
 
 void RestoredFiles::take_back() noexcept {
@@ -179,11 +171,7 @@ void RestoredFiles::take_back() noexcept {
     unlink(target.c_str());
     std::rename(older(published_).c_str(), target.c_str());
   }
-  if (!staging_.empty()) {
-    remove_folder(staging_.c_str());
-    forget_temporary(staging_slot_);
-  }
-  for (auto folder = made_folders_.rbegin(); folder != made_folders_.rend(); ++folder) rmdir(folder->c_str());
+  staging_.reset();
   signals_wait_.reset();
 }
 

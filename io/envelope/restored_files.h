@@ -13,6 +13,7 @@
 #include "io/envelope/envelope.h"
 #include "io/files/file_attributes.h"
 #include "io/files/placed_file.h"
+#include "io/files/staging_folder.h"
 #include "io/files/temporaries.h"
 #include "io/volume/volume_sink.h"
 
@@ -22,8 +23,8 @@ namespace tagrid {
 /// Takes decoded samples in any order. Every failure to write is a WorldError.
 class RestoredFiles : public VolumeSink {
  public:
-  /// `input` is the .tag file, which is never written to. `folder` is made if it is not there. Throws UsageError if it is
-  /// not a folder.
+  /// `input` is the .tag file, which is never written to. `folder` is made, with its parents, if it is not there. Throws
+  /// UsageError if it is not a folder.
   RestoredFiles(const VolumeInfo& info, std::string input, std::string folder, const SinkOptions& options);
   ~RestoredFiles() override;
 
@@ -58,12 +59,10 @@ class RestoredFiles : public VolumeSink {
 
   std::string input_, folder_;
   SinkOptions options_;
-  std::string staging_;
-  int staging_slot_ = -1;
+  std::optional<StagingFolder> staging_;
   std::vector<EnvelopeFile> files_;
   std::vector<SlicesOfFile> slices_;  ///< in the order of the volume
   std::map<std::size_t, std::unique_ptr<PlacedFile>> open_;
-  std::vector<std::string> made_folders_;
   std::size_t published_ = 0;  ///< files that have their names
   bool kept_ = false;
   std::optional<SignalsWait> signals_wait_;  ///< while files get their names

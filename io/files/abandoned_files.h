@@ -20,5 +20,7 @@ bool hold_temporary(int descriptor);
 /// that no process holds. Searches each folder once. Returns the number of removed files; files that cannot
 /// be removed are left.
 std::size_t remove_abandoned_files(const std::vector<std::string>& outputs);
+/// The same for hidden folders; see StagingFolder. Older files in them are left.
+std::size_t remove_abandoned_folders(const std::vector<std::string>& outputs);
 
 }  // namespace tagrid

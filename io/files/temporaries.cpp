@@ -16,6 +16,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "io/files/system_call.h"
+
 namespace tagrid {
 namespace {
 
@@ -88,7 +90,9 @@ int register_temporary(const std::string& path, const std::string& original) {
   return add_to_slots(path, original, false);
 }
 
-int register_temporary_folder(const std::string& path) { return add_to_slots(path, "", true); }
+int register_temporary_folder(const std::string& path, const std::string& outermost) {
+  return add_to_slots(path, outermost, true);
+}
 
 void forget_temporary(int slot) {
   if (slot >= 0) slot_states[static_cast<std::size_t>(slot)].store(slot_free);
@@ -117,6 +121,7 @@ void unlink_temporaries() noexcept {
     if (slot_states[static_cast<std::size_t>(slot)].load() != slot_used) continue;
     if (slot_is_folder[slot]) {
       remove_folder(slot_paths[slot]);
+      remove_folders_around(slot_paths[slot], slot_originals[slot]);
       continue;
     }
     if (slot_originals[slot][0] != '\0') std::rename(slot_paths[slot], slot_originals[slot]);
@@ -126,13 +131,29 @@ void unlink_temporaries() noexcept {
 }
 
 bool remove_folder(const char* path) noexcept {
-  const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  const int folder =
+      uninterrupted([&] { return open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); });
   if (folder >= 0) {
     while (remove_files_in(folder) > 0) {
     }
     close(folder);
   }
   return rmdir(path) == 0;
+}
+
+void remove_folders_around(const char* path, const char* outermost) noexcept {
+  const std::size_t least = std::strlen(outermost);
+  std::size_t size = std::strlen(path);
+  char folder[PATH_MAX];
+  if (least == 0 || size >= sizeof folder) return;
+  std::memcpy(folder, path, size + 1);
+  for (;;) {
+    while (size > 0 && folder[size - 1] != '/') --size;
+    while (size > 0 && folder[size - 1] == '/') --size;
+    if (size < least) return;
+    folder[size] = '\0';
+    rmdir(folder);
+  }
 }
 
 SignalsWait::SignalsWait() { signals_wait = true; }

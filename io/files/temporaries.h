@@ -12,8 +12,9 @@ namespace tagrid {
 /// older file of that name, which gets its name back.
 int register_temporary(const std::string& path, const std::string& original = "");
 void forget_temporary(int slot);
-/// The same for a folder, which is removed with all its files.
-int register_temporary_folder(const std::string& path);
+/// The same for a folder, which is removed with all its files. With `outermost`: then the folders around it are removed,
+/// too, up to this one, as far as they are empty.
+int register_temporary_folder(const std::string& path, const std::string& outermost = "");
 
 /// Six random letters that make a name unique.
 std::string random_suffix();
@@ -34,6 +35,8 @@ void unlink_temporaries() noexcept;
 /// Removes the files of a folder, and the folder. Async-signal-safe. Files that cannot be removed are left; returns false
 /// then.
 bool remove_folder(const char* path) noexcept;
+/// Removes the empty folders around `path`, from the innermost to `outermost`. Async-signal-safe.
+void remove_folders_around(const char* path, const char* outermost) noexcept;
 
 /// While one of these exists, a signal that ends the program waits: it does so with the destructor.
 class SignalsWait {

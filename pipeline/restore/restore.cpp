@@ -121,6 +121,7 @@ Finished<RestoreResult> restore_files(const RestoreRun& run) {
   const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write, 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files =
+  if (is_folder(run.input)) throw UsageError(run.input + ": is a folder; give a .tag file");
       std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.input, run.folder, options);
   EnvelopeReader envelope(file.name(), shape_of(parameters), parameters.is_exact(), file.envelope());
   files->make(envelope);

@@ -179,6 +179,20 @@ class Restored(ReaderTest):
         self.ok("restore", "a.tag", "-o", "s", "-f")
         self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
 
+    def test_the_folder_is_made_with_its_parents(self):
+        self.write("x.nrrd", NRRD % (b"ushort", b"little"), self.volume())
+        self.ok("encode", "x.nrrd", "-o", "a.tag")
+        for folder in ("a/b/c", "d/e///", "./f/../g/h", str(self.folder / "i" / "j")):
+            self.ok("restore", "a.tag", "-o", folder)
+            self.assertEqual(self.bytes(f"{folder}/x.nrrd"), self.bytes("x.nrrd"))
+        before = self.files()
+        self.write("b.tag", self.bytes("a.tag")[:-1])
+        self.assert_refused(65, "b.tag", "restore", "b.tag", "-o", "k/l/m")
+        self.assert_refused(64, "a.tag: is not a folder", "restore", "a.tag", "-o", "a.tag")
+        self.assert_refused(74, "a.tag", "restore", "a.tag", "-o", "a.tag/b")
+        self.assert_refused(64, "a/b: is a folder; give a .tag file", "restore", "a/b", "-o", "k")
+        self.assertEqual(self.files(), before | {"b.tag"})
+
     def test_removal_and_verification_look_at_every_byte(self):
         self.dicom_series("overlay", False)
         before = {name: self.bytes(f"s/{name}") for name in self.files("s")}

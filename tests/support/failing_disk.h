@@ -97,9 +97,13 @@ class FailingDisk : public CommandLine {
   /// The name that a message about a call must contain.
   std::string expected_name(const Case& c, const Call& call) const {
     if (call.path.find("pipe:") == 0) return "standard ";
-    if (call.path.find("/.restored.part") != call.path.npos) return "volume.";
     const std::string name = std::filesystem::path(call.path).filename().string();
-    if (name == "." && c.arguments[0] == "restore") return ".: ";
+    if (c.arguments[0] == "restore") {
+      // The folder of the files is also that of the report: the message is about one of them.
+      if (name == "." || call.path == folder_.string()) return ": cannot ";
+      if (name.starts_with(".restored.part")) return ".: ";
+    }
+    if (call.path.find("/.restored.part") != call.path.npos) return "volume.";
     const bool nameless = name.starts_with("#") || name == "." || call.path == folder_.string() ||
                           name.starts_with(".tagrid.spool");
     if (nameless) return c.streams ? "standard output" : "new.";
@@ -112,8 +116,9 @@ class FailingDisk : public CommandLine {
   /// killed runs left if possible.
   bool may_be_ignored(const Call& call) const {
     if (call.is_one_of({"close", "futimens", "fchmod", "fchown", "link"})) return true;
-    // Of a folder that was just opened, to its beginning.
-    if (call.name == "lseek" && call.path.find(".restored.part") != call.path.npos) return true;
+    // What cannot be removed by its name is removed with its folder, and the other way round.
+    if (call.is_one_of({"unlink", "rmdir"}) && call.path.find(".restored.part") != call.path.npos)
+      return true;
     // Unnamed files: another way exists. Pipes: they are not certain to be files.
     return (call.name == "open-to-write" &&
             std::filesystem::path(call.path).filename() == folder_.filename()) ||

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "io/files/abandoned_files.h"
 #include "io/files/errors.h"
 #include "pipeline/restore/restore.h"
 #include "tools/commands/commands.h"
@@ -27,6 +28,9 @@ struct RestoreCommand {
     if (output.path.empty()) throw UsageError("give -o DIR, the folder for the files");
     if (output.path == "-") throw UsageError("-o -: files are restored into a folder; give -o DIR");
     refuse_terminal_input(input);
+    remove_abandoned(run, {input}, {});
+    if (remove_abandoned_folders({output.path + "/restored"}) > 0 && run.is_watched())
+      say_line("tagrid: removed the hidden folder of a killed run");
     RunReport report(run.json, run.thread_count(), output.overwrite, "restore", input, output.path);
     Finished<RestoreResult> restored = restore(ranks);
     const RestoreResult& result = restored.result;
@@ -95,7 +99,8 @@ Action add_restore_command(CLI::App& app) {
       app.add_subcommand("restore", "Give back the files that a .tag file was encoded from, byte for byte");
   command->add_option("INPUT", state->input, ".tag file")->required();
   command
-      ->add_option("-o,--output", state->output.path, "Folder for the files; it is made if it is not there")
+      ->add_option("-o,--output", state->output.path,
+                   "Folder for the files; it is made, with its parents, if it is not there")
       ->option_text("DIR");
   command->add_flag("-f,--force", state->output.overwrite, "Overwrite files that exist");
   add_run_options(*command, state->run);

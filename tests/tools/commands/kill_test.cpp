@@ -1,6 +1,10 @@
 // Runs ended from outside by SIGKILL, SIGTERM and SIGINT: before every call on a file in turn, and at random
 // moments. A name never belongs to an incomplete file. TAGRID_KILLS sets how many random moments are tried
 // for each signal and command, and TAGRID_SEED selects them.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
@@ -154,6 +158,91 @@ TEST_P(Kill, AtAnyMomentLeavesWholeFiles) {
       expect_that_the_next_run_succeeds();
     }
   std::cout << kills << " signals, " << in_time << " before the end, " << left << " left a temporary\n";
+}
+
+/// `restore` into a folder whose parents are missing, too.
+class RestoredFolder : public FailingDisk {
+ protected:
+  const Case restore_ = {"Restore", {"restore", "volume.tag", "-o", "new/deep/er", "-T1"}};
+  std::vector<Call> calls_;
+
+  void SetUp() override {
+    phantom("volume.nhdr", {"--dims", "23,19,21"});
+    expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8"}));
+    Ending good;
+    calls_ = calls_of(restore_, good);
+    ASSERT_EQ(good.code, 0) << good.err;
+    expect_all_files();
+    std::filesystem::remove_all(path("new"));
+  }
+
+  std::vector<std::string> hidden() const {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_))
+      if (entry.path().filename().string().starts_with('.')) found.push_back(entry.path());
+    return found;
+  }
+  void expect_all_files() const {
+    for (const char* name : {"volume.nhdr", "volume.raw"})
+      EXPECT_EQ(content(std::string("new/deep/er/") + name), content(name)) << name;
+  }
+  /// Expects all files, or no folder.
+  void expect_all_or_nothing() const {
+    if (std::filesystem::exists(path("new"))) expect_all_files();
+    EXPECT_TRUE(hidden().empty()) << hidden().front();
+  }
+};
+
+TEST_F(RestoredFolder, GoesWithTheRunThatASignalEnds) {
+  for (std::size_t i = 0; i < calls_.size() && !HasFailure(); ++i)
+    for (const auto& [signal, name] : signals) {
+      SCOPED_TRACE(std::string(name) + " before " + calls_[i].name + " " + calls_[i].path);
+      EXPECT_EQ(run(restore_, std::to_string(i + 1), name).signal, signal);
+      if (signal == SIGKILL) {
+        // The next run removes what this one could not.
+        expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+        expect_all_files();
+        if (is_on_local_file_system()) {
+          EXPECT_TRUE(hidden().empty()) << hidden().front();
+        }
+      } else {
+        expect_all_or_nothing();
+      }
+      std::filesystem::remove_all(path("new"));
+    }
+}
+
+TEST_F(RestoredFolder, GoesWithTheRunThatFails) {
+  for (std::size_t i = 0; i < calls_.size() && !HasFailure(); ++i) {
+    SCOPED_TRACE(calls_[i].name + " " + calls_[i].path);
+    const Ending ending = run(restore_, std::to_string(i + 1), std::to_string(EIO));
+    if (calls_[i].name == "rmdir" || ending.code == 0) {
+      expect_all_files();
+    } else {
+      expect_error(ending, world, "");
+      EXPECT_FALSE(std::filesystem::exists(path("new")));
+    }
+    std::filesystem::remove_all(path("new"));
+  }
+}
+
+TEST_F(RestoredFolder, IsLeftAloneWhileAnotherRunHoldsIt) {
+  std::filesystem::create_directories(path("new/deep/er/.restored.partabcdef"));
+  file("new/deep/er/.restored.partabcdef/0", "a part");
+  const std::string held = path("new/deep/er/.restored.partabcdef");
+  const int descriptor = open(held.c_str(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(flock(descriptor, LOCK_EX | LOCK_NB), 0);
+  expect_ok(tagrid({"restore", "volume.tag", "-o", "new/deep/er"}));
+  EXPECT_EQ(content("new/deep/er/.restored.partabcdef/0"), "a part");
+  close(descriptor);
+  file("new/deep/er/.restored.partabcdef/1.old", "an older file");
+  expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+  if (!is_on_local_file_system()) return;
+  EXPECT_FALSE(std::filesystem::exists(held + "/0"));
+  EXPECT_EQ(content("new/deep/er/.restored.partabcdef/1.old"), "an older file");
+  std::filesystem::remove(held + "/1.old");
+  expect_ok(tagrid({"restore", "volume.tag", "-fo", "new/deep/er"}));
+  EXPECT_FALSE(std::filesystem::exists(held));
 }
 
 INSTANTIATE_TEST_SUITE_P(
