@@ -114,7 +114,9 @@ class EnvelopeBytes {
 class EnvelopeReader {
  public:
   /// `name` is that of the .tag file, for messages. `exact`: its samples are exact, so every file has a checksum.
-  EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block);
+  /// `compares_names`: it remembers the names of all files, and finds those that are there twice.
+  EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block,
+                 bool compares_names = true);
 
   /// Reads the description of the next file. Returns false after the last one, when every slice has its place and
   /// nothing follows. REQUIRES: the other bytes of the file before were read.
@@ -140,7 +142,7 @@ class EnvelopeReader {
 
   std::string name_;
   SampleShape shape_;
-  bool exact_;
+  bool exact_, compares_names_;
   EnvelopeBytes bytes_;
   bool started_ = false, has_changed_ = false;
   std::string compression_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <string_view>
 
 #include "io/bytes/little_endian.h"
 #include "io/envelope/envelope.h"
@@ -18,18 +19,15 @@ namespace fs = std::filesystem;
 
 /// The names of the files in the deepest folder that has them all.
 std::vector<std::string> names_in_common_folder(const std::vector<std::string>& paths) {
-  std::vector<fs::path> whole;
-  for (const std::string& path : paths) whole.push_back(fs::absolute(path).lexically_normal());
-  fs::path common = whole.front().parent_path();
-  for (const fs::path& path : whole) {
-    fs::path shared;
-    for (auto a = common.begin(), b = path.begin(); a != common.end() && b != path.end() && *a == *b;
-         ++a, ++b)
-      shared /= *a;
-    common = shared;
-  }
-  std::vector<std::string> names;
-  for (const fs::path& path : whole) names.push_back(path.lexically_relative(common).string());
+  std::vector<std::string>
+      names;  // first whole paths: as texts, since a path of the library takes ten times as much
+  for (const std::string& path : paths) names.push_back(fs::absolute(path).lexically_normal().string());
+  std::string_view common = names.front();
+  for (const std::string& name : names)
+    common =
+        common.substr(0, static_cast<std::size_t>(std::ranges::mismatch(common, name).in1 - common.begin()));
+  const std::size_t begin = common.rfind('/') + 1;
+  for (std::string& name : names) name.erase(0, begin);
   return names;
 }
 

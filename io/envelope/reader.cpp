@@ -10,10 +10,12 @@
 
 namespace tagrid {
 
-EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block)
+EnvelopeReader::EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block,
+                               bool compares_names)
     : name_(std::move(name)),
       shape_(shape),
       exact_(exact),
+      compares_names_(compares_names),
       bytes_(std::move(next_block)),
       slices_left_(shape.dims.z) {}
 
@@ -112,6 +114,7 @@ void EnvelopeReader::read_name(EnvelopeFile& file) {
   const std::vector<std::byte> name = taken(size);
   file.name.assign(reinterpret_cast<const char*>(name.data()), name.size());
   if (!is_safe_name(file.name)) fail("the name of a file would leave the folder");
+  if (!compares_names_) return;
   // No name stands for two files, or for a file and a folder.
   const auto below = names_.lower_bound(file.name + "/");
   bool is_taken =

@@ -10,6 +10,15 @@ UnchangedFiles::UnchangedFiles(const std::vector<std::string>& files) {
     if (const auto status = file == "-" ? std::nullopt : status_of(file)) files_.push_back({file, *status});
 }
 
+std::uint64_t UnchangedFiles::memory(const std::vector<std::string>& files) {
+  constexpr std::uint64_t allocations = 64;
+  std::uint64_t sum = 0;
+  // Vectors that grow may have twice the room.
+  for (const std::string& file : files)
+    sum += 2 * sizeof(Known) + sizeof file + 2 * file.size() + allocations;
+  return sum;
+}
+
 void UnchangedFiles::require() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);

@@ -3,6 +3,7 @@
 
 #include <sys/stat.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ class UnchangedFiles {
  public:
   /// "-", the standard input, is left out. Throws WorldError.
   explicit UnchangedFiles(const std::vector<std::string>& files);
+
+  /// Bytes of memory for these files, and a copy of their names.
+  static std::uint64_t memory(const std::vector<std::string>& files);
 
   /// Throws BrokenInput if one of the files has changed.
   void require() const;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "io/envelope/memory.h"
+#include "io/files/unchanged_files.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
@@ -40,10 +42,19 @@ struct EncodeRun {
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
 };
 
+/// Bytes of memory that the names and places of source files take, besides the source's own: they are watched, and kept.
+inline std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
+  const bool keeps = run.keep_files && !run.options.strip;
+  return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
+         (keeps ? memory_of_source_files(input.facts()) : 0);
+}
+
 /// How the input will be read when the file is compared with it; nothing if it will not be.
 inline std::optional<OriginalAccess> original_access(const EncodeRun& run, const VolumeSource& input) {
   if (!run.verified) return std::nullopt;
-  return OriginalAccess{input.traits().any_rows, input.traits().memory};
+  const std::uint64_t compared = memory_of_files(envelope_size(input.facts()));
+  return OriginalAccess{input.traits().any_rows,
+                        input.traits().memory + memory_of_files(run, input) + compared};
 }
 
 struct EncodeResult {

@@ -73,9 +73,9 @@ class RunInParts {
     // written it already, so a run that continues checks later.
     if (!run_.resume || !status_of(part_folder_of(run_.output))) check_output(run_.output, run_.overwrite);
     // Checked before anything is read: a limit that cannot be kept is reported at once.
-    plan_ =
-        plan_encoding(parameters_but_scale(options_, volume_->info()), of_this_rank(ranks_, run_.resources),
-                      true, memory_besides_parts(*volume_), original_access(run_, *volume_));
+    plan_ = plan_encoding(
+        parameters_but_scale(options_, volume_->info()), of_this_rank(ranks_, run_.resources), true,
+        memory_besides_parts(*volume_) + memory_of_files(run_, *volume_), original_access(run_, *volume_));
     const auto output = std::make_shared<FileOfParts>();
     output->folder = std::make_unique<PartFolder>(run_.output, run_.resume);
     PartFolder& folder = *output->folder;

@@ -18,6 +18,12 @@ namespace {
 
 SampleShape shape_of(const CodingParameters& parameters) { return {parameters.dims, parameters.type}; }
 
+std::uint64_t memory_of_envelope(const TagBricks& file) {
+  if (file.sizes().envelope == 0) return 0;
+  return memory_of_files(
+      envelope_size(file.name(), shape_of(file.parameters()), file.parameters().is_exact(), file.envelope()));
+}
+
 /// Compares an envelope that is being written with the one in a file.
 class EnvelopeComparison {
  public:
@@ -44,6 +50,14 @@ std::string stored_words(const std::string& compression) {
 }
 
 }  // namespace
+
+std::uint64_t memory_of_envelope(const std::string& path) {
+  try {
+    return memory_of_envelope(TagBricks(std::make_shared<FileSource>(path)));
+  } catch (const BrokenInput&) {
+    return 0;  // who reads it says what is wrong
+  }
+}
 
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
                               const PutBytes& put) {
@@ -107,21 +121,21 @@ void require_same(const SourceComparison& found, const std::string& original) {
 }
 
 Finished<RestoreResult> restore_files(const RestoreRun& run) {
+  if (is_folder(run.input)) throw UsageError(run.input + ": is a folder; give a .tag file");
   if (run.input == "-" || (status_of(run.input) && !is_regular_input(run.input)))
     throw UsageError(run.input +
                      ": source files are restored from a regular file only; write the pipe to one");
   const TagBricks file(std::make_shared<FileSource>(run.input));
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope == 0)
-    throw UsageError(
-        run.input +
-            ": holds no source files: it was encoded from a pipe, from compressed samples or from "
-            "files with much else, or they were left out",
-        Problem::no_source_files);
-  const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write, 0);
+    throw UsageError(run.input +
+                         ": holds no source files: they came through a pipe, had compressed samples and no "
+                         "plain form, or much besides samples, or were left out",
+                     Problem::no_source_files);
+  const DecodePlan plan = plan_decoding(parameters, run.resources, DecodeUse::write,
+                                        run.resources.memory ? memory_of_envelope(file) : 0);
   const SinkOptions options{.overwrite = run.overwrite, .like = attributes_of(run.input)};
   const auto files =
-  if (is_folder(run.input)) throw UsageError(run.input + ": is a folder; give a .tag file");
       std::make_shared<RestoredFiles>(volume_info_of(file.header()), run.input, run.folder, options);
   EnvelopeReader envelope(file.name(), shape_of(parameters), parameters.is_exact(), file.envelope());
   files->make(envelope);

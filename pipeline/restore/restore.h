@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/envelope/envelope.h"
+#include "io/envelope/memory.h"
 #include "io/envelope/restored_files.h"
 #include "io/tag/bricks.h"
 #include "io/volume/volume_source.h"
@@ -46,6 +47,8 @@ struct RestoreResult {
 /// decoded samples. Files whose samples were compressed come in their plain form. Throws UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
 Finished<RestoreResult> restore_files(const RestoreRun& run);
 
+/// Bytes of memory that reading the envelope of a .tag file takes; 0 if it cannot be read. Throws WorldError.
+std::uint64_t memory_of_envelope(const std::string& path);
 /// Reads the envelope of a .tag file to the end. Throws BrokenInput.
 KeptFiles source_files_of(const TagBricks& file);
 

@@ -41,8 +41,9 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const SourceTraits& traits = volume->traits();
   const auto [options, reason] = for_samples(run.options, volume->facts().rescale);
-  const EncodePlan plan = plan_encoding(parameters_but_scale(options, volume->info()), resources,
-                                        traits.any_rows, traits.memory, original_access(run, *volume));
+  const EncodePlan plan =
+      plan_encoding(parameters_but_scale(options, volume->info()), resources, traits.any_rows,
+                    traits.memory + memory_of_files(run, *volume), original_access(run, *volume));
   EncodeResult result;
   result.memory = plan.memory;
   const bool copied = options.error_rule && !traits.any_rows && !resources.spool.empty();
@@ -149,6 +150,9 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
   VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+  VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+                                   of_this_rank(ranks, run.resources),
+                                   is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
                                    of_this_rank(ranks, run.resources));
   const bool is_file = attributes_of(run.input).has_value();
   const auto verified = [&] {

@@ -32,10 +32,10 @@ struct VerifySetup {
 };
 
 /// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that
-/// of the file, for messages. Throws as verify_file() does.
+/// of the file, for messages; `of_envelope` bytes of memory are for the envelope. Throws as verify_file() does.
 VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
                          const std::string& original, const SourceDescription& source,
-                         const Resources& resources);
+                         const Resources& resources, std::uint64_t of_envelope = 0);
 
 /// The checks, however the bricks are read: verify_all() reads a file front to back, and PartVerifier reads
 /// rows of bricks in any order.

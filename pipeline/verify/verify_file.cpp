@@ -1,4 +1,5 @@
 // Verifies against an original: the only part of verification that reads other formats of volumes.
+#include "io/envelope/memory.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/spooled.h"
 #include "pipeline/verify/against_original.h"
@@ -8,15 +9,17 @@ namespace tagrid {
 
 VerifySetup verify_setup(const std::string& name, const CodingParameters& parameters,
                          const std::string& original, const SourceDescription& source,
-                         const Resources& resources) {
-  if (original.empty()) return {plan_decoding(parameters, resources, DecodeUse::verify)};
+                         const Resources& resources, std::uint64_t of_envelope) {
+  if (original.empty()) return {plan_decoding(parameters, resources, DecodeUse::verify, of_envelope)};
   std::unique_ptr<VolumeSource> volume = open_volume(original, source);
   check_original(original, volume->info(), parameters);
+  // Source files are compared if the .tag file keeps them.
+  const std::uint64_t of_files = of_envelope > 0 ? memory_of_source_files(volume->facts()) : 0;
   VerifySetup setup;
   setup.any_order = volume->traits().any_rows;
   setup.plan =
       plan_decoding(parameters, resources, setup.any_order ? DecodeUse::verify : DecodeUse::verify_stream,
-                    volume->traits().memory);
+                    volume->traits().memory + of_envelope + of_files);
   if (setup.plan.spooled) volume = spooled(std::move(volume), resources.spool);
   setup.against = std::make_unique<AgainstOriginal>(name, parameters, std::move(volume));
   return setup;

@@ -6,7 +6,9 @@ The tests of all formats restore what they encode, too: see ReaderTest.encoded()
 """
 
 import gzip
+import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -178,6 +180,22 @@ class Restored(ReaderTest):
         self.assertEqual(self.bytes("s/7.dcm"), b"older")
         self.ok("restore", "a.tag", "-o", "s", "-f")
         self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
+
+    def test_names_of_many_files_count_in_the_limit_on_memory(self):
+        os.mkdir(self.folder / "s")
+        for z in range(2000):
+            self.write(f"s/{'a' * 200}{z:05}.raw", bytes([z % 7, z % 5, z % 3, 1]))
+        shape = ("--dims", "2,2,2000", "--type", "uint8")
+        for command in (("encode", "s", *shape, "-f", "-o", "a.tag"), ("encode", "s", *shape, "--strip", "-f", "-o", "b.tag"),
+                        ("verify", "a.tag"), ("verify", "a.tag", "--against", "s", *shape), ("verify", "b.tag"),
+                        ("restore", "a.tag", "-f", "-o", "r")):
+            message = self.assert_refused(64, "; give -M ", *command, "-M", "1M")
+            limit = int(re.search(r"give -M (\d+)M", message)[1])
+            self.ok(*command, "-M", f"{limit}M", "--json", "report.json", *(["-f"] if "-f" not in command else []))
+            peak = json.loads((self.folder / "report.json").read_text())["peak_memory"]
+            self.assertLessEqual(peak, limit << 20, command)
+            self.assert_refused(64, f"; give -M {limit}M", *command, "-M", f"{limit - 1}M")
+        self.assertEqual(self.files("s"), self.files("r"))
 
     def test_the_folder_is_made_with_its_parents(self):
         self.write("x.nrrd", NRRD % (b"ushort", b"little"), self.volume())
