@@ -101,6 +101,10 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   encode(volume, replace, record);
 }
 
+    if (is_regular_output(volume.output))
+      throw UsageError(volume.output +
+                       ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
+                       "them again");
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
   if (!is_regular_output(volume.output))
     throw UsageError(volume.output + ": exists and is not a regular file");

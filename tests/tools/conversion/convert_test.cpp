@@ -91,11 +91,12 @@ TEST_F(Convert, AVolumeThatFailsIsRecordedAndPassedOver) {
   EXPECT_NE(ending.err.find("tagrid: 5 of 6 volumes failed; see out/results.jsonl\n"), ending.err.npos);
   EXPECT_EQ(statuses(), "a failed, b failed, c failed, d failed, e failed, f ok");
   const std::vector<Json> all = records();
-  const std::pair<int, const char*> expected[] = {{65, "a.nrrd: "},
-                                                  {74, "b.nrrd: cannot open"},
-                                                  {64, "out/c.tag: already exists; give -f"},
-                                                  {64, "d.nrrd: is neither a file nor a folder"},
-                                                  {64, "out/e.tag: exists and is not a regular file"}};
+  const std::pair<int, const char*> expected[] = {
+      {65, "a.nrrd: "},
+      {74, "b.nrrd: cannot open"},
+      {64, "out/c.tag: already exists; give --skip-done to leave out"},
+      {64, "d.nrrd: is neither a file nor a folder"},
+      {64, "out/e.tag: exists and is not a regular file"}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     EXPECT_EQ(all[i]["code"], expected[i].first) << all[i];
     EXPECT_NE(all[i]["error"].get<std::string>().find(expected[i].second), std::string::npos) << all[i];
@@ -240,6 +241,19 @@ TEST_F(Convert, ShardsTogetherAreTheWholeRun) {
   // Finished volumes stay finished, whichever shard encoded them.
   expect_ok(convert({"--skip-done", "--shard", "1/2"}));
   EXPECT_EQ(statuses(9, "out/results-1-of-2.jsonl"), "b skipped, d skipped, f skipped");
+}
+
+TEST_F(Convert, ASecondRunSaysHowToGoOn) {
+  volumes(1);
+  expect_ok(convert());
+  const std::string before = content("out/a.tag");
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_NE(content("out/results.jsonl")
+                .find("give --skip-done to leave out volumes that are done, or -f to encode them again"),
+            std::string::npos);
+  expect_ok(convert({"--skip-done"}));
+  expect_ok(convert({"-f"}));
+  EXPECT_TRUE(content("out/a.tag") == before);
 }
 
 TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
