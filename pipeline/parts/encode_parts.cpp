@@ -9,6 +9,7 @@
 #include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
@@ -59,7 +60,7 @@ struct FileOfParts {
 class RunInParts {
  public:
   RunInParts(Ranks& ranks, const EncodeRun& run)
-      : ranks_(ranks), run_(run), volume_(open_volume(run.input, run.source)) {
+      : ranks_(ranks), run_(run), volume_(open_volume(run.input, run.source)), files_(volume_->files()) {
     OptionsForSamples given = for_samples(run.options, volume_->facts().rescale);
     options_ = std::move(given.options);
     reason_of_bound_ = std::move(given.reason);
@@ -174,16 +175,6 @@ class RunInParts {
     return sum;
   }
 
-  // The input may have been changed while parts were made of it.
-  void require_same_input() const {
-    for (const FileIdentity& was : record_.inputs) {
-      const auto now = status_of(was.path);
-      if (!now || now->st_ino != was.inode || static_cast<std::uint64_t>(now->st_size) != was.size ||
-          now->st_mtim.tv_sec != was.modified || now->st_mtim.tv_nsec != was.modified_ns)
-        throw BrokenInput(was.path + ": was changed while it was being read");
-    }
-  }
-
   // Adds a part to the index, returns the size of its blocks, and continues the checksum.
   std::uint64_t survey(const PartsOfRun& parts, std::int64_t part, std::uint64_t& checksum,
                        TagIndex& index) const {
@@ -247,7 +238,7 @@ class RunInParts {
         keep_source_files(*volume_, parameters(), run_.keep_files && !options_.strip,
                           [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
     envelope.finish();
-    require_same_input();
+    files_.require();
     const Bytes end = file_end(parameters(), result.index, position, checksum, parts.header_checksum());
     file.write_at(position, end);
     file.sync();
@@ -260,6 +251,7 @@ class RunInParts {
   Ranks& ranks_;
   const EncodeRun& run_;
   std::unique_ptr<VolumeSource> volume_;
+  UnchangedFiles files_;  // parts and the envelope must be made of the same files
   EncodePlan plan_;
   TagHeader header_;
   RunRecord record_, earlier_;

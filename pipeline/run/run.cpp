@@ -149,12 +149,10 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {
 
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   TagReader reader(run.input);
-  VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
+  const bool is_file = attributes_of(run.input).has_value();
   VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
-                                   of_this_rank(ranks, run.resources));
-  const bool is_file = attributes_of(run.input).has_value();
   const auto verified = [&] {
     if (ranks.count() == 1 || !setup.any_order || !is_file)
       return verify_all(reader, std::move(setup), run.progress);
@@ -169,7 +167,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
 }
 
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
-                     const Resources& resources) {
+                     const UnchangedFiles& files, const Resources& resources) {
   try {
     Ranks alone;
     verify_file(alone, {.input = encoded, .original = input, .source = source, .resources = resources});
@@ -179,8 +177,10 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
       require_same(compare_source_files(file, *volume), volume->name());
     }
   } catch (const BrokenInput& broken) {
+    files.require();
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }
+  files.require();
 }
 
 }  // namespace tagrid

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "io/files/unchanged_files.h"
 #include "pipeline/decode/decode_run.h"
 #include "pipeline/encode/encode_run.h"
 #include "pipeline/ranks/ranks.h"
@@ -34,9 +35,10 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);
 
 /// Verifies an encoding before its input may be removed: decodes `encoded` and compares it with the volume
-/// `input`; if it keeps the source files, also with these. Throws std::runtime_error, which means a bug in tagrid, if the
-/// file is not within its bound.
+/// `input`; if it keeps the source files, also with these. `files` are those of the volume, since before it was encoded.
+/// Throws BrokenInput if one of them has changed, also if that is within the bound; std::runtime_error, which means a bug in
+/// tagrid, if the file is not within its bound.
 void verify_encoding(const std::string& input, const SourceDescription& source, const std::string& encoded,
-                     const Resources& resources);
+                     const UnchangedFiles& files, const Resources& resources);
 
 }  // namespace tagrid

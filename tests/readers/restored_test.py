@@ -211,6 +211,43 @@ class Restored(ReaderTest):
         self.assert_refused(64, "a/b: is a folder; give a .tag file", "restore", "a/b", "-o", "k")
         self.assertEqual(self.files(), before | {"b.tag"})
 
+    def test_a_source_that_changes_within_the_bound_is_not_removed(self):
+        self.write("tagrid-read-change", b"""#!/usr/bin/env python3
+import json, os, struct, sys
+def describe(path):
+    with open(path + ".opened", "a+") as file:
+        file.write("x")
+        opened = file.tell()
+    if opened == int(os.environ["CHANGE_AT"]):
+        with open(path, "r+b") as file:
+            value, = struct.unpack("<H", file.read(2))
+            file.seek(0)
+            file.write(struct.pack("<H", value + 1))
+    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}]}
+print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
+for request in map(json.loads, sys.stdin):
+    print(json.dumps(describe(request["path"])), flush=True)
+""")
+        os.chmod(self.folder / "tagrid-read-change", 0o755)
+        codes = []
+        for change_at in range(1, 9):
+            self.write("scan.change", self.volume())
+            (self.folder / "scan.change.opened").unlink(missing_ok=True)
+            run = subprocess.run([PROGRAM, "encode", "scan.change", "--max-error", "5", "--rm", "-f"], cwd=self.folder, text=True, stderr=subprocess.PIPE,
+                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
+            opened = (self.folder / "scan.change.opened").stat().st_size
+            codes.append(run.returncode)
+            self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0, run.stderr)
+            if run.returncode != 0:
+                self.assertEqual(run.returncode, 65, run.stderr)
+                self.assertIn("scan.change: was changed while it was being read", run.stderr)
+                self.assertFalse((self.folder / "scan.tag").exists())
+            else:
+                # Either before anything was read, or never.
+                self.assertTrue(change_at <= 2 or change_at > opened, (change_at, opened))
+            (self.folder / "scan.tag").unlink(missing_ok=True)
+        self.assertIn(65, codes)
+
     def test_removal_and_verification_look_at_every_byte(self):
         self.dicom_series("overlay", False)
         before = {name: self.bytes(f"s/{name}") for name in self.files("s")}

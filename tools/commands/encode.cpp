@@ -10,6 +10,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/files/temporaries.h"
+#include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
 #include "pipeline/run/run.h"
@@ -58,9 +59,10 @@ struct EncodeCommand {
     if (!resume) warn_of_record(path);
     if (asked.source.raw) warn_of_description(run, input, *asked.source.raw);
 
+    const UnchangedFiles watched(removed_after);
     FinishedEncode encoded = encode(ranks, asked, path);
     const EncodeResult& result = encoded.result;
-    if (remove) verify_encoding(input, asked.source, result.temporary, run.resources(ranks));
+    if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
     nlohmann::ordered_json settings = settings_json(result.header.parameters);
     if (!result.reason_of_bound.empty()) settings["reason_of_max_error"] = result.reason_of_bound;
     report.write({result.header.parameters.dims, result.header.parameters.type, settings, result.bytes_in,

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
@@ -26,6 +28,7 @@ struct EncodingPass::Volume {
   Encoding asked;
   std::vector<InputFile> files;
   bool headerless = false;
+  std::unique_ptr<UnchangedFiles> watched;  ///< the same files
 };
 
 namespace {
@@ -67,7 +70,8 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
                 (std::filesystem::path(options_.output_dir) / line.output).string(),
                 encoding_of(line.options),
                 {},
-                false};
+                false,
+                nullptr};
   const KnownOutput* last = known_.find(line.output);
   const bool was_removed = last && last->state == KnownOutput::State::removed;
   const KnownOutput* known = options_.skip_done ? last : nullptr;
@@ -77,6 +81,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   require_file_or_folder(volume.input);
   const auto source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(source->files());
+  volume.watched = std::make_unique<UnchangedFiles>(source->files());
   volume.headerless = source->facts().headerless;
   const bool is_ours = known && !was_removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
@@ -96,15 +101,15 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   if (!replace && status_of_name(volume.output)) {
     if (options_.skip_done) return adopt(volume, was_removed, record);
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
+    if (is_regular_output(volume.output))
+      throw UsageError(volume.output +
+                       ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
+                       "them again");
   }
   make_own_folders(options_.output_dir, line.output);
   encode(volume, replace, record);
 }
 
-    if (is_regular_output(volume.output))
-      throw UsageError(volume.output +
-                       ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
-                       "them again");
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {
   if (!is_regular_output(volume.output))
     throw UsageError(volume.output + ": exists and is not a regular file");
@@ -128,8 +133,9 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                                                  .verified = true});
   if (stop_) throw Stopped();
   const EncodeResult& result = encoded.result;
-  verify_encoding(volume.input, source, result.temporary, resources_);
+  verify_encoding(volume.input, source, result.temporary, *volume.watched, resources_);
   const std::uint64_t input_checksum = checksum_of_samples(*open_volume(volume.input, source));
+  volume.watched->require();
   const std::uint64_t output_checksum = checksum_of_file(result.temporary);
   encoded.commit();
   for (const std::string& warning : result.warnings) warn(options_.run, warning);
