@@ -17,7 +17,7 @@ namespace {
 
 // The field at all points of a brick, as samples. `value_of(p)` points to the value of a lattice point.
 std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters& parameters,
-                                const MeshBuilder::ValueOf& value_of) {
+                                const ValueOf& value_of) {
   std::vector<std::byte> bytes;
   with_sample_type(parameters.type, [&](auto type) {
     using T = decltype(type);
@@ -42,16 +42,8 @@ std::vector<std::byte> field_of(const LatticeBits& grid, const CodingParameters&
 }  // namespace
 
 Box bricks_of(const MeshPart& part, const BrickGrid& bricks) {
-  Box positions = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
-  if (!part.box) return positions;
-  const std::int64_t length = std::int64_t{bricks.edge} * bricks.domain.cube_size;
-  for (int axis = 0; axis < 3; ++axis) {
-    // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
-    // both.
-    positions.low[axis] = bricks.owner(part.box->low[axis]);
-    positions.high[axis] = std::min(part.box->high[axis] / length, positions.high[axis]);
-  }
-  return positions;
+  return part.box ? bricks_that_meet(*part.box, bricks)
+                  : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
 }
 
 MeshBuilder::MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink)

@@ -3,13 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "io/mesh/mesh_sink.h"
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
+#include "pipeline/mesh/grid_bricks.h"
 #include "pipeline/mesh/point_ids.h"
 #include "stages/grid/lattice_bits.h"
 
@@ -29,11 +29,8 @@ struct MeshPart {
 Box bricks_of(const MeshPart& part, const BrickGrid& bricks);
 
 /// Builds the tetrahedra of bricks, in the order of bricks.
-class MeshBuilder {
+class MeshBuilder : public GridTaker {
  public:
-  /// Returns a pointer to the value of a lattice point of the brick, valid until the next call.
-  using ValueOf = std::function<const std::byte*(Index3)>;
-
   /// `header` and `sink` must outlive the builder.
   MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink);
 
@@ -41,9 +38,8 @@ class MeshBuilder {
   /// for the sink, and the grid and the field of one brick at the border of the volume.
   static std::uint64_t working_bytes(const CodingParameters& parameters, const Box& positions);
 
-  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers. `active` belongs to the closed
-  /// box.
-  void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of);
+  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers.
+  void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) override;
 
  private:
   static constexpr std::size_t batch = std::size_t{1} << 16;  // tetrahedra that wait for the sink

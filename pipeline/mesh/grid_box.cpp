@@ -1,4 +1,4 @@
-// Builds a part of the mesh from the bricks that it needs.
+// Passes on the bricks of a part of the grid, from the bricks that they need.
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -13,7 +13,7 @@
 #include "pipeline/decode/block.h"
 #include "pipeline/grid/derived_grid.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/mesh/mesh_bricks.h"
+#include "pipeline/mesh/grid_bricks.h"
 #include "stages/marks/halo.h"
 
 namespace tagrid {
@@ -23,7 +23,7 @@ namespace {
 class Layer {
  public:
   Layer() = default;
-  Layer(const TagBricks& file, const Box& positions, const Box& meshed, oneapi::tbb::task_arena& arena)
+  Layer(const TagBricks& file, const Box& positions, const Box& taken, oneapi::tbb::task_arena& arena)
       : positions_(positions), bricks_(static_cast<std::size_t>(positions.count())) {
     const BrickGrid grid = file.parameters().bricks();
     arena.execute([&] {
@@ -31,7 +31,7 @@ class Layer {
         const Index3 size = positions_.size();
         const Index3 position = positions_.low + Index3{i % size.x, i / size.x, 0};
         const BrickBytes block = file.read(grid.id(position));
-        const Wanted wanted = meshed.contains(position) ? Wanted::samples_and_grid : Wanted::samples;
+        const Wanted wanted = taken.contains(position) ? Wanted::samples_and_grid : Wanted::samples;
         bricks_[static_cast<std::size_t>(i)] = decode_block(block, file.parameters(), file.name(), wanted);
       });
     });
@@ -71,14 +71,14 @@ Box layer_of(Box box, std::int64_t z) {
 
 // The bricks that the part needs. In a file with voxels, these are also those that own samples on its low faces; if the
 // grid is derived, all whose samples have an influence on it.
-Box needed_for(const Box& meshed, const CodingParameters& parameters) {
-  Box needed = meshed;
+Box needed_for(const Box& taken, const CodingParameters& parameters) {
+  Box needed = taken;
   if (!parameters.stores_grid()) {
     const BrickGrid grid = parameters.bricks();
     const std::int64_t reach = parameters.cube_size + mark_halo(parameters),
                        edge = std::int64_t{grid.edge} * parameters.cube_size;
     // More than the samples that are needed: bricks do not own their low faces.
-    return intersection(meshed.grown(reach / edge + 1),
+    return intersection(taken.grown(reach / edge + 1),
                         Box::of_size({grid.bricks(0), grid.bricks(1), grid.bricks(2)}));
   }
   if (parameters.mode == FileMode::voxels)
@@ -97,20 +97,34 @@ CodingParameters parameters_of_part(CodingParameters parameters, const Box& bric
 }
 
 // The most threads that may decode. Throws MemoryLimit if not even one may.
-int threads_for(const CodingParameters& parameters, const MeshPart& part, const Resources& resources) {
+int threads_for(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
+                const Resources& resources) {
   if (!resources.memory) return resources.threads;
   for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_mesh_box(parameters, part, threads) <= *resources.memory) return threads;
+    if (memory_of_taking(parameters, taken, taker_bytes, threads) <= *resources.memory) return threads;
   throw MemoryLimit("meshing a part of the volume", *resources.memory,
-                    memory_of_mesh_box(parameters, part, 1), {});
+                    memory_of_taking(parameters, taken, taker_bytes, 1), {});
 }
 
 }  // namespace
 
-// Two layers of decoded bricks are in memory: the one that is made into tetrahedra, and the one below.
-std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshPart& part, int threads) {
+Box bricks_that_meet(const Box& box, const BrickGrid& bricks) {
+  Box positions = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
+  const std::int64_t length = std::int64_t{bricks.edge} * bricks.domain.cube_size;
+  for (int axis = 0; axis < 3; ++axis) {
+    // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
+    // both.
+    positions.low[axis] = bricks.owner(box.low[axis]);
+    positions.high[axis] = std::min(box.high[axis] / length, positions.high[axis]);
+  }
+  return positions;
+}
+
+// Two layers of decoded bricks are in memory: the one that is passed on, and the one below.
+std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& taken,
+                               std::uint64_t taker_bytes, int threads) {
   const BrickGrid grid = parameters.bricks();
-  const Box meshed = bricks_of(part, grid), needed = needed_for(meshed, parameters);
+  const Box needed = needed_for(taken, parameters);
   const Box largest = grid.closed_box({0, 0, 0});
   const std::uint64_t sample = size_of(parameters.type);
   const auto points = static_cast<std::uint64_t>(largest.count()) * sample,
@@ -118,8 +132,7 @@ std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshP
   const std::uint64_t brick = sizeof(DecodedBrick) + owned + LatticeBits::working_bytes(largest.size()) +
                               (parameters.mode == FileMode::grid ? points : 0);
   const double bricks = 2 * static_cast<double>(layer_of(needed, needed.low.z).count());
-  const double kept = bricks * static_cast<double>(brick) +
-                      static_cast<double>(MeshBuilder::working_bytes(parameters, meshed));
+  const double kept = bricks * static_cast<double>(brick) + static_cast<double>(taker_bytes);
   const std::uint64_t derived =
       parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
   return memory_of_reading(parameters, threads, true) + derived +
@@ -128,8 +141,8 @@ std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshP
 
 namespace {
 
-// The mesh of a part from bricks with their grid, layer by layer.
-void mesh_stored_grid(const TagBricks& file, const Box& meshed, const Box& needed, MeshBuilder& mesh,
+// The bricks with their grid, layer by layer.
+void take_stored_grid(const TagBricks& file, const Box& taken, const Box& needed, GridTaker& taker,
                       oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
   const CodingParameters& parameters = file.parameters();
   const BrickGrid grid = parameters.bricks();
@@ -139,7 +152,7 @@ void mesh_stored_grid(const TagBricks& file, const Box& meshed, const Box& neede
   Layer below, layer;
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
     below = std::move(layer);
-    layer = Layer(file, layer_of(needed, z), meshed, arena);
+    layer = Layer(file, layer_of(needed, z), taken, arena);
     const auto sample_at = [&](Index3 p) {
       const Index3 q = volume.nearest(p);
       const Index3 owner = {grid.owner(q.x), grid.owner(q.y), grid.owner(q.z)};
@@ -147,14 +160,14 @@ void mesh_stored_grid(const TagBricks& file, const Box& meshed, const Box& neede
       return holder.at(owner).samples.data() +
              static_cast<std::size_t>(grid.owned_box(owner).offset(q)) * size;
     };
-    if (z >= meshed.low.z)
-      for (std::int64_t y = meshed.low.y; y <= meshed.high.y; ++y)
-        for (std::int64_t x = meshed.low.x; x <= meshed.high.x; ++x) {
+    if (z >= taken.low.z)
+      for (std::int64_t y = taken.low.y; y <= taken.high.y; ++y)
+        for (std::int64_t x = taken.low.x; x <= taken.high.x; ++x) {
           const DecodedBrick& brick = layer.at({x, y, z});
           if (voxels)
-            mesh.add_brick({x, y, z}, brick.active, sample_at);
+            taker.add_brick({x, y, z}, brick.active, sample_at);
           else
-            mesh.add_brick({x, y, z}, brick.active, [&](Index3 p) {
+            taker.add_brick({x, y, z}, brick.active, [&](Index3 p) {
               return brick.points.data() + static_cast<std::size_t>(brick.active.box().offset(p)) * size;
             });
         }
@@ -168,21 +181,21 @@ LatticeBits moved(const LatticeBits& bits, Index3 by) {
   return result;
 }
 
-// The mesh of a part from decoded samples, whose grid is computed for the bricks of the part alone.
-void mesh_derived_grid(const TagBricks& file, const Box& meshed, const Box& needed, MeshBuilder& mesh,
+// The bricks from decoded samples, whose grid is computed for the bricks of the part alone.
+void take_derived_grid(const TagBricks& file, const Box& taken, const Box& needed, GridTaker& taker,
                        oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
   const CodingParameters& parameters = file.parameters();
   const CodingParameters part = parameters_of_part(parameters, needed);
   const BrickGrid grid = parameters.bricks();
   const std::size_t size = size_of(parameters.type);
   const Index3 low = grid.closed_box(needed.low).low;
-  const BrickRows rows = {meshed.low.y - needed.low.y, meshed.high.y - needed.low.y + 1,
-                          meshed.low.z - needed.low.z, meshed.high.z - needed.low.z + 1};
+  const BrickRows rows = {taken.low.y - needed.low.y, taken.high.y - needed.low.y + 1,
+                          taken.low.z - needed.low.z, taken.high.z - needed.low.z + 1};
   DerivedGrid derived(part, rows, [&](const SubdividedBrick& brick) {
     const Index3 position = brick.brick + needed.low;
-    if (!meshed.contains(position)) return;
-    mesh.add_brick(position, moved(brick.active, low),
-                   [&](Index3 p) { return sample_at(brick.slices, part.dims, size, p - low); });
+    if (!taken.contains(position)) return;
+    taker.add_brick(position, moved(brick.active, low),
+                    [&](Index3 p) { return sample_at(brick.slices, part.dims, size, p - low); });
   });
   const Box samples = {derived.samples().low + low, derived.samples().high + low};
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
@@ -202,19 +215,18 @@ void mesh_derived_grid(const TagBricks& file, const Box& meshed, const Box& need
 
 }  // namespace
 
-void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
-              const Progress& progress) {
+void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_bytes,
+               const Resources& resources, GridTaker& taker, const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
-  const Box meshed = bricks_of(part, parameters.bricks()), needed = needed_for(meshed, parameters);
-  oneapi::tbb::task_arena arena(threads_for(parameters, part, resources));
-  MeshBuilder mesh(file.header(), part, sink);
+  const Box needed = needed_for(positions, parameters);
+  oneapi::tbb::task_arena arena(threads_for(parameters, positions, taker_bytes, resources));
   const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
   std::uint64_t done = 0;
   const auto layer_done = [&] {
     if (progress) progress(++done, total);
   };
-  const auto mesh_it = parameters.stores_grid() ? mesh_stored_grid : mesh_derived_grid;
-  mesh_it(file, meshed, needed, mesh, arena, layer_done);
+  const auto take = parameters.stores_grid() ? take_stored_grid : take_derived_grid;
+  take(file, positions, needed, taker, arena, layer_done);
 }
 
 }  // namespace tagrid
