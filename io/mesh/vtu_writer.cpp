@@ -5,42 +5,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cassert>
-#include <vector>
 
-#include "io/bytes/little_endian.h"
+#include "io/mesh/vtk_appended.h"
 #include "io/volume/vtk_names.h"
 
 namespace tagrid {
 namespace {
 
 constexpr std::uint8_t vtk_tetra = 10;
-constexpr std::size_t batch = 1 << 14;  // numbers converted at a time
-
-// Writes numbers from memory to a little-endian file.
-template <class Output>
-void write_samples(Output& output, std::span<const std::byte> bytes, std::size_t sample_size) {
-  if constexpr (std::endian::native == std::endian::little) {
-    output.write(bytes);
-  } else {
-    std::vector<std::byte> swapped(bytes.begin(), bytes.end());
-    swap_bytes_of_samples(swapped.data(), swapped.size() / sample_size, sample_size);
-    output.write(std::span<const std::byte>(swapped));
-  }
-}
-
-void write_size(OutputFile& output, std::uint64_t bytes) {
-  std::array<std::byte, 8> size;
-  store_little_endian(size.data(), bytes);
-  output.write(size);
-}
-
-void write_spooled(OutputFile& output, SpoolFile& spool) {
-  write_size(output, spool.size());
-  spool.read_back([&](std::span<const std::byte> part) { output.write(part); });
-}
 
 // The primitive of each tetrahedron, computed from its level.
 void write_types(OutputFile& output, SpoolFile& levels) {
@@ -49,18 +22,6 @@ void write_types(OutputFile& output, SpoolFile& levels) {
     for (std::byte& level : part) level = static_cast<std::byte>(std::to_integer<unsigned>(level) % 3);
     output.write(std::span<const std::byte>(part));
   });
-}
-
-// Writes an array that depends only on the number of tetrahedra: number_of(i) for each of them.
-template <class Number, class NumberOf>
-void write_computed(OutputFile& output, std::int64_t count, NumberOf number_of) {
-  write_size(output, static_cast<std::uint64_t>(count) * sizeof(Number));
-  std::vector<Number> numbers;
-  for (std::int64_t i = 0; i < count;) {
-    numbers.clear();
-    for (; i < count && numbers.size() < batch; ++i) numbers.push_back(number_of(i));
-    write_samples(output, std::as_bytes(std::span(numbers)), sizeof(Number));
-  }
 }
 
 }  // namespace
