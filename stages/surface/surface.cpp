@@ -1,0 +1,145 @@
+#include "stages/surface/surface.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "stages/surface/cases.h"
+#include "stages/surface/crossings.h"
+#include "stages/surface/edge_numbers.h"
+
+namespace tagrid {
+namespace {
+
+bool is_in_border(const std::array<Index3, 3>& face, Index3 last) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const std::int64_t plane : {std::int64_t{0}, last[axis]})
+      if (face[0][axis] == plane && face[1][axis] == plane && face[2][axis] == plane) return true;
+  return false;
+}
+
+// Calls visit(corners, inside) for the faces in the border of the volume. `corners`: numbers of vertices of the
+// tetrahedron; `inside`: a bit for each of the three.
+template <class Visit>
+void for_each_border_face(const CrossedTetrahedron& t, Index3 low, Index3 last, Visit visit) {
+  if (!t.at_border) return;
+  for (const auto& corners : faces_of_tetrahedron) {
+    std::array<Index3, 3> face;
+    for (std::size_t i = 0; i < 3; ++i) face[i] = low + unpack(t.vertices[corners[i]]);
+    if (!is_in_border(face, last)) continue;
+    unsigned inside = 0;
+    for (unsigned i = 0; i < 3; ++i) inside |= ((t.inside >> corners[i]) & 1) << i;
+    visit(corners, inside);
+  }
+}
+
+// Calls visit() with the three corners of each triangle, as edges of the tetrahedron.
+template <class Visit>
+void for_each_triangle(const CrossedTetrahedron& t, Index3 low, const SurfaceGrid& grid, Visit visit) {
+  for (const auto& triangle : triangles_in_tetrahedron[t.inside]) visit(triangle);
+  if (!grid.close) return;
+  for_each_border_face(t, low, grid.last, [&](const auto& corners, unsigned inside) {
+    for (std::array<CutEdge, 3> triangle : triangles_in_face[inside]) {
+      for (CutEdge& corner : triangle) corner = {corners[corner.a], corners[corner.b]};
+      visit(triangle);
+    }
+  });
+}
+
+std::int64_t border_edges_of(const CrossedTetrahedron& t, Index3 low, const SurfaceGrid& grid) {
+  std::int64_t count = 0;
+  if (!grid.close)
+    for_each_border_face(t, low, grid.last,
+                         [&](const auto&, unsigned inside) { count += inside != 0 && inside != 7; });
+  return count;
+}
+
+// The place of the level between the values a and b, one of which is inside: 0 at a, 1 at b.
+double crossing(double a, double b, double level) {
+  if (!std::isfinite(a) || !std::isfinite(b)) {
+    if (std::isinf(a) && std::isinf(b)) return 0.5;
+    return std::isfinite(a) ? 0 : 1;
+  }
+  double rise = b - a;
+  if (!std::isfinite(rise)) {
+    a /= 2, b /= 2, level /= 2;
+    rise = b - a;
+  }
+  return (level - a) / rise;
+}
+
+SurfaceVertex vertex_on(const CrossedTetrahedron& t, CutEdge edge, const RasterOrder& order, double level) {
+  const auto number = [&](unsigned char i) { return order.number(t.vertices[i]); };
+  if (edge.a == edge.b) return {number(edge.a), number(edge.a), 0};
+  if (number(edge.b) < number(edge.a)) std::swap(edge.a, edge.b);
+  return {number(edge.a), number(edge.b), crossing(t.values[edge.a], t.values[edge.b], level)};
+}
+
+PackedPoint sum_of_ends(const CrossedTetrahedron& t, CutEdge edge) {
+  return t.vertices[edge.a] + t.vertices[edge.b];
+}
+
+}  // namespace
+
+template <class T>
+BrickSurface surface_of_brick(std::span<const T> points, const LatticeBits& active, const SurfaceGrid& grid,
+                              const SurfaceLevel& level) {
+  const Box& box = active.box();
+  assert(static_cast<std::int64_t>(points.size()) == box.count() && std::isfinite(level.value));
+  BrickSurface surface;
+  Crossings<T> crossings(points, active, grid, level);
+  EdgeNumbers numbers(box.size());
+  // Twice over the tetrahedra, so that nothing but the result grows with the surface.
+  std::size_t triangles = 0;
+  crossings.for_each([&](const CrossedTetrahedron& t) {
+    for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
+      for (const CutEdge corner : triangle) numbers.add(sum_of_ends(t, corner));
+      ++triangles;
+    });
+    surface.border_edges += border_edges_of(t, box.low, grid);
+  });
+  surface.has_gaps = crossings.has_gaps();
+  if (triangles == 0) return surface;
+  surface.vertices.resize(numbers.count(), {0, 0, -1});
+  surface.triangles.reserve(triangles);
+  const RasterOrder order(box.size());
+  crossings.for_each([&](const CrossedTetrahedron& t) {
+    for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
+      std::array<std::uint32_t, 3> corners;
+      for (std::size_t i = 0; i < 3; ++i) {
+        corners[i] = numbers.number(sum_of_ends(t, triangle[i]));
+        SurfaceVertex& vertex = surface.vertices[corners[i]];
+        if (vertex.at < 0) vertex = vertex_on(t, triangle[i], order, level.value);
+      }
+      surface.triangles.push_back(corners);
+    });
+  });
+  return surface;
+}
+
+// Tetrahedra have lattice points as vertices, so each has at least a sixth of a unit cube, and two triangles. On the
+// border, a unit square has at most two faces, each with two triangles.
+std::uint64_t most_surface_triangles(Index3 size) {
+  const Index3 n = size - Index3{1, 1, 1};
+  return static_cast<std::uint64_t>(12 * n.x * n.y * n.z + 8 * (n.x * n.y + n.y * n.z + n.x * n.z));
+}
+
+// A point is the lower end of at most seven edges, and may itself be a vertex where the surface is closed.
+std::uint64_t most_surface_vertices(Index3 size) {
+  return 8 * static_cast<std::uint64_t>(size.x * size.y * size.z);
+}
+
+std::uint64_t working_bytes_of_surface(SampleType type, Index3 size, int cube_size) {
+  std::uint64_t bytes = EdgeNumbers::working_bytes(size) +
+                        most_surface_vertices(size) * sizeof(SurfaceVertex) +
+                        most_surface_triangles(size) * sizeof(std::array<std::uint32_t, 3>);
+  with_sample_type(type, [&](auto t) { bytes += Crossings<decltype(t)>::working_bytes(size, cube_size); });
+  return bytes;
+}
+
+#define TAGRID_INSTANTIATE(T)                                                                        \
+  template BrickSurface surface_of_brick(std::span<const T>, const LatticeBits&, const SurfaceGrid&, \
+                                         const SurfaceLevel&);
+TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
+#undef TAGRID_INSTANTIATE
+
+}  // namespace tagrid
