@@ -1,0 +1,71 @@
+// The format: 80 bytes of text, the number of triangles (uint32), and for each its normal, its three corners (floats), and
+// a uint16 that is 0. The text must not begin with "solid", the sign of STL in ASCII.
+#include "io/surface/stl.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+using Point = std::array<float, 3>;
+
+constexpr std::size_t triangle_bytes = 12 * sizeof(float) + 2;
+
+Point as_floats(const std::array<double, 3>& p) {
+  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
+
+Point normal_of(const std::array<Point, 3>& corners) {
+  double p[3], q[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    p[axis] = static_cast<double>(corners[1][axis]) - static_cast<double>(corners[0][axis]);
+    q[axis] = static_cast<double>(corners[2][axis]) - static_cast<double>(corners[0][axis]);
+  }
+  const double n[] = {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  if (!(length > 0)) return {};
+  return as_floats({n[0] / length, n[1] / length, n[2] / length});
+}
+
+}  // namespace
+
+StlFile::StlFile(const std::string& path, bool overwrite)
+    : SurfaceFile(path, overwrite), triangles_(SpoolFile::beside(path)) {}
+
+void StlFile::add(const SurfacePiece& piece) {
+  for (const auto& triangle : piece.triangles) {
+    std::array<Point, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = as_floats(piece.position(triangle[i]));
+    std::array<std::byte, triangle_bytes> bytes{};
+    std::byte* to = bytes.data();
+    const auto put = [&](const Point& p) {
+      for (const float x : p) {
+        store_little_endian(to, x);
+        to += sizeof x;
+      }
+    };
+    put(normal_of(corners));
+    for (const Point& corner : corners) put(corner);
+    triangles_.write(bytes);
+  }
+}
+
+void StlFile::finish() {
+  const std::uint64_t count = triangles_.size() / triangle_bytes;
+  if (count > std::numeric_limits<std::uint32_t>::max())
+    throw WorldError(output_.name() + ": the surface has more triangles than STL can count; write .vtp");
+  std::array<std::byte, 84> head{};
+  constexpr std::string_view text = "tagrid isosurface, binary STL";
+  for (std::size_t i = 0; i < text.size(); ++i) head[i] = static_cast<std::byte>(text[i]);
+  store_little_endian(head.data() + 80, static_cast<std::uint32_t>(count));
+  output_.write(std::span<const std::byte>(head));
+  triangles_.read_back([&](std::span<const std::byte> part) { output_.write(part); });
+}
+
+}  // namespace tagrid

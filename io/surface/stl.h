@@ -1,0 +1,25 @@
+// Surfaces as binary STL.
+#pragma once
+
+#include <string>
+
+#include "io/files/spool_file.h"
+#include "io/surface/surface_file.h"
+
+namespace tagrid {
+
+/// STL has floats alone, and no shared vertices: each triangle has the places of its corners, which are the same bits in
+/// all triangles of a vertex. Normals are computed from them; a triangle without an area has the normal 0. There may be
+/// 2^32 - 1 triangles; WorldError if there are more.
+class StlFile : public SurfaceFile {
+ public:
+  StlFile(const std::string& path, bool overwrite);
+
+  void add(const SurfacePiece& piece) override;
+  void finish() override;
+
+ private:
+  SpoolFile triangles_;
+};
+
+}  // namespace tagrid
