@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/volume/world.h"
+
 namespace tagrid {
 
 double determinant(const std::array<std::array<double, 3>, 3>& m) {
@@ -23,14 +25,17 @@ bool has_unknown_spacing(const Geometry& geometry) {
 }
 
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point) {
+  return to_world(geometry, std::array{static_cast<double>(point.x), static_cast<double>(point.y),
+                                       static_cast<double>(point.z)});
+}
+
+std::array<double, 3> to_world(const Geometry& geometry, const std::array<double, 3>& place) {
   std::array<double, 3> world = geometry.origin;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    const auto steps = static_cast<double>(point[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
     if (geometry.has_directions)
-      for (std::size_t i = 0; i < 3; ++i) world[i] += steps * geometry.directions[a][i];
+      for (std::size_t i = 0; i < 3; ++i) world[i] += place[axis] * geometry.directions[axis][i];
     else
-      world[a] += steps * spacing_or_1(geometry, a);
+      world[axis] += place[axis] * spacing_or_1(geometry, axis);
   }
   return world;
 }

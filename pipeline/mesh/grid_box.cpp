@@ -96,16 +96,6 @@ CodingParameters parameters_of_part(CodingParameters parameters, const Box& bric
   return parameters;
 }
 
-// The most threads that may decode. Throws MemoryLimit if not even one may.
-int threads_for(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
-                const Resources& resources) {
-  if (!resources.memory) return resources.threads;
-  for (int threads = resources.threads; threads >= 1; --threads)
-    if (memory_of_taking(parameters, taken, taker_bytes, threads) <= *resources.memory) return threads;
-  throw MemoryLimit("meshing a part of the volume", *resources.memory,
-                    memory_of_taking(parameters, taken, taker_bytes, 1), {});
-}
-
 }  // namespace
 
 Box bricks_that_meet(const Box& box, const BrickGrid& bricks) {
@@ -137,6 +127,15 @@ std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& ta
       parameters.stores_grid() ? 0 : memory_of_deriving(parameters_of_part(parameters, needed), threads);
   return memory_of_reading(parameters, threads, true) + derived +
          static_cast<std::uint64_t>(std::min(kept * heap_overhead, 4e18));
+}
+
+int threads_for_taking(const CodingParameters& parameters, const Box& taken, std::uint64_t taker_bytes,
+                       const Resources& resources) {
+  if (!resources.memory) return resources.threads;
+  for (int threads = resources.threads; threads >= 1; --threads)
+    if (memory_of_taking(parameters, taken, taker_bytes, threads) <= *resources.memory) return threads;
+  throw MemoryLimit("meshing a part of the volume", *resources.memory,
+                    memory_of_taking(parameters, taken, taker_bytes, 1), {});
 }
 
 namespace {
@@ -219,7 +218,7 @@ void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_
                const Resources& resources, GridTaker& taker, const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
   const Box needed = needed_for(positions, parameters);
-  oneapi::tbb::task_arena arena(threads_for(parameters, positions, taker_bytes, resources));
+  oneapi::tbb::task_arena arena(threads_for_taking(parameters, positions, taker_bytes, resources));
   const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
   std::uint64_t done = 0;
   const auto layer_done = [&] {

@@ -53,6 +53,10 @@ Box bricks_that_meet(const Box& box, const BrickGrid& bricks);
 std::uint64_t memory_of_taking(const CodingParameters& parameters, const Box& positions,
                                std::uint64_t taker_bytes, int threads);
 
+/// The most threads that may decode in take_some(). Throws MemoryLimit if not even one may.
+int threads_for_taking(const CodingParameters& parameters, const Box& positions, std::uint64_t taker_bytes,
+                       const Resources& resources);
+
 /// Passes the bricks at `positions`. Reads them and the bricks below them, which own the samples on their low faces.
 /// Memory: these bricks of two layers, and that of the taker. Progress counts layers of bricks. Throws as take_all()
 /// does.

@@ -6,6 +6,7 @@
 #include "pipeline/mesh/mesh.h"
 #include "pipeline/phantom/phantom.h"
 #include "pipeline/run/run.h"
+#include "pipeline/surface/surface.h"
 
 namespace tagrid {
 
@@ -53,6 +54,12 @@ inline MeshResult write_mesh(const std::string& input, const std::string& output
                              const Resources& resources) {
   return committed(
       write_mesh({.input = input, .output = output, .options = options, .resources = resources}));
+}
+
+inline SurfaceResult write_surface(const std::string& input, const std::string& output,
+                                   const SurfaceOptions& options, const Resources& resources) {
+  return committed(
+      write_surface({.input = input, .output = output, .options = options, .resources = resources}));
 }
 
 inline std::uint64_t write_phantom(const PhantomOptions& options, const std::string& output,
