@@ -3,16 +3,15 @@
 #include <fmt/format.h>
 
 #include <optional>
-#include <tuple>
 
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
-#include "tools/options/numbers.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
+#include "tools/options/wanted_region.h"
 #include "tools/report/damage.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -39,7 +38,8 @@ struct DecodeCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    const WantedRegion wanted = wanted_region();
+    WantedRegion wanted = wanted_region(region);
+    wanted.step = step;
     const std::string path = output.path.empty() ? default_output() : output.path;
     // A part with the name of the whole volume would be taken for it, or replace it.
     if (output.path.empty() && path != "-" && !wanted.is_all())
@@ -118,19 +118,6 @@ struct DecodeCommand {
     return output_beside(input, std::string(asked.extensions.front()));
   }
 
-  WantedRegion wanted_region() const {
-    WantedRegion wanted;
-    wanted.step = step;
-    if (region.empty()) return wanted;
-    const auto ranges = three_ranges(region);
-    if (!ranges)
-      throw UsageError(fmt::format(
-          "--region {}: must be x0:x1,y0:y1,z0:z1 with whole numbers; an end may be left out", region));
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      std::tie(wanted.low[axis], wanted.high[axis]) = (*ranges)[axis];
-    return wanted;
-  }
-
   FinishedDecode decode(Ranks& ranks, const std::string& path, const Format& chosen,
                         const WantedRegion& wanted) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
@@ -155,11 +142,7 @@ Action add_decode_command(CLI::App& app) {
   add_output_options(*command, state->output);
   add_format_option(*command, state->format);
   add_vdb_output_options(*command, state->vdb);
-  command
-      ->add_option("--region", state->region,
-                   "Samples from x0 up to, but not including, x1, and likewise for y and z; an end that is "
-                   "left out is that of the volume")
-      ->option_text("x0:x1,y0:y1,z0:z1");
+  add_region_option(*command, state->region, "Samples");
   add_number_option(*command, "--step", state->step,
                     "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")
       ->option_text("N");

@@ -1,0 +1,98 @@
+// tagrid surface.
+
+#include "tests/support/command_line.h"
+#include "tests/support/ply_reader.h"
+
+namespace tagrid {
+namespace {
+
+class SurfaceCommand : public CommandLine {};
+
+TEST_F(SurfaceCommand, TakesItsNameFromTheInput) {
+  make_tag({"--grid-only"});
+  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40"}));
+  EXPECT_GT(read_ply(content("volume.ply")).triangles.size(), 100U);
+}
+
+TEST_F(SurfaceCommand, SameBytesFromPipesAndForAnyThreadCount) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  for (const Arguments& options : {Arguments{}, {"--region", "3:20,:,5:"}, {"--close"}}) {
+    expect_ok(tagrid(with({"surface", "volume.tag", "--iso=40.5", "-T1", "-fo", "one.ply"}, options)));
+    const std::string surface = content("one.ply");
+    EXPECT_GT(read_ply(surface).triangles.size(), 50U);
+    for (const char* threads : {"2", "7"})
+      EXPECT_TRUE(tagrid(with({"surface", "-", "--iso=40.5", "-o", "-", "-T", threads}, options),
+                         content("volume.tag"))
+                      .out == surface)
+          << threads;
+  }
+}
+
+TEST_F(SurfaceCommand, WritesEveryFormatUnderALimitOnMemory) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  for (const char* name : {"x.ply", "x.stl", "x.obj", "x.vtp"})
+    expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "-o", name, "-M", "64M"}));
+  expect_error(tagrid({"surface", "volume.tag", "--iso", "40", "-o", "y.ply", "-M", "1M"}), usage, "-M");
+  EXPECT_EQ(names(),
+            (std::vector<std::string>{"volume.nrrd", "volume.tag", "x.obj", "x.ply", "x.stl", "x.vtp"}));
+}
+
+TEST_F(SurfaceCommand, ReportsItsFigures) {
+  make_tag();
+  expect_ok(tagrid({"surface", "volume.tag", "--iso", "40", "--json", "x.json"}));
+  auto json = json_of("x.json");
+  const PlySurface surface = read_ply(content("volume.ply"));
+  const SurfaceFindings found = check_surface(surface.vertices.size(), surface.triangles);
+  EXPECT_EQ(json["command"], "surface");
+  EXPECT_EQ(json["bytes_out"], content("volume.ply").size());
+  EXPECT_EQ(json["settings"]["iso"], 40);
+  EXPECT_EQ(json["settings"]["vertices"], surface.vertices.size());
+  EXPECT_EQ(json["settings"]["triangles"], surface.triangles.size());
+  EXPECT_EQ(json["settings"]["boundary_edges"], found.border_edges);
+  EXPECT_GT(json["settings"]["area"], 0);
+  expect_ok(
+      tagrid({"surface", "volume.tag", "--iso", "40", "-fo", "a.ply", "--json=x.json", "--region=:,:,3:9"}));
+  json = json_of("x.json");
+  EXPECT_TRUE(json["settings"]["boundary_edges"].is_null());
+}
+
+TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
+  make_tag();
+  const auto result = tagrid({"surface", "volume.tag", "--iso", "30000"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_NE(result.err.find("the surface is empty"), std::string::npos);
+  EXPECT_TRUE(read_ply(content("volume.ply")).vertices.empty());
+}
+
+TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
+  make_tag();
+  for (const char* level : {"-1", "16", "x"})
+    expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--level", level}), usage, "--level");
+  for (const char* iso : {"nan", "inf", "x", "1e999"})
+    expect_error(tagrid({"surface", "volume.tag", "--iso", iso}), usage, "--iso");
+  expect_error(tagrid({"surface", "volume.tag"}), usage, "--iso is required");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage,
+               ".ply, .stl, .obj or .vtp");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "give -o");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.ply", "--region", "0:999,:,:"}), usage,
+               "volume");
+  expect_error(tagrid({"surface", "missing.tag", "--iso=1"}), world, "missing.tag");
+  expect_error(tagrid({"surface", "volume.nrrd", "--iso=1", "-o", "x.ply"}), broken_input, "not a .tag file");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "no/x.ply"}), world, "no/x.ply");
+  file("volume.ply", "precious");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1"}), usage, "volume.ply: already exists");
+  EXPECT_EQ(content("volume.ply"), "precious");
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.ply", "volume.tag"}));
+}
+
+TEST_F(SurfaceCommand, ADamagedFileLeavesNoSurface) {
+  make_tag({"--cube", "8", "--brick", "1"});
+  std::string bytes = content("volume.tag");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  file("bad.tag", bytes);
+  expect_error(tagrid({"surface", "bad.tag", "--iso=40"}), broken_input, "bad.tag: ");
+  EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "volume.nrrd", "volume.tag"}));
+}
+
+}  // namespace
+}  // namespace tagrid
