@@ -16,6 +16,7 @@ _tagrid_options() {
     verify) echo "$run $memory --spool $source --against -f --force" ;;
     restore) echo "$run $memory $output" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
+    surface) echo "$run $memory $output --iso --level --region --close" ;;
     convert)
       echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
@@ -52,7 +53,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh surface convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi
