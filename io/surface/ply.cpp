@@ -14,11 +14,21 @@ namespace {
 
 constexpr std::size_t vertex_bytes = 3 * sizeof(double);
 constexpr std::size_t face_bytes = 1 + 3 * sizeof(std::int32_t);
+constexpr std::size_t head_bytes = 256;
+
+std::string head_of(std::int64_t vertices, std::uint64_t faces) {
+  const std::string begin = "ply\nformat binary_little_endian 1.0\ncomment tagrid surface";
+  const std::string end = fmt::format(
+      "\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      vertices, faces);
+  return begin + std::string(head_bytes - begin.size() - end.size(), ' ') + end;
+}
 
 }  // namespace
 
 PlyFile::PlyFile(const std::string& path, bool overwrite)
-    : SurfaceFile(path, overwrite), vertices_(SpoolFile::beside(path)), faces_(SpoolFile::beside(path)) {}
+    : SurfaceFile(path, overwrite), vertices_(output_, path, head_bytes), faces_(SpoolFile::beside(path)) {}
 
 void PlyFile::add(const SurfacePiece& piece) {
   for (std::size_t i = 0; i < piece.ids.size(); ++i) {
@@ -27,7 +37,7 @@ void PlyFile::add(const SurfacePiece& piece) {
     const std::array<double, 3> place = piece.position(i);
     for (std::size_t axis = 0; axis < 3; ++axis)
       store_little_endian(bytes.data() + axis * sizeof(double), place[axis]);
-    vertices_.write(bytes);
+    vertices_.append(bytes);
     ++vertex_count_;
   }
   if (vertex_count_ > std::numeric_limits<std::int32_t>::max())
@@ -43,14 +53,9 @@ void PlyFile::add(const SurfacePiece& piece) {
 }
 
 void PlyFile::finish() {
-  output_.write(
-      fmt::format("ply\nformat binary_little_endian 1.0\n"
-                  "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
-                  "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-                  vertex_count_, faces_.size() / face_bytes));
-  const auto copy = [&](std::span<const std::byte> part) { output_.write(part); };
-  vertices_.read_back(copy);
-  faces_.read_back(copy);
+  const std::string head = head_of(vertex_count_, faces_.size() / face_bytes);
+  vertices_.finish(std::as_bytes(std::span(head.data(), head.size())));
+  faces_.read_back([&](std::span<const std::byte> part) { output_.write(part); });
 }
 
 }  // namespace tagrid

@@ -5,12 +5,14 @@
 #include <string>
 
 #include "io/files/spool_file.h"
+#include "io/surface/counted_output.h"
 #include "io/surface/surface_file.h"
 
 namespace tagrid {
 
 /// Vertices are doubles: floats would move them by up to a tenth of a voxel if the origin is far away. Faces are lists
-/// of three ints, as all readers expect, so there may be 2^31 - 1 vertices; WorldError if there are more.
+/// of three ints, as all readers expect, so there may be 2^31 - 1 vertices; WorldError if there are more. A comment of spaces gives the head a fixed
+/// size.
 class PlyFile : public SurfaceFile {
  public:
   PlyFile(const std::string& path, bool overwrite);
@@ -19,7 +21,8 @@ class PlyFile : public SurfaceFile {
   void finish() override;
 
  private:
-  SpoolFile vertices_, faces_;
+  CountedOutput vertices_;
+  SpoolFile faces_;
   std::int64_t vertex_count_ = 0;
 };
 

@@ -1,9 +1,10 @@
 // Surfaces as binary STL.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include "io/files/spool_file.h"
+#include "io/surface/counted_output.h"
 #include "io/surface/surface_file.h"
 
 namespace tagrid {
@@ -19,7 +20,8 @@ class StlFile : public SurfaceFile {
   void finish() override;
 
  private:
-  SpoolFile triangles_;
+  CountedOutput triangles_;
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace tagrid

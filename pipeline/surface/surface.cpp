@@ -84,7 +84,8 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   check_output(run.output, options.overwrite);
   Input input(run.input, !options.region.is_all());
   const CodingParameters& parameters = input.header().parameters;
-  SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close};
+  SurfacePart part{checked_level(options.level, parameters.cube_size), std::nullopt, options.close,
+                   options.area};
   if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;
   refuse_flat(parameters, input.name(), Problem::none);
   const SurfaceLevel level = level_in_samples(options.iso, input.header(), input.name());

@@ -23,6 +23,8 @@ struct SurfaceOptions {
   WantedRegion region = {};
   /// Closes the surface at the border of the volume, as if values outside were below `iso`; likewise around NaN.
   bool close = false;
+  /// Measures the area, which takes some time.
+  bool area = false;
   bool overwrite = false;
 };
 

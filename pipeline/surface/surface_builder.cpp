@@ -80,7 +80,7 @@ void SurfaceBuilder::add_brick(Index3 position, const LatticeBits& active, const
   number(position, box, surface.vertices);
   const auto position_of = [&](std::size_t i) { return world_position(surface.vertices[i], box); };
   const SurfacePiece piece{ids_, position_of, surface.triangles};
-  add_area(piece);
+  if (part_.area) add_area(piece);
   counts_.triangles += static_cast<std::int64_t>(surface.triangles.size());
   counts_.border_edges += surface.border_edges;
   counts_.has_gaps = counts_.has_gaps || surface.has_gaps;

@@ -23,11 +23,13 @@ struct SurfacePart {
   std::optional<Box> box = std::nullopt;
   /// Closes the surface at the border of the volume and around NaN.
   bool close = false;
+  /// Measures the area, which takes some time.
+  bool area = false;
 };
 
 struct SurfaceCounts {
   std::int64_t vertices = 0, triangles = 0;
-  double area = 0;  ///< in the world
+  double area = 0;  ///< in the world, if it is measured
   /// Edges of one triangle alone that lie in the border of the volume.
   std::int64_t border_edges = 0;
   /// True if values are NaN where the surface may have passed.

@@ -1,5 +1,6 @@
 #include "stages/surface/surface.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -74,6 +75,37 @@ SurfaceVertex vertex_on(const CrossedTetrahedron& t, CutEdge edge, const RasterO
   return {number(edge.a), number(edge.b), crossing(t.values[edge.a], t.values[edge.b], level)};
 }
 
+// Calls visit() for the tetrahedra that are crossed, twice in the same order. They are found once, if they are few enough
+// to be remembered: finding them takes as long as making the surface.
+template <class T>
+class TwiceCrossed {
+ public:
+  static constexpr std::size_t most = std::size_t{1} << 15;
+
+  explicit TwiceCrossed(Crossings<T>& crossings) : crossings_(crossings) {}
+
+  template <class Visit>
+  void first(Visit visit) {
+    crossings_.for_each([&](const CrossedTetrahedron& t) {
+      ++count_;
+      if (count_ <= most) remembered_.push_back(t);
+      visit(t);
+    });
+  }
+  template <class Visit>
+  void again(Visit visit) {
+    if (count_ <= most)
+      for (const CrossedTetrahedron& t : remembered_) visit(t);
+    else
+      crossings_.for_each(visit);
+  }
+
+ private:
+  Crossings<T>& crossings_;
+  std::vector<CrossedTetrahedron> remembered_;
+  std::size_t count_ = 0;
+};
+
 PackedPoint sum_of_ends(const CrossedTetrahedron& t, CutEdge edge) {
   return t.vertices[edge.a] + t.vertices[edge.b];
 }
@@ -88,9 +120,10 @@ BrickSurface surface_of_brick(std::span<const T> points, const LatticeBits& acti
   BrickSurface surface;
   Crossings<T> crossings(points, active, grid, level);
   EdgeNumbers numbers(box.size());
-  // Twice over the tetrahedra, so that nothing but the result grows with the surface.
+  // Twice, so that the result has its size from the start, and nothing else grows with the surface.
+  TwiceCrossed<T> crossed(crossings);
   std::size_t triangles = 0;
-  crossings.for_each([&](const CrossedTetrahedron& t) {
+  crossed.first([&](const CrossedTetrahedron& t) {
     for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
       for (const CutEdge corner : triangle) numbers.add(sum_of_ends(t, corner));
       ++triangles;
@@ -102,7 +135,7 @@ BrickSurface surface_of_brick(std::span<const T> points, const LatticeBits& acti
   surface.vertices.resize(numbers.count(), {0, 0, -1});
   surface.triangles.reserve(triangles);
   const RasterOrder order(box.size());
-  crossings.for_each([&](const CrossedTetrahedron& t) {
+  crossed.again([&](const CrossedTetrahedron& t) {
     for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
       std::array<std::uint32_t, 3> corners;
       for (std::size_t i = 0; i < 3; ++i) {
@@ -129,7 +162,10 @@ std::uint64_t most_surface_vertices(Index3 size) {
 }
 
 std::uint64_t working_bytes_of_surface(SampleType type, Index3 size, int cube_size) {
-  std::uint64_t bytes = EdgeNumbers::working_bytes(size) +
+  // The list of the remembered ones grows by doubling.
+  const std::uint64_t tetrahedra =
+      std::min<std::uint64_t>(most_surface_triangles(size) / 2, TwiceCrossed<float>::most);
+  std::uint64_t bytes = EdgeNumbers::working_bytes(size) + 3 * tetrahedra * sizeof(CrossedTetrahedron) +
                         most_surface_vertices(size) * sizeof(SurfaceVertex) +
                         most_surface_triangles(size) * sizeof(std::array<std::uint32_t, 3>);
   with_sample_type(type, [&](auto t) { bytes += Crossings<decltype(t)>::working_bytes(size, cube_size); });

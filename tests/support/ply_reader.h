@@ -37,6 +37,7 @@ inline PlySurface read_ply(const std::string& bytes) {
   };
   expect("ply");
   expect("format binary_little_endian 1.0");
+  if (!line().starts_with("comment ")) throw std::runtime_error("PLY: no comment");
   PlySurface surface;
   surface.vertices.resize(count("vertex"));
   for (const char* axis : {"x", "y", "z"}) expect(std::string("property double ") + axis);

@@ -30,6 +30,7 @@ struct SurfaceCommand {
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "surfaces");
     options.overwrite = output.overwrite;
+    options.area = !run.json.empty();
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "surface", input, path);
     Finished<SurfaceResult> surface = write(ranks, path);

@@ -207,7 +207,7 @@ TEST_F(SurfaceInWorld, VerticesLieWhereTheHeaderSaysAndNormalsPointTowardsLowerV
   for (const double x : {-0.5, 0.5}) {
     const std::string fields = "space dimension: 3\nspace directions: (" + std::to_string(x) +
                                ",0,0) (0,2,0) (0,1,4)\nspace origin: (-3,1,8)\n";
-    const PlySurface s = ramp(fields, {.iso = 4.25});
+    const PlySurface s = ramp(fields, {.iso = 4.25, .area = true});
     ASSERT_FALSE(s.vertices.empty());
     for (const Place& p : s.vertices) EXPECT_EQ(p[0], -3 + 4.25 * x);
     EXPECT_NEAR(last_.counts.area, 4 * 2 * 4 * 4, 1e-9) << "4 x 4 parallelograms of 2 along y and 4 across";
