@@ -264,6 +264,8 @@ TEST_F(Surfaces, OfARegionHaveTheTrianglesOfItsTetrahedra) {
     EXPECT_GT(of_some.size(), 10U);
     EXPECT_LT(of_some.size(), of_all.size());
     EXPECT_TRUE(std::includes(of_all.begin(), of_all.end(), of_some.begin(), of_some.end()));
+    EXPECT_EQ(std::set<Place>(some.vertices.begin(), some.vertices.end()).size(), some.vertices.size())
+        << "each vertex exists once";
     const SurfaceFindings found = check(some);
     EXPECT_EQ(found.crowded + found.unused + found.collapsed, 0) << found.text();
   }
