@@ -96,9 +96,14 @@ void EdgeIds::leave(Index3 sum, std::int64_t id) {
 void EdgeIds::clear_high_faces() {
   for (int axis = 0; axis < 3; ++axis) {
     if (position_[axis] == positions_.high[axis]) continue;
-    Box face = box_;
-    face.low[axis] = box_.high[axis];
-    for_each_point_of(face, [&](Index3 sum) { planes_[axis][place(axis, sum)] = none; });
+    // Row by row: along y in the plane of x, else along x.
+    const int along = axis == 0 ? 1 : 0;
+    Box starts = box_;
+    starts.low[axis] = box_.high[axis];
+    starts.high[along] = box_.low[along];
+    for_each_point_of(starts, [&](Index3 start) {
+      std::fill_n(&planes_[axis][place(axis, start)], box_.size()[along], none);
+    });
   }
   for (const auto& [sum, id] : inherited_) leave(sum, id);
 }

@@ -108,6 +108,13 @@ void file(Bytes bytes) {
   const bool meshed =
       is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");
+  is_accepted([&] {
+    // A header may say that each slice has a slope of its own, or that there is one slice.
+    try {
+      write_surface(file.path(), folder.null_named("surface.ply"), {.iso = 1, .close = true}, Resources(1));
+    } catch (const UsageError&) {
+    }
+  });
   const bool counted = is_accepted([&] { summary_with_levels(file.path(), Resources(1)); });
   claim(counted || !verified, "what is verified has levels");
 }
