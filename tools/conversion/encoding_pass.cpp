@@ -102,9 +102,10 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     if (options_.skip_done) return adopt(volume, was_removed, record);
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, "--skip-done compares them"));
     if (is_regular_output(volume.output))
-      throw UsageError(volume.output +
-                       ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
-                       "them again");
+      throw UsageError(
+          volume.output +
+          ": already exists; give --skip-done to leave out volumes that are done, or -f to encode "
+          "them again");
   }
   make_own_folders(options_.output_dir, line.output);
   encode(volume, replace, record);
