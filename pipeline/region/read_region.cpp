@@ -48,23 +48,7 @@ struct BrickDecoder {
     return decode_block(block, parameters, name, Wanted::samples);
   }
   std::uint64_t copy(const DecodedBrick& brick) const {
-    const BrickGrid bricks = parameters.bricks();
-    return copy_samples(brick.samples, bricks.owned_box(bricks.position(brick.id)));
-  }
-
- private:
-  std::uint64_t copy_samples(const std::vector<std::byte>& samples, const Box& owned) const {
-    const std::size_t size = size_of(parameters.type);
-    const Box numbers = region.numbers_in(owned);
-    const auto copy_row = row_copier(size);
-    for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
-      for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
-        const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
-        copy_row(samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
-                 out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0],
-                 numbers.size().x);
-      }
-    return static_cast<std::uint64_t>(numbers.count()) * size;
+    return copy_samples(brick, parameters, region, out, strides);
   }
 };
 
@@ -93,6 +77,22 @@ std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& brick
     for (const std::int64_t y : met[1])
       for (const std::int64_t x : met[0]) ids.push_back(bricks.id({x, y, z}));
   return ids;
+}
+
+std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
+                           const Region& region, std::byte* out, const Strides& strides) {
+  const BrickGrid bricks = parameters.bricks();
+  const Box owned = bricks.owned_box(bricks.position(brick.id)), numbers = region.numbers_in(owned);
+  if (numbers.empty()) return 0;
+  const std::size_t size = size_of(parameters.type);
+  const auto copy = row_copier(size);
+  for (std::int64_t z = numbers.low.z; z <= numbers.high.z; ++z)
+    for (std::int64_t y = numbers.low.y; y <= numbers.high.y; ++y) {
+      const auto first = static_cast<std::size_t>(owned.offset(region.sample({numbers.low.x, y, z})));
+      copy(brick.samples.data() + first * size, region.step.x * static_cast<std::int64_t>(size),
+           out + numbers.low.x * strides[0] + y * strides[1] + z * strides[2], strides[0], numbers.size().x);
+    }
+  return static_cast<std::uint64_t>(numbers.count()) * size;
 }
 
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources) {

@@ -52,6 +52,11 @@ std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& brick
 /// Throws MemoryLimit if not even one does.
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
 
+/// Stores the samples of the region that a brick owns, according to `out` and `strides`, and returns the number of their
+/// bytes.
+std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
+                           const Region& region, std::byte* out, const Strides& strides);
+
 /// Reads only the bricks of the region, and stores its samples, in the machine's byte order, according to
 /// `out` and `strides`. Other threads may read `file` at the same time. Throws BrokenInput, WorldError, and
 /// the exceptions of `progress`; some of the samples may then have been written. REQUIRES: the volume
