@@ -1,0 +1,61 @@
+// A picture of pixels in memory.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tagrid {
+
+struct Colour {
+  std::uint8_t red = 0, green = 0, blue = 0;
+
+  friend constexpr bool operator==(const Colour&, const Colour&) = default;
+};
+
+static_assert(sizeof(Colour) == 3);
+
+/// `share` parts of 256 of `over`, and the rest of `under`.
+constexpr Colour mixed(Colour under, Colour over, int share) {
+  const auto mix = [share](int a, int b) {
+    return static_cast<std::uint8_t>((a * (256 - share) + b * share + 128) / 256);
+  };
+  return {mix(under.red, over.red), mix(under.green, over.green), mix(under.blue, over.blue)};
+}
+
+/// Pixels from left to right, rows from top to bottom. What is drawn outside of the image is left out.
+class Image {
+ public:
+  Image(int width, int height, Colour background)
+      : width_(width),
+        height_(height),
+        pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), background) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::span<const Colour> row(int y) const {
+    return std::span(pixels_).subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(width_),
+                                      static_cast<std::size_t>(width_));
+  }
+  /// Red, green and blue of each pixel.
+  std::span<const std::byte> bytes() const { return std::as_bytes(std::span(pixels_)); }
+  Colour at(int x, int y) const { return row(y)[static_cast<std::size_t>(x)]; }
+
+  void set(int x, int y, Colour colour) { fill(x, y, 1, 1, colour); }
+  /// A rectangle whose upper left pixel is (x, y).
+  void fill(int x, int y, int width, int height, Colour colour) {
+    const int left = std::max(x, 0), right = std::min(x + width, width_);
+    for (int v = std::max(y, 0); v < std::min(y + height, height_); ++v)
+      for (int u = left; u < right; ++u)
+        pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) +
+                static_cast<std::size_t>(u)] = colour;
+  }
+
+ private:
+  int width_, height_;
+  std::vector<Colour> pixels_;
+};
+
+}  // namespace tagrid

@@ -1,0 +1,30 @@
+#include "stages/picture/panel.h"
+
+#include <cmath>
+
+namespace tagrid {
+namespace {
+
+// A panel smaller than this part of its place gets a scale of its own.
+constexpr double least_share_of_scale = 0.6;
+
+}  // namespace
+
+Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
+               int largest, int least) {
+  const int across = axis == 0 ? 1 : 0, down = axis == 2 ? 1 : 2;
+  const auto extent = [&](int a) {
+    const double distance = std::abs(spacing[static_cast<std::size_t>(a)]);
+    return static_cast<double>(dims[a]) * (distance > 0 && distance <= 1e300 ? distance : 1);
+  };
+  const double own = std::max(extent(across), extent(down)), of_all = std::max(own, extent(axis));
+  const double longer = own >= least_share_of_scale * of_all ? of_all : own;
+  const auto pixels = [&](int a) { return static_cast<int>(std::lround(extent(a) / longer * largest)); };
+  return {axis,
+          slice,
+          {across, dims[across], std::max(least, pixels(across)), false},
+          {down, dims[down], std::max(least, pixels(down)), down == 2},
+          std::min(pixels(across), pixels(down)) >= least};
+}
+
+}  // namespace tagrid

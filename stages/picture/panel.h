@@ -1,0 +1,55 @@
+// The size of a slice in a picture, and the sample that each pixel shows.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "stages/grid/box.h"
+
+namespace tagrid {
+
+/// Samples along one axis of a slice, in pixels.
+struct PanelAxis {
+  int axis = 0;              ///< of the volume
+  std::int64_t samples = 1;  ///< of the volume along the axis
+  int pixels = 1;
+  bool reversed = false;  ///< The last sample comes first.
+
+  /// Distance of the samples that are read; 1 where every sample has a pixel.
+  constexpr std::int64_t step() const { return std::max<std::int64_t>(1, samples / pixels); }
+  /// The number of samples that are read: 0, step(), 2 * step(), ...
+  constexpr std::int64_t count() const { return (samples - 1) / step() + 1; }
+
+  /// Parts of the distance of two samples in which positions are given.
+  static constexpr std::int64_t parts = 256;
+  /// The place of the middle of a pixel, in parts. Each sample has the same length, of which it is the middle; in
+  /// the outer halves of the first and the last one, the place is that of the sample.
+  constexpr std::int64_t place(int pixel) const {
+    const std::int64_t p = reversed ? pixels - 1 - pixel : pixel;
+    return std::clamp((2 * p + 1) * samples * parts / (2 * pixels) - parts / 2, std::int64_t{0},
+                      (samples - 1) * parts);
+  }
+  /// The sample that a pixel shows, counted among those that are read: the nearest one, where all are read.
+  constexpr std::int64_t number(int pixel) const {
+    return std::min((place(pixel) + parts / 2) / parts, samples - 1) / step();
+  }
+};
+
+/// A slice of a volume across an axis, as a rectangle of pixels.
+struct Panel {
+  int axis = 2;            ///< the slice is across it
+  std::int64_t slice = 0;  ///< its sample along the axis
+  PanelAxis across, down;
+  /// False if a side was too short, so that lengths across and down cannot be compared.
+  bool to_scale = true;
+};
+
+/// The panel of a slice, in its shape in the world. All panels of a volume have one scale, in which its longest extent has
+/// `largest` pixels; but a panel whose longer side would have less than 0.6 of that is enlarged to `largest`. A side has at
+/// least `least` pixels. A spacing that is not a positive number counts as 1. The panel of z has x to the right and y down; that of y
+/// has x to the right and z up; that of x has y to the right and z up.
+Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
+               int largest, int least);
+
+}  // namespace tagrid
