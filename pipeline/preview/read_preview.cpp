@@ -1,0 +1,218 @@
+#include "pipeline/preview/read_preview.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "pipeline/decode/block.h"
+#include "pipeline/memory/of_bricks.h"
+#include "pipeline/memory/within.h"
+#include "pipeline/region/read_region.h"
+#include "stages/mesh/leaf_at.h"
+
+namespace tagrid {
+namespace {
+
+std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
+  const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
+  if (slice < 0 || slice >= dims[axis])
+    throw UsageError(fmt::format("slice {} = {}: is outside of the volume, whose slices there are 0 to {}",
+                                 "xyz"[axis], slice, dims[axis] - 1));
+  return slice;
+}
+
+// The samples of a panel.
+Region region_of(const Panel& panel) {
+  Region region;
+  region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice;
+  for (const PanelAxis& a : {panel.across, panel.down}) {
+    region.box.high[a.axis] = a.samples - 1;
+    region.step[a.axis] = a.step();
+  }
+  return region;
+}
+
+Strides strides_of(const Panel& panel, std::int64_t size) {
+  Strides strides = {0, 0, 0};
+  strides[static_cast<std::size_t>(panel.across.axis)] = size;
+  strides[static_cast<std::size_t>(panel.down.axis)] = size * panel.across.count();
+  return strides;
+}
+
+std::uint64_t sample_count(const Panel& panel) {
+  return static_cast<std::uint64_t>(panel.across.count() * panel.down.count());
+}
+
+std::uint64_t leaf_number(const BisectionStep& leaf) {
+  Index3 sum;
+  for (const Index3& v : leaf.vertices) sum = sum + v;
+  const auto mix = [](std::uint64_t hash, std::int64_t n) {
+    hash = (hash ^ static_cast<std::uint64_t>(n)) * 0x9e3779b97f4a7c15U;
+    return hash ^ (hash >> 29);
+  };
+  return mix(mix(mix(1, sum.x), sum.y), sum.z);
+}
+
+// The leaves in the plane of a slice across z.
+class LeafMap {
+ public:
+  LeafMap(const Panel& panel, const CodingParameters& parameters, std::vector<LeafPixel>& pixels)
+      : panel_(panel), bricks_(parameters.bricks()), pixels_(pixels) {
+    // Faces of tetrahedra lie in a slice, so the plane is moved a little into the bricks that own its samples.
+    z_ = panel.slice * PanelAxis::parts + (panel.slice > 0 ? -1 : 1);
+  }
+
+  // Sets the pixels whose places the brick owns.
+  void add(const DecodedBrick& brick) const {
+    const Box owned = bricks_.owned_box(bricks_.position(brick.id));
+    const Pixels x = pixels_in(panel_.across, owned), y = pixels_in(panel_.down, owned);
+    const int cube_size = bricks_.domain.cube_size;
+    for (int v = y.first; v < y.end; ++v)
+      for (int u = x.first; u < x.end; ++u) {
+        const Place place = {{place_of(panel_.across, u), place_of(panel_.down, v), z_}, PanelAxis::parts};
+        const BisectionStep leaf = leaf_at(brick.active, place, cube_size);
+        pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
+                static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
+      }
+  }
+
+ private:
+  struct Pixels {
+    int first, end;
+  };
+  // Where samples are left out, their bricks may be, too: then a pixel has the place of its sample.
+  static std::int64_t place_of(const PanelAxis& axis, int pixel) {
+    return axis.step() == 1 ? axis.place(pixel) : axis.number(pixel) * axis.step() * PanelAxis::parts;
+  }
+  // Places do not decrease from pixel to pixel, and neither axis of the panel of z is reversed.
+  static Pixels pixels_in(const PanelAxis& axis, const Box& owned) {
+    const auto first_after = [&](std::int64_t place) {
+      int low = 0, high = axis.pixels;
+      while (low < high) {
+        const int middle = (low + high) / 2;
+        if (place_of(axis, middle) > place)
+          high = middle;
+        else
+          low = middle + 1;
+      }
+      return low;
+    };
+    // The sample before the first one belongs to another brick, and so do places up to it.
+    const std::int64_t low = owned.low[axis.axis];
+    return {low == 0 ? 0 : first_after((low - 1) * PanelAxis::parts),
+            first_after(owned.high[axis.axis] * PanelAxis::parts)};
+  }
+
+  const Panel& panel_;
+  BrickGrid bricks_;
+  std::vector<LeafPixel>& pixels_;
+  std::int64_t z_;
+};
+
+// The bricks of all slices, each once, and whether their grid is needed.
+struct WantedBrick {
+  std::int64_t id;
+  bool with_grid;
+};
+
+std::vector<WantedBrick> wanted_bricks(const std::array<PreviewSlice, 3>& slices, const CodingParameters& p) {
+  std::vector<std::int64_t> ids, with_grid;
+  for (const PreviewSlice& slice : slices) {
+    const std::vector<std::int64_t> met = bricks_of(region_of(slice.panel), p.bricks());
+    ids.insert(ids.end(), met.begin(), met.end());
+    if (slice.panel.axis == 2 && p.stores_grid()) with_grid = met;
+  }
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<WantedBrick> wanted;
+  wanted.reserve(ids.size());
+  for (const std::int64_t id : ids) wanted.push_back({id, std::ranges::binary_search(with_grid, id)});
+  return wanted;
+}
+
+struct Plan {
+  int threads = 1;
+  std::uint64_t memory = 0;
+};
+
+Plan plan_preview(const std::array<PreviewSlice, 3>& slices, const CodingParameters& p,
+                  const Resources& resources, std::uint64_t besides) {
+  const Panel& levels = slices[2].panel;
+  std::uint64_t fixed = besides + static_cast<std::uint64_t>(p.bricks().count()) * 48;
+  for (const PreviewSlice& slice : slices)
+    fixed += sample_count(slice.panel) * (size_of(p.type) + sizeof(double));
+  if (p.stores_grid())
+    fixed += static_cast<std::uint64_t>(levels.across.pixels) *
+             static_cast<std::uint64_t>(levels.down.pixels) * sizeof(LeafPixel);
+  const auto needed = [&](int threads) { return memory_of_reading(p, threads, p.stores_grid()) + fixed; };
+  const auto best = [&](std::uint64_t limit) -> std::optional<Plan> {
+    for (int threads = resources.threads; threads >= 1; --threads)
+      if (needed(threads) <= limit) return Plan{threads, needed(threads)};
+    return std::nullopt;
+  };
+  const Plan plan = within(resources, best, Plan{1, needed(1)});
+  if (resources.memory && plan.memory > *resources.memory)
+    throw MemoryLimit("a preview of " + described(p.dims, p.type), *resources.memory, plan.memory, {});
+  return plan;
+}
+
+}  // namespace
+
+std::vector<double> values_of(const PreviewSlice& slice, SampleType type) {
+  return with_sample_type(type, [&](auto sample) {
+    const auto* first = reinterpret_cast<const decltype(sample)*>(slice.samples.data());
+    return std::vector<double>(first, first + slice.samples.size() / sizeof(sample));
+  });
+}
+
+PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
+                            std::uint64_t besides, const Progress& progress) {
+  const CodingParameters& p = file.parameters();
+  const Geometry geometry = geometry_of(file.header().nrrd_fields);
+  PreviewContent content;
+  std::uint64_t total = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    PreviewSlice& slice = content.slices[static_cast<std::size_t>(axis)];
+    slice.panel = panel_of(p.dims, geometry.spacing, axis, chosen_slice(wishes, p.dims, axis), wishes.largest,
+                           wishes.least);
+    total += sample_count(slice.panel) * size_of(p.type);
+  }
+  const Plan plan = plan_preview(content.slices, p, resources, besides);
+  content.memory = plan.memory;
+  for (PreviewSlice& slice : content.slices)
+    slice.samples.resize(sample_count(slice.panel) * size_of(p.type));
+  const Panel& of_levels = content.slices[2].panel;
+  if (p.stores_grid())
+    content.leaves.resize(static_cast<std::size_t>(of_levels.across.pixels) *
+                          static_cast<std::size_t>(of_levels.down.pixels));
+  const LeafMap leaves(of_levels, p, content.leaves);
+
+  const std::vector<WantedBrick> wanted = wanted_bricks(content.slices, p);
+  content.bricks = static_cast<std::int64_t>(wanted.size());
+  std::mutex telling;
+  std::uint64_t done = 0;
+  oneapi::tbb::task_arena arena(plan.threads);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
+      const auto [id, with_grid] = wanted[i];
+      const DecodedBrick brick =
+          decode_block(file.read(id), p, file.name(), with_grid ? Wanted::samples_and_grid : Wanted::samples);
+      std::uint64_t bytes = 0;
+      for (PreviewSlice& slice : content.slices)
+        bytes += copy_samples(brick, p, region_of(slice.panel), slice.samples.data(),
+                              strides_of(slice.panel, static_cast<std::int64_t>(size_of(p.type))));
+      if (with_grid) leaves.add(brick);
+      if (!progress) return;
+      const std::lock_guard lock(telling);
+      progress(done += bytes, total);
+    });
+  });
+  return content;
+}
+
+}  // namespace tagrid
