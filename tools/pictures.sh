@@ -13,3 +13,8 @@ trap 'rm -r "$folder"' EXIT
 "$tagrid" encode "$folder/phantom.nhdr" --quiet
 "$tagrid" mesh "$folder/phantom.tag" --quiet
 tools/pictures/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64 docs/images/slice_and_grid.png
+
+# The phantom has no unit; with one, the preview has lengths in millimetres.
+echo 'units: "mm" "mm" "mm"' >> "$folder/phantom.nhdr"
+"$tagrid" encode "$folder/phantom.nhdr" --max-error 5 -o "$folder/chest.tag" --quiet
+"$tagrid" preview "$folder/chest.tag" -o docs/images/preview.png --force --quiet

@@ -17,6 +17,7 @@ _tagrid_options() {
     restore) echo "$run $memory $output" ;;
     mesh) echo "$run $memory $output --level --padded" ;;
     surface) echo "$run $memory $output --iso --level --region --close" ;;
+    preview) echo "$run $memory $output --slice --window" ;;
     convert)
       echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done
         --remove-verified --trust-description -f --force"
@@ -53,7 +54,7 @@ _tagrid() {
   if [[ $current == -* ]]; then
     mapfile -t COMPREPLY < <(compgen -W "$(_tagrid_options "$command")" -- "$current")
   elif [[ -z $command ]]; then
-    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh surface convert estimate formats phantom' -- "$current")
+    mapfile -t COMPREPLY < <(compgen -W 'encode decode info verify restore mesh surface preview convert estimate formats phantom' -- "$current")
   else
     mapfile -t COMPREPLY < <(compgen -f -- "$current")
   fi

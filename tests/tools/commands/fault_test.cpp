@@ -161,6 +161,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DecodeToPipe", {"decode", "-", "-T1"}, {}, true},
         Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu", "--json", "new.json", "-T1"}},
         Case{"MeshToPipe", {"mesh", "volume.tag", "-o", "-", "-T1"}, {}, true},
+        Case{"Preview", {"preview", "volume.tag", "-o", "new.png", "--json", "new.json", "-T1"}},
+        Case{"PreviewToPipe", {"preview", "volume.tag", "-o", "-", "-T1"}, {}, true},
         Case{"Verify", {"verify", "volume.tag", "--against", "volume.nhdr", "--json=new.json", "-T1"}},
         Case{"Restore", {"restore", "volume.tag", "-fo", ".", "--json=new.json", "-T1"}},
         Case{"Info", {"info", "volume.tag"}},

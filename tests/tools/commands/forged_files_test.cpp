@@ -89,6 +89,7 @@ class ForgedFiles : public CommandLine {
       expect_refused(tagrid(with(command, {"forged.tag"})), most_memory);
       expect_refused(tagrid(with(command, {"-"}), bytes), most_memory);
     }
+    expect_refused(tagrid({"preview", "forged.tag", "-o", "x.png"}), most_memory);
     EXPECT_EQ(names(), std::vector<std::string>{"forged.tag"});
   }
 };

@@ -255,7 +255,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"Decode", {"decode", "volume.tag", "-o", "new.nhdr", "--json=new.json"}},
                     Case{"DecodeOver", {"decode", "volume.tag", "-fo", "new.nhdr"}, {"new.nhdr", "new.raw"}},
                     Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm"}},
-                    Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu"}}),
+                    Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu"}},
+                    Case{"Preview", {"preview", "volume.tag", "-o", "new.png"}}),
     [](const auto& test) { return test.param.name; });
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 class Options : public CommandLine {};
 
 TEST_F(Options, HelpAndVersionEndWithSuccess) {
-  for (const char* command : {"encode", "decode", "info", "verify", "mesh", "phantom"}) {
+  for (const char* command : {"encode", "decode", "info", "verify", "mesh", "preview", "phantom"}) {
     const Ending help = tagrid({command, "--help"});
     expect_ok(help);
     EXPECT_NE(help.out.find("Usage"), std::string::npos) << command;

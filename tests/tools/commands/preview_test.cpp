@@ -1,0 +1,241 @@
+// tagrid preview: the picture, and what is refused.
+#include <fmt/format.h>
+
+#include <cstring>
+#include <limits>
+
+#include "stages/picture/grey_window.h"
+#include "stages/picture/level_colours.h"
+#include "tests/support/command_line.h"
+#include "tests/support/frames.h"
+#include "tests/support/png_reader.h"
+#include "tools/preview/sheet.h"
+
+namespace tagrid {
+namespace {
+
+class PreviewCommand : public CommandLine {
+ protected:
+  PngPicture preview(const std::string& tag, const Arguments& more = {}) const {
+    expect_ok(tagrid(with({"preview", tag, "-o", "a.png", "-f"}, more)));
+    return png_of(content("a.png"));
+  }
+
+  struct Volume {
+    Index3 dims;
+    std::string samples;
+
+    std::int16_t at(Index3 p) const {
+      std::int16_t sample = 0;
+      std::memcpy(&sample, samples.data() + 2 * Box::of_size(dims).offset(p), 2);
+      return sample;
+    }
+  };
+  Volume decoded(const std::string& tag, Index3 dims) const {
+    return {dims, tagrid({"decode", tag, "-o", "-"}).out};
+  }
+
+  // The panels of a volume of which each sample has 1 mm.
+  static PreviewContent panels(Index3 dims, std::array<std::int64_t, 3> slices) {
+    PreviewContent content;
+    const PreviewWishes wishes;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto a = static_cast<std::size_t>(axis);
+      content.slices[a].panel = panel_of(dims, {1, 1, 1}, axis, slices[a], wishes.largest, wishes.least);
+    }
+    return content;
+  }
+  static void expect_grey(const PngPicture& picture, const Volume& volume, std::array<std::int64_t, 3> slices,
+                          const GreyWindow& window) {
+    const PreviewContent content = panels(volume.dims, slices);
+    const SheetPlaces places = places_on_sheet(content);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Panel& p = content.slices[axis].panel;
+      for (int v = 0; v < p.down.pixels; ++v)
+        for (int u = 0; u < p.across.pixels; ++u) {
+          Index3 sample;
+          sample[p.axis] = p.slice;
+          sample[p.across.axis] = p.across.number(u);
+          sample[p.down.axis] = p.down.number(v);
+          const int grey = *window.grey(volume.at(sample));
+          ASSERT_EQ(picture.at(places.slices[axis].x + u, places.slices[axis].y + v),
+                    (std::array{grey, grey, grey}));
+        }
+    }
+  }
+  void make_nrrd(const std::string& name, const std::string& fields, std::string_view samples) const {
+    file(name,
+         "NRRD0005\ndimension: 3\nencoding: raw\nendian: little\n" + fields + "\n" + std::string(samples));
+  }
+};
+
+TEST_F(PreviewCommand, PixelsAreTheSamplesOfTheVolumeUnderTheWindow) {
+  make_tag({"--max-error", "3"});
+  const Volume volume = decoded("volume.tag", {52, 40, 36});
+  PngPicture picture = preview("volume.tag", {"--window", "-900:600"});
+  EXPECT_EQ(picture.width, 1600);
+  expect_grey(picture, volume, {26, 20, 18}, {-900, 600});
+  picture = preview("volume.tag", {"--window=-900:600", "--slice", "z=35", "--slice=x=0", "--slice", "z=7"});
+  expect_grey(picture, volume, {0, 20, 7}, {-900, 600});
+}
+
+TEST_F(PreviewCommand, WithoutAWindowItIsThatOfTheSamplesShown) {
+  make_tag();
+  expect_ok(tagrid({"preview", "volume.tag", "--json", "a.json"}));
+  const auto json = json_of("a.json");
+  const Volume volume = decoded("volume.tag", {52, 40, 36});
+  std::vector<double> values;
+  for (const PreviewSlice& slice : panels(volume.dims, {26, 20, 18}).slices) {
+    Box box = Box::of_size(volume.dims);
+    box.low[slice.panel.axis] = box.high[slice.panel.axis] = slice.panel.slice;
+    for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+      for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
+        for (std::int64_t x = box.low.x; x <= box.high.x; ++x) values.push_back(volume.at({x, y, z}));
+  }
+  const GreyWindow window = window_of(values);
+  EXPECT_EQ(json["settings"]["window"], (nlohmann::json{window.low, window.high}));
+  EXPECT_EQ(json["settings"]["slices"], (nlohmann::json{{"x", 26}, {"y", 20}, {"z", 18}}));
+  expect_grey(png_of(content("volume.png")), volume, {26, 20, 18}, window);
+}
+
+TEST_F(PreviewCommand, BytesAreTheSameForAnyThreadsAndOnStandardOutput) {
+  make_tag({"--cube", "4"});
+  expect_ok(tagrid({"preview", "volume.tag", "-T", "1", "-o", "a.png"}));
+  expect_ok(tagrid({"preview", "volume.tag", "-T", "4", "-M", "64M", "-o", "b.png"}));
+  const Ending ending = tagrid({"preview", "volume.tag", "-o", "-"});
+  expect_ok(ending);
+  EXPECT_TRUE(content("a.png") == content("b.png"));
+  EXPECT_TRUE(content("a.png") == ending.out);
+}
+
+// A constant volume has the grid of its root cubes alone, so that its panel of levels has few colours.
+TEST_F(PreviewCommand, TheLegendHasTheColoursOfTheLevels) {
+  make_nrrd("flat.nrrd", "type: int16\nsizes: 40 40 40\n", std::string(2 * 40 * 40 * 40, '\1'));
+  expect_ok(tagrid({"encode", "flat.nrrd"}));
+  const PngPicture picture = preview("flat.tag", {"--window", "1000:2000"});
+  const PreviewContent content = panels({40, 40, 40}, {20, 20, 20});
+  const SheetPlaces places = places_on_sheet(content);
+  const auto rgb = [](Colour c) { return std::array<int, 3>{c.red, c.green, c.blue}; };
+  // The samples are black, so that the colour of level 0 is darker by a share.
+  const auto panel = picture.at(places.levels.x + 10, places.levels.y + 5);
+  EXPECT_EQ(panel, rgb(mixed({}, colour_of_level(0, 15), 150)));
+  // All colours of the legend are in the rows below the panel, from left to right.
+  int level = 0;
+  const int below = places.levels.y + content.slices[2].panel.down.pixels;
+  for (int y = below; y < below + 70 && level < 16; ++y) {
+    level = 0;
+    for (int x = places.levels.x; x < picture.width && level < 16; ++x)
+      if (picture.at(x, y) == rgb(colour_of_level(level, 15))) ++level;
+  }
+  EXPECT_EQ(level, 16);
+}
+
+TEST_F(PreviewCommand, WhatIsNotANumberHasAColourOfItsOwn) {
+  std::vector<float> samples(30 * 30 * 30, 1);
+  for (std::size_t i = 0; i < samples.size(); i += 3) samples[i] = static_cast<float>(i % 100);
+  samples[15 * 900 + 10 * 30 + 20] = std::numeric_limits<float>::quiet_NaN();
+  samples[15 * 900 + 10 * 30 + 24] = std::numeric_limits<float>::infinity();
+  make_nrrd("nan.nrrd", "type: float\nsizes: 30 30 30\n",
+            {reinterpret_cast<const char*>(samples.data()), 4 * samples.size()});
+  expect_ok(tagrid({"encode", "nan.nrrd"}));
+  const PngPicture picture = preview("nan.tag");
+  const SheetPlaces places = places_on_sheet(panels({30, 30, 30}, {15, 15, 15}));
+  const auto colour_at = [&](int x) {
+    return picture.at(places.slices[2].x + 26 * x + 13, places.slices[2].y + 26 * 10 + 13);
+  };
+  EXPECT_EQ(colour_at(20), (std::array<int, 3>{colour_of_nan.red, colour_of_nan.green, colour_of_nan.blue}));
+  EXPECT_EQ(colour_at(24), (std::array{255, 255, 255}));
+}
+
+TEST_F(PreviewCommand, WindowsAreInTheUnitsOfTheSource) {
+  std::string samples;
+  for (int i = 0; i < 20 * 20 * 20; ++i) samples += {static_cast<char>(i % 200), 0};
+  make_nrrd("ct.nrrd",
+            "type: int16\nsizes: 20 20 20\nrescale_slope:=2\nrescale_intercept:=-1000\nrescale_units:=HU\n",
+            samples);
+  make_nrrd("raw.nrrd", "type: int16\nsizes: 20 20 20\n", samples);
+  expect_ok(tagrid({"encode", "ct.nrrd"}));
+  expect_ok(tagrid({"encode", "raw.nrrd"}));
+  const Volume volume = decoded("ct.tag", {20, 20, 20});
+  expect_grey(preview("ct.tag", {"--window", "-1000:-700"}), volume, {10, 10, 10}, {0, 150});
+  expect_grey(preview("raw.tag", {"--window", "0:150"}), volume, {10, 10, 10}, {0, 150});
+}
+
+TEST_F(PreviewCommand, EveryKindOfFileHasAPreview) {
+  phantom("volume.nrrd");
+  for (const Arguments& options : std::vector<Arguments>{
+           {"--grid-only"}, {"--grid-only", "--max-error", "9"}, {"--grid", "derived"}, {"--cube", "256"}}) {
+    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f"}, options)));
+    EXPECT_EQ(preview("volume.tag").width, 1600);
+  }
+  for (const std::string dims : {"64,64,1", "1,90,70", "1,1,1", "900,3,2", "3,2,900"}) {
+    expect_ok(tagrid({"phantom", "--dims", dims, "-o", "thin.nrrd", "-q"}));
+    expect_ok(tagrid({"encode", "thin.nrrd", "-f"}));
+    const PngPicture picture = preview("thin.tag");
+    EXPECT_EQ(picture.width, 1600);
+    EXPECT_LT(picture.height, 2000);
+    std::filesystem::remove(path("thin.nrrd"));
+  }
+}
+
+TEST_F(PreviewCommand, WhatMakesNoSenseIsRefused) {
+  make_tag();
+  const auto refused = [&](const Arguments& more, std::string_view what) {
+    expect_error(tagrid(with({"preview", "volume.tag", "-o", "a.png"}, more)), usage, what);
+    EXPECT_FALSE(std::filesystem::exists(path("a.png")));
+  };
+  refused({"--slice", "z=36"}, "0 to 35");
+  refused({"--slice", "z=-1"}, "0 to 35");
+  for (const char* slice : {"z", "z=", "w=3", "z=1.5", "=3", "zz=3", "20"})
+    refused({"--slice", slice}, "--slice");
+  for (const char* window : {"1", "1:", "5:5", "6:5", "a:b", "0:nan"})
+    refused({"--window", window}, "--window");
+  refused({"-M", "1M"}, "-M");
+  expect_error(tagrid({"preview", "volume.tag", "-o", "a.jpg"}), usage, ".png");
+  expect_error(tagrid({"preview", "-", "-o", "a.png"}, content("volume.tag")), usage, "save it to");
+  file("a.png", "mine");
+  expect_error(tagrid({"preview", "volume.tag", "-o", "a.png"}), usage, "-f");
+  EXPECT_EQ(content("a.png"), "mine");
+  Process terminal({program_under_test(), "preview", "volume.tag", "-o", "-"}, folder_.string(),
+                   Process::Output::terminal);
+  EXPECT_EQ(terminal.finish().code, usage);
+}
+
+TEST_F(PreviewCommand, TheSmallestMemoryThatAnErrorNamesIsKept) {
+  expect_ok(tagrid({"phantom", "--dims", "300,200,100", "-o", "volume.nrrd", "-q"}));
+  expect_ok(tagrid({"encode", "volume.nrrd"}));
+  const std::string message = tagrid({"preview", "volume.tag", "-M", "1M"}).err;
+  const std::size_t at = message.find("-M ");
+  ASSERT_NE(at, message.npos) << message;
+  const std::string least = message.substr(at + 3, message.find('M', at + 3) - at - 2);
+  const Ending ending = tagrid({"preview", "volume.tag", "-M", least, "-T", "8"});
+  expect_ok(ending);
+  if (program_is_sanitized()) GTEST_SKIP() << "sanitizers take memory";
+  EXPECT_LE(ending.peak_bytes, std::stoull(least) << 20) << least;
+}
+
+TEST_F(PreviewCommand, ARegularFileOnStandardInputIsRead) {
+  make_tag();
+  expect_ok(tagrid({"preview", "volume.tag", "-o", "a.png"}));
+  expect_ok(script("\"$TAGRID\" preview - -o b.png < volume.tag"));
+  EXPECT_EQ(png_of(content("b.png")).height, png_of(content("a.png")).height);
+}
+
+TEST_F(PreviewCommand, ADamagedBrickThatIsShownLeavesNoPicture) {
+  make_tag({"--cube", "8", "--brick", "1", "--strip"});
+  const std::string good = content("volume.tag");
+  std::string bad = good;
+  const auto bricks = frames(good);
+  for (const auto& [start, size] : bricks) bad[start + 10] = static_cast<char>(bad[start + 10] ^ 1);
+  file("bad.tag", bad);
+  const auto before = names();
+  expect_error(tagrid({"preview", "bad.tag", "-o", "a.png"}), broken_input, "bad.tag");
+  EXPECT_EQ(names(), before);
+  file("no.tag", "no .tag file at all, but a text");
+  expect_error(tagrid({"preview", "no.tag"}), broken_input, "no.tag");
+  expect_error(tagrid({"preview", "missing.tag"}), world, "missing.tag");
+  expect_error(tagrid({"preview", ".", "-o", "a.png"}), world, "");
+}
+
+}  // namespace
+}  // namespace tagrid

@@ -1,0 +1,147 @@
+// tagrid preview: writes a picture of the volume in a .tag file.
+
+#include "pipeline/preview/read_preview.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "io/files/file_attributes.h"
+#include "io/files/output_file.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
+#include "io/png/png_writer.h"
+#include "tools/commands/commands.h"
+#include "tools/options/shared_options.h"
+#include "tools/preview/sheet.h"
+#include "tools/report/process.h"
+#include "tools/report/report.h"
+#include "tools/report/run_report.h"
+
+namespace tagrid {
+namespace {
+
+struct PreviewCommand {
+  std::string input;
+  OutputOptions output;
+  RunOptions run;
+  std::vector<std::string> slices;
+  std::string window;
+
+  void execute(Ranks& ranks) const {
+    run.obey_memory_limit();
+    const PreviewWishes wishes = wanted_slices();
+    const std::optional<GreyWindow> wanted_window = window_option();
+    const std::string path = output.path.empty() ? output_beside(input, ".png") : output.path;
+    refuse_terminal_input(input);
+    refuse_pipe();
+    if (path != "-" && !path.ends_with(".png"))
+      throw UsageError(path + ": a preview is written as PNG; its name must end in .png");
+    refuse_terminal(ranks, path, "pictures");
+    refuse_same_file(input, path);
+    check_output(path, output.overwrite);
+    remove_abandoned(run, {input}, {path});
+    RunReport report(run.json, run.thread_count(), output.overwrite, "preview", input, path);
+
+    const TagBricks file(std::make_shared<FileSource>(input));
+    const PreviewContent content = read(ranks, file, wishes);
+    const CodingParameters& parameters = file.parameters();
+    const std::string& fields = file.header().nrrd_fields;
+    const Rescale rescale = rescale_of(fields);
+    const GreyWindow shown = wanted_window ? *wanted_window : window_of(content, parameters.type, rescale);
+    const Image picture =
+        sheet_of({.title = input == "-" ? "standard input" : std::filesystem::path(input).filename().string(),
+                  .lines = lines_about(file),
+                  .content = content,
+                  .type = parameters.type,
+                  .rescale = rescale,
+                  .window = shown,
+                  .lengths = {geometry_of(fields), parameters.dims},
+                  .cube_size = parameters.cube_size});
+    OutputFile png(path, output.overwrite);
+    write_png(picture.width(), picture.height(), picture.bytes(), png);
+    report.write(figures(file, content, shown, png.position()));
+    png.commit();
+    report.keep();
+    if (run.verbosity > 0 && !run.quiet) {
+      say_line(fmt::format("{} of {} bricks were read", content.bricks, file.count()));
+      say_line(memory_summary(content.memory));
+    }
+  }
+
+  void refuse_pipe() const {
+    // Opening a file that is missing, or a folder, gives a better message.
+    const bool is_pipe =
+        input == "-" ? !is_regular_input(input) : !is_regular_output(input) && !is_folder(input);
+    if (is_pipe) throw UsageError(input + ": a preview reads a file in any order; save it to one first");
+  }
+
+  PreviewContent read(const Ranks& ranks, const TagBricks& file, const PreviewWishes& wishes) const {
+    ProgressMeter meter(run.progress, run.quiet, "reading", 1);
+    return read_preview(file, wishes, run.resources(ranks), memory_of_sheet(), meter.progress());
+  }
+
+  static RunFigures figures(const TagBricks& file, const PreviewContent& content, const GreyWindow& shown,
+                            std::uint64_t bytes) {
+    const CodingParameters& parameters = file.parameters();
+    nlohmann::ordered_json settings = settings_json(parameters);
+    for (const PreviewSlice& slice : content.slices)
+      settings["slices"][std::string(1, "xyz"[slice.panel.axis])] = slice.panel.slice;
+    settings["window"] = {shown.low, shown.high};
+    settings["bricks"] = content.bricks;
+    return {parameters.dims,   parameters.type, settings,
+            file.sizes().file, bytes,           achieved_json(file.index())};
+  }
+
+  PreviewWishes wanted_slices() const {
+    PreviewWishes wishes;
+    for (const std::string& text : slices) {
+      const std::size_t axis = std::string_view("xyz").find(text.substr(0, 1));
+      const auto slice = text.size() > 2 && text[1] == '='
+                             ? whole_number<std::int64_t>(std::string_view(text).substr(2))
+                             : std::nullopt;
+      if (axis >= 3 || !slice)
+        throw UsageError(fmt::format("--slice {}: must be x=, y= or z= and a whole number, as z=20", text));
+      wishes.slices[axis] = *slice;
+    }
+    return wishes;
+  }
+
+  std::optional<GreyWindow> window_option() const {
+    if (window.empty()) return std::nullopt;
+    const auto range = value_range(window);
+    if (!range || range->first >= range->second)
+      throw UsageError(
+          fmt::format("--window {}: must be lo:hi, two numbers of which the first is smaller", window));
+    return GreyWindow{range->first, range->second};
+  }
+};
+
+}  // namespace
+
+Action add_preview_command(CLI::App& app) {
+  auto state = std::make_shared<PreviewCommand>();
+  CLI::App* command =
+      app.add_subcommand("preview", "Write a picture of three slices and of the grid's levels, as PNG");
+  command->add_option("INPUT", state->input, ".tag file; a pipe cannot be read in any order")->required();
+  add_output_options(*command, state->output);
+  command
+      ->add_option("--slice", state->slices,
+                   "The slice across an axis, instead of the one in the middle; may be given for each axis")
+      ->option_text("x=N|y=N|z=N")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->expected(1)
+      ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--window", state->window,
+          "Values from black to white, rescaled if the source says so; default: all but the lowest and "
+          "highest 0.5 per cent of those in the picture")
+      ->option_text("lo:hi");
+  add_run_options(*command, state->run);
+  add_json_option(*command, state->run);
+  add_memory_option(*command, state->run);
+  return [state](Ranks& ranks) { state->execute(ranks); };
+}
+
+}  // namespace tagrid

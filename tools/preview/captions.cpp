@@ -1,0 +1,95 @@
+#include "tools/preview/captions.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
+#include "tools/report/human_bytes.h"
+#include "tools/report/printable.h"
+#include "tools/report/report.h"
+
+namespace tagrid {
+namespace {
+
+std::string spacing_words(const Lengths& lengths) {
+  const Geometry& g = lengths.geometry;
+  if (!g.has_spacing) return "spacing unknown";
+  const std::string unit = lengths.unit(0);
+  if (has_unknown_spacing(g) || lengths.unit(1) != unit || lengths.unit(2) != unit) {
+    std::string text = "spacing";
+    for (int axis = 0; axis < 3; ++axis)
+      text += fmt::format("{} {}{}{}", axis > 0 ? " x" : "", short_number(lengths.spacing(axis)),
+                          lengths.unit(axis).empty() ? "" : " ", lengths.unit(axis));
+    return text;
+  }
+  return fmt::format("spacing {} x {} x {}{}{}", short_number(lengths.spacing(0)),
+                     short_number(lengths.spacing(1)), short_number(lengths.spacing(2)),
+                     unit.empty() ? " (no unit given)" : " ", unit);
+}
+
+std::string error_words(const CodingParameters& p, const Statistics& total, const Rescale& rescale) {
+  if (p.mode == FileMode::voxels && p.is_exact()) return "lossless";
+  std::string text = p.mode == FileMode::grid ? "grid only, " : "";
+  text += p.max_error < 0 ? "no bound" : fmt::format("every voxel within {}", short_number(p.max_error));
+  text += fmt::format(", largest error {}", short_number(total.max_error));
+  if (std::abs(rescale.slope) != 1) text += " (in stored samples)";
+  const Achieved achieved = achieved_of(total);
+  if (!std::isnan(achieved.psnr)) text += fmt::format(", PSNR {:.2f} dB", achieved.psnr);
+  return text;
+}
+
+}  // namespace
+
+std::string short_number(double value) { return fmt::format("{:.6g}", value); }
+
+std::string Lengths::unit(int axis) const {
+  const auto a = static_cast<std::size_t>(axis);
+  if (!(std::abs(geometry.spacing[a]) > 0)) return "samples";
+  const auto& units = geometry.units;
+  // Units of coordinates are not units of axes, unless they are all the same.
+  if (geometry.has_directions && !(units[0] == units[1] && units[1] == units[2])) return "";
+  return printable(units[a]);
+}
+
+double Lengths::spacing(int axis) const {
+  const double distance = std::abs(geometry.spacing[static_cast<std::size_t>(axis)]);
+  return distance > 0 ? distance : 1;
+}
+
+std::vector<std::string> lines_about(const TagBricks& file) {
+  const CodingParameters& p = file.parameters();
+  const auto voxels = static_cast<std::uint64_t>(p.domain().volume().count()), raw = voxels * size_of(p.type),
+             bytes = file.sizes().file;
+  std::string first = fmt::format("{} x {} x {} {}, {}", p.dims.x, p.dims.y, p.dims.z, name_of(p.type),
+                                  spacing_words({geometry_of(file.header().nrrd_fields), p.dims}));
+  if (has_uneven_slices(file.header())) first += ", slices at unequal distances";
+  return {first, fmt::format("{}; {} in {}, ratio {:.2f}, {:.3f} bits per voxel",
+                             error_words(p, file.index().total, rescale_of(file.header().nrrd_fields)),
+                             human_bytes(raw), human_bytes(bytes),
+                             static_cast<double>(raw) / static_cast<double>(bytes),
+                             8 * static_cast<double>(bytes) / static_cast<double>(voxels))};
+}
+
+std::string length_words(double length, const std::string& unit) {
+  return fmt::format("{:.4g} {}", length, unit.empty() ? "units" : unit);
+}
+
+std::string slice_caption(const Panel& panel, const Lengths& lengths) {
+  std::string text =
+      fmt::format("{} = {} of 0..{}", "xyz"[panel.axis], panel.slice, lengths.dims[panel.axis] - 1);
+  const std::string unit = lengths.unit(panel.axis);
+  if (unit != "samples")
+    text += ", " + length_words(static_cast<double>(panel.slice) * lengths.spacing(panel.axis), unit);
+  return text;
+}
+
+std::string direction_caption(const Panel& panel) {
+  std::string text = fmt::format("{} to the right, {} {}", "xyz"[panel.across.axis], "xyz"[panel.down.axis],
+                                 panel.down.reversed ? "up" : "down");
+  if (!panel.to_scale) text += ", not to scale";
+  return text;
+}
+
+}  // namespace tagrid

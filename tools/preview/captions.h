@@ -1,0 +1,36 @@
+// The words of a preview.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/tag/bricks.h"
+#include "io/volume/volume_info.h"
+#include "stages/picture/panel.h"
+
+namespace tagrid {
+
+/// The position of samples in the words of a preview.
+struct Lengths {
+  Geometry geometry;
+  Index3 dims;
+
+  /// The unit of lengths along an axis; "samples" if the spacing there is unknown, and "" if only the unit is.
+  std::string unit(int axis) const;
+  /// The distance of two samples in that unit.
+  double spacing(int axis) const;
+};
+
+/// What the file holds: size, type, spacing, bytes; and how well: bound, errors, ratio.
+std::vector<std::string> lines_about(const TagBricks& file);
+
+/// "12.5 mm", or "12.5 units" if the unit is unknown.
+std::string length_words(double length, const std::string& unit);
+/// "z = 20 of 0..59, 12.5 mm": the distance from the first slice.
+std::string slice_caption(const Panel& panel, const Lengths& lengths);
+/// "x to the right, z up"
+std::string direction_caption(const Panel& panel);
+/// A number with at most six digits.
+std::string short_number(double value);
+
+}  // namespace tagrid

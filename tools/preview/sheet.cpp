@@ -1,0 +1,264 @@
+#include "tools/preview/sheet.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "stages/picture/level_colours.h"
+#include "stages/picture/round_length.h"
+#include "stages/picture/text.h"
+#include "tools/report/printable.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Colour background = {18, 20, 24}, bright = {236, 238, 242}, dim = {160, 166, 176};
+constexpr Colour no_grid = {34, 37, 43};
+// Slices across x, y and z, and the marks where they cut the others.
+constexpr std::array<Colour, 3> axis_colours = {{{238, 105, 96}, {110, 200, 110}, {104, 160, 245}}};
+
+constexpr int margin = 16, cell = (sheet_width - 3 * margin) / 2;
+constexpr int small = 2, large = 3;
+constexpr int line_height = text_height * small + 8;
+constexpr int header_height = margin + text_height * large + 2 * line_height + 22;
+constexpr int tick = 8;
+constexpr int caption_height = tick + 6 + 2 * line_height + 24;
+constexpr int highest_sheet = header_height + 2 * (cell + caption_height) + margin;
+
+/// A rectangle of the sheet that shows a slice.
+struct Placed {
+  const PreviewSlice& slice;
+  int x, y;
+
+  int right() const { return x + slice.panel.across.pixels; }
+  int bottom() const { return y + slice.panel.down.pixels; }
+};
+
+/// The text, or its beginning and "..." if it is wider than `width`.
+std::string fitted(std::string text, int width) {
+  if (text_width(text, small) <= width) return text;
+  do {
+    do text.pop_back();
+    while (!text.empty() && (static_cast<unsigned char>(text.back()) & 0xc0) == 0x80);
+  } while (!text.empty() && text_width(text + "...", small) > width);
+  return text + "...";
+}
+
+class Drawing {
+ public:
+  explicit Drawing(const Sheet& sheet)
+      : sheet_(sheet),
+        places_(places_on_sheet(sheet.content)),
+        image_(sheet_width,
+               places_.slices[0].y + std::max(panel(1).down.pixels, panel(0).down.pixels) + caption_height,
+               background) {}
+
+  Image draw() && {
+    header();
+    for (const std::size_t axis : {0, 1, 2}) grey_panel(placed(axis, places_.slices[axis]));
+    levels_panel(placed(2, places_.levels));
+    return std::move(image_);
+  }
+
+ private:
+  const Panel& panel(std::size_t axis) const { return sheet_.content.slices[axis].panel; }
+
+  Placed placed(std::size_t axis, const SheetPlaces::Corner& at) const {
+    return {sheet_.content.slices[axis], at.x, at.y};
+  }
+
+  void header() {
+    // A title of any length stays on the sheet.
+    const std::string title = printable(sheet_.title);
+    const int scale = text_width(title, large) <= sheet_width - 2 * margin ? large : small;
+    draw_text(image_, margin, margin, fitted_title(title, scale), scale, bright);
+    int y = margin + text_height * large + 10;
+    for (const std::string& line : sheet_.lines) {
+      draw_text(image_, margin, y, fitted(line, sheet_width - 2 * margin), small, dim);
+      y += line_height;
+    }
+  }
+
+  static std::string fitted_title(const std::string& title, int scale) {
+    return scale == large ? title : fitted(title, sheet_width - 2 * margin);
+  }
+
+  template <class ColourOf>
+  void fill_panel(const Placed& at, ColourOf colour_of) {
+    const Panel& p = at.slice.panel;
+    const std::vector<double> values = values_of(at.slice, sheet_.type);
+    for (int v = 0; v < p.down.pixels; ++v) {
+      const std::int64_t row = p.down.number(v) * p.across.count();
+      for (int u = 0; u < p.across.pixels; ++u) {
+        const double sample = values[static_cast<std::size_t>(row + p.across.number(u))];
+        const auto grey = sheet_.window.grey(sheet_.rescale.slope * sample + sheet_.rescale.intercept);
+        image_.set(at.x + u, at.y + v, colour_of(u, v, grey));
+      }
+    }
+  }
+
+  static Colour colour_of_grey(std::optional<std::uint8_t> grey) {
+    return grey ? Colour{*grey, *grey, *grey} : colour_of_nan;
+  }
+
+  void grey_panel(const Placed& at) {
+    fill_panel(at, [](int, int, std::optional<std::uint8_t> grey) { return colour_of_grey(grey); });
+    marks_of_other_slices(at);
+    const int y = caption(at, slice_caption(at.slice.panel, sheet_.lengths));
+    scale_bar(at.slice.panel, at.x, y);
+    grey_ramp(at.x + cell, y);
+  }
+
+  void levels_panel(const Placed& at) {
+    const Panel& p = at.slice.panel;
+    if (sheet_.content.leaves.empty()) {
+      image_.fill(at.x, at.y, p.across.pixels, p.down.pixels, no_grid);
+      marks_of_other_slices(at);
+      const std::string_view text = "no grid is stored";
+      const int left = (p.across.pixels - text_width(text, small)) / 2,
+                above = (p.down.pixels - text_height * small) / 2;
+      if (left > 0 && above > 0) draw_text(image_, at.x + left, at.y + above, text, small, dim);
+      const int y = caption(at, "no levels: the file stores no grid");
+      draw_text(image_, at.x, y, "It is derived from the voxels where it is needed.", small, dim);
+      return;
+    }
+    const int deepest = max_level(sheet_.cube_size);
+    const auto leaf = [&](int u, int v) -> const LeafPixel& {
+      return sheet_.content.leaves[static_cast<std::size_t>(v) * static_cast<std::size_t>(p.across.pixels) +
+                                   static_cast<std::size_t>(u)];
+    };
+    const auto is_outline = [&](int u, int v) {
+      const LeafPixel& here = leaf(u, v);
+      const auto differs = [&](const LeafPixel& there) {
+        return there.leaf != here.leaf && has_room(p, std::max(here.level, there.level));
+      };
+      return (u > 0 && differs(leaf(u - 1, v))) || (v > 0 && differs(leaf(u, v - 1)));
+    };
+    fill_panel(at, [&](int u, int v, std::optional<std::uint8_t> grey) {
+      const Colour colour =
+          mixed(colour_of_grey(grey), colour_of_level(leaf(u, v).level, deepest), level_share);
+      return is_outline(u, v) ? mixed(colour, background, outline_share) : colour;
+    });
+    marks_of_other_slices(at);
+    legend(at.x, caption(at, fmt::format("levels of the grid (cubes of {})", sheet_.cube_size)), deepest);
+  }
+
+  /// True if the tetrahedra of a level are so large that their outlines leave room for their colour.
+  bool has_room(const Panel& p, int level) const {
+    const int edge = sheet_.cube_size >> (level / 3);
+    return std::int64_t{edge} * p.across.pixels >= 14 * p.across.samples;
+  }
+
+  /// Where the slices across the axes of this panel are.
+  void marks_of_other_slices(const Placed& at) {
+    const Panel& p = at.slice.panel;
+    const auto pixel = [&](const PanelAxis& axis) {
+      const std::int64_t slice = panel(static_cast<std::size_t>(axis.axis)).slice;
+      const int middle = static_cast<int>((2 * slice + 1) * axis.pixels / (2 * axis.samples));
+      return std::clamp(axis.reversed ? axis.pixels - 1 - middle : middle, 0, axis.pixels - 1);
+    };
+    const Colour across = axis_colours[static_cast<std::size_t>(p.across.axis)],
+                 down = axis_colours[static_cast<std::size_t>(p.down.axis)];
+    const int x = at.x + pixel(p.across), y = at.y + pixel(p.down);
+    for (const int top : {at.y - tick - 1, at.bottom() + 1}) image_.fill(x - 1, top, 2, tick, across);
+    for (const int left : {at.x - tick - 1, at.right() + 1}) image_.fill(left, y - 1, tick, 2, down);
+  }
+
+  /// Writes a line below a panel, and returns the y of the next one.
+  int caption(const Placed& at, const std::string& text) {
+    const int y = at.bottom() + tick + 6;
+    const auto axis = static_cast<std::size_t>(at.slice.panel.axis);
+    image_.fill(at.x, y, 6, text_height * small - 2, axis_colours[axis]);
+    draw_text(image_, at.x + 14, y, text, small, bright);
+    const std::string directions = direction_caption(at.slice.panel);
+    const int left = at.x + cell - text_width(directions, small);
+    if (left > at.x + 14 + text_width(text, small) + 16) draw_text(image_, left, y, directions, small, dim);
+    return y + line_height + 4;
+  }
+
+  void scale_bar(const Panel& p, int x, int y) {
+    const double spacing = sheet_.lengths.spacing(p.across.axis);
+    const double longest =
+        std::min(p.across.pixels, 260) * spacing * static_cast<double>(p.across.samples) / p.across.pixels;
+    if (!(longest >= 1e-300 && longest <= 1e300)) return;
+    const double length = round_length(longest);
+    const int pixels = std::max(
+        1,
+        static_cast<int>(length / spacing / static_cast<double>(p.across.samples) * p.across.pixels + 0.5));
+    image_.fill(x, y + 6, pixels, 3, bright);
+    for (const int end : {x, x + pixels - 2}) image_.fill(end, y, 2, 15, bright);
+    const std::string unit = sheet_.lengths.unit(p.across.axis);
+    draw_text(image_, x + pixels + 12, y, length_words(length, unit), small, bright);
+  }
+
+  /// The grey levels of the window, up to `right`.
+  void grey_ramp(int right, int y) {
+    const std::string low = short_number(sheet_.window.low);
+    std::string high = short_number(sheet_.window.high);
+    if (!sheet_.rescale.units.empty()) high += " " + printable(sheet_.rescale.units).substr(0, 12);
+    int x = right - text_width(high, small);
+    draw_text(image_, x, y, high, small, bright);
+    constexpr int width = 128;
+    x -= width + 12;
+    for (int i = 0; i < width; ++i) {
+      const auto grey = static_cast<std::uint8_t>(i * 255 / (width - 1));
+      image_.fill(x + i, y, 1, text_height * small - 2, {grey, grey, grey});
+    }
+    draw_text(image_, x - 12 - text_width(low, small), y, low, small, bright);
+  }
+
+  /// The colours of the levels, from coarse to fine.
+  void legend(int x, int y, int deepest) {
+    const std::string coarse = "coarse", fine = "fine";
+    draw_text(image_, x, y + 4, coarse, small, bright);
+    const int first = x + text_width(coarse, small) + 12,
+              width = (x + cell - text_width(fine, small) - 12 - first) / (deepest + 1);
+    for (int level = 0; level <= deepest; ++level) {
+      const Colour colour = colour_of_level(level, deepest);
+      image_.fill(first + level * width, y, width - 2, 22, colour);
+      const std::string number = std::to_string(level);
+      const bool is_light = colour.red + 2 * colour.green + colour.blue / 2 > 360;
+      if (const int left = width - 2 - text_width(number, small); left >= 0)
+        draw_text(image_, first + level * width + left / 2, y + 4, number, small,
+                  is_light ? background : bright);
+    }
+    draw_text(image_, first + (deepest + 1) * width + 10, y + 4, fine, small, bright);
+  }
+
+  // Parts of 256.
+  static constexpr int level_share = 150, outline_share = 110;
+
+  const Sheet& sheet_;
+  SheetPlaces places_;
+  Image image_;
+};
+
+}  // namespace
+
+std::uint64_t memory_of_sheet() {
+  // libpng and zlib take less than a mebibyte.
+  return std::uint64_t{sheet_width} * highest_sheet * sizeof(Colour) + (std::uint64_t{1} << 20);
+}
+
+SheetPlaces places_on_sheet(const PreviewContent& content) {
+  constexpr int left = margin, right = 2 * margin + cell, upper = header_height;
+  const int lower = upper + content.slices[2].panel.down.pixels + caption_height;
+  return {{{{right, lower}, {left, lower}, {left, upper}}}, {right, upper}};
+}
+
+GreyWindow window_of(const PreviewContent& content, SampleType type, const Rescale& rescale) {
+  std::size_t count = 0;
+  for (const PreviewSlice& slice : content.slices) count += slice.samples.size() / size_of(type);
+  std::vector<double> values;
+  values.reserve(count);
+  for (const PreviewSlice& slice : content.slices)
+    for (const double sample : values_of(slice, type))
+      values.push_back(rescale.slope * sample + rescale.intercept);
+  return window_of(values);
+}
+
+Image sheet_of(const Sheet& sheet) { return Drawing(sheet).draw(); }
+
+}  // namespace tagrid
