@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <optional>
 
 #include "io/files/errors.h"
@@ -15,7 +16,6 @@
 #include "tools/options/source_rows.h"
 #include "tools/report/damage.h"
 #include "tools/report/printable.h"
-#include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 
@@ -105,10 +105,12 @@ struct VerifyCommand {
     figures.more["damaged"] = json_of_lost(lost, bricks);
     report.write(figures);
     report.keep();
-    if (lost.empty()) return;
-    for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
-    say_line(fmt::format("{}: {}{}", input, count_of_lost(lost, bricks),
-                         file->whole_count() > 0 ? "; decode --salvage gives all others" : ""));
+    if (lost.empty() || run.quiet || run.json == "-") return;
+    for (const std::string& line : lines_of_lost(lost, bricks))
+      fmt::print("{}: {}\n", printable(input), line);
+    fmt::print("{}: {}{}\n", printable(input), count_of_lost(lost, bricks),
+               file->whole_count() > 0 ? "; decode --salvage gives all others" : "");
+    std::fflush(stdout);  // the error follows on another stream
   }
 
   VerifyResult verify(Ranks& ranks, const SourceDescription& description) const {

@@ -16,16 +16,19 @@
 namespace tagrid {
 namespace {
 
-constexpr Index3 dims{11, 6, 10};
-constexpr std::uint8_t fill = 201;  // no voxel of the volumes here has this value
+constexpr Index3 salvaged_dims{11, 6, 10};
+constexpr std::uint8_t fill_value = 201;  // no voxel of the volumes here has this value
 
 class SalvageTest : public TemporaryFolder {
  protected:
   /// A file of 2 x 1 x 2 bricks; `whole_` is what it decodes to.
   std::string make_file(bool grid = false, unsigned seed = 1) {
-    std::vector<std::uint8_t> voxels = blobs<std::uint8_t>(dims, seed);
+    std::vector<std::uint8_t> voxels = blobs<std::uint8_t>(salvaged_dims, seed);
     for (auto& voxel : voxels) voxel = static_cast<std::uint8_t>(voxel / 2);
-    write_nrrd(path("in.nrrd"), dims, voxels);
+    return encoded(voxels, grid);
+  }
+  std::string encoded(const std::vector<std::uint8_t>& voxels, bool grid = false) {
+    write_nrrd(path("in.nrrd"), salvaged_dims, voxels);
     EncodeOptions options;
     options.cube_size = 4;
     options.brick_edge = 2;
@@ -45,7 +48,7 @@ class SalvageTest : public TemporaryFolder {
                                                    .format = format_named("raw"),
                                                    .overwrite = true,
                                                    .region = region,
-                                                   .fill = fill,
+                                                   .fill = fill_value,
                                                    .resources = Resources(1)});
     decoded.commit();
     return *decoded.result.salvage;
@@ -54,15 +57,15 @@ class SalvageTest : public TemporaryFolder {
   /// Every voxel of a lost brick has the fill, and every other one is that of the whole file.
   Salvage expect_right(const std::string& bytes, const std::string& what) {
     const Salvage found = salvage(bytes);
-    const BrickGrid bricks{{dims, 4}, 2};
+    const BrickGrid bricks{{salvaged_dims, 4}, 2};
     std::string expected = whole_;
     for (const BrickRun& run : found.lost)
       for (const Box& box : boxes_of(run, bricks))
         for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
           for (std::int64_t y = box.low.y; y <= box.high.y; ++y)
             for (std::int64_t x = box.low.x; x <= box.high.x; ++x)
-              expected[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))] =
-                  static_cast<char>(fill);
+              expected[static_cast<std::size_t>(Box::of_size(salvaged_dims).offset({x, y, z}))] =
+                  static_cast<char>(fill_value);
     EXPECT_TRUE(content("b.raw") == expected) << what;
     return found;
   }
@@ -156,6 +159,19 @@ TEST_F(SalvageTest, BricksOfAnotherFileOrPlaceAreNotGiven) {
   expect_right(with(1, 2, frame(b, in_b[1]) + frame(b, in_b[2])), "two of another file");
 }
 
+TEST_F(SalvageTest, ABrickOfAnotherFileThatFitsBetweenTwoLostOnesIsNotGiven) {
+  const std::vector<std::uint8_t> high(static_cast<std::size_t>(Box::of_size(salvaged_dims).count()), 90);
+  const std::vector<std::uint8_t> low(high.size(), 10);
+  const std::string b = encoded(high), a = encoded(low);
+  const auto bricks = frames(a);
+  ASSERT_EQ(bricks, frames(b)) << "equal sizes, so that the index of one fits the other";
+  const std::size_t begin = bricks[1].first, end = bricks[3].first;
+  const Salvage found =
+      expect_right(a.substr(0, begin) + b.substr(begin, end - begin) + a.substr(end), "two bricks of b");
+  EXPECT_TRUE(found.has_index);
+  EXPECT_EQ(found.lost, (std::vector<BrickRun>{{1, 3}}));
+}
+
 TEST_F(SalvageTest, ManyDamagesAtOnceGiveOnlyWhatIsRight) {
   const std::string whole = make_file();
   std::mt19937 random(5);
@@ -180,22 +196,32 @@ TEST_F(SalvageTest, ARegionAndAStepAreSalvagedToo) {
   const std::string whole = make_file();
   const auto bricks = frames(whole);
   std::string damaged = whole;
-  damaged[bricks[3].first + 9] = static_cast<char>(damaged[bricks[3].first + 9] ^ 1);
+  damaged[bricks[1].first + 9] = static_cast<char>(damaged[bricks[1].first + 9] ^ 1);
   WantedRegion region;
   region.low[2] = 4;
   region.step = 2;
   const Salvage found = salvage(damaged, region);
-  EXPECT_EQ(found.lost, (std::vector<BrickRun>{{3, 3}}));
+  EXPECT_EQ(found.lost, (std::vector<BrickRun>{{1, 1}}));
   const std::string samples = content("b.raw");
   ASSERT_EQ(samples.size(), 6u * 3 * 3);
-  const Box lost = BrickGrid{{dims, 4}, 2}.owned_box({1, 0, 1});
+  const Box lost = BrickGrid{{salvaged_dims, 4}, 2}.owned_box({1, 0, 0});
   std::size_t i = 0;
   for (std::int64_t z = 4; z < 10; z += 2)
     for (std::int64_t y = 0; y < 6; y += 2)
       for (std::int64_t x = 0; x < 11; x += 2, ++i)
-        EXPECT_EQ(samples[i], lost.contains(Index3{x, y, z})
-                                  ? static_cast<char>(fill)
-                                  : whole_[static_cast<std::size_t>(Box::of_size(dims).offset({x, y, z}))]);
+        EXPECT_EQ(samples[i],
+                  lost.contains(Index3{x, y, z})
+                      ? static_cast<char>(fill_value)
+                      : whole_[static_cast<std::size_t>(Box::of_size(salvaged_dims).offset({x, y, z}))]);
+}
+
+TEST_F(SalvageTest, DamageThatARegionDoesNotMeetIsNotSaidToBeInIt) {
+  std::string damaged = make_file();
+  const auto bricks = frames(damaged);
+  damaged[bricks[3].first + 9] = static_cast<char>(damaged[bricks[3].first + 9] ^ 1);
+  WantedRegion region;
+  region.high[2] = 5;
+  EXPECT_FALSE(salvage(damaged, region).is_damaged());
 }
 
 TEST(BrickRuns, ARunIsAtMostFiveBoxesThatHoldItsBricksAndNoOthers) {
