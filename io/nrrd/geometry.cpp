@@ -275,23 +275,6 @@ void add_rescale(const Rescale& rescale, KeyValues& pairs) {
   if (!rescale.units.empty()) pairs.emplace_back("rescale_units", rescale.units);
 }
 
-Rescale rescale_of(std::string_view nrrd_fields) {
-  Rescale rescale;
-  const auto read = [](const std::string& key, const std::string& text, double& value) {
-    const auto number = number_of(text);
-    if (!number || !std::isfinite(*number))
-      throw BrokenInput(fmt::format("NRRD header: {}: {}: must be a finite number", key, quoted(text)));
-    value = *number;
-  };
-  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
-    if (key == "rescale_slope") read(key, value, rescale.slope);
-    if (key == "rescale_intercept") read(key, value, rescale.intercept);
-    if (key == "rescale_units") rescale.units = value;
-  }
-  if (rescale.slope == 0) throw BrokenInput("NRRD header: rescale_slope: is 0");
-  return rescale;
-}
-
 std::string nrrd_fields_of(const Geometry& geometry, const KeyValues& pairs) {
   std::string lines;
   // A space says what vectors mean: without vectors, only spacings can be said.

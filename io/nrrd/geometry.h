@@ -25,10 +25,6 @@ using KeyValues = std::vector<std::pair<std::string, std::string>>;
 /// Adds what samples mean, if they are not the values themselves: rescale_slope, rescale_intercept, rescale_units.
 void add_rescale(const Rescale& rescale, KeyValues& pairs);
 
-/// What samples mean, as the pairs that add_rescale() adds to NRRD header lines say it. Throws BrokenInput if a line is not
-/// one of a header, or if a number is none or cannot be a slope. A header without these pairs has a slope of 1.
-Rescale rescale_of(std::string_view nrrd_fields);
-
 /// The key-value pairs of NRRD header lines, in order. Throws BrokenInput if a line is not one of a header.
 KeyValues key_values_of(std::string_view nrrd_fields);
 

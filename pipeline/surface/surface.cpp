@@ -9,6 +9,7 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
 #include "io/surface/surface_file.h"
 #include "io/tag/bricks.h"
 #include "pipeline/region/decode_region.h"

@@ -210,7 +210,7 @@ class Tiff(ReaderTest):
         self.encoded("s")
         self.assertIn("warning: s: small numbers mean white", self.messages)
         self.assert_refused(64, "tagrid: s: cannot be removed: it holds bytes besides its samples", "encode", "s", "--rm", "-o", "x.tag")
-        self.assert_refused(64, "encoding whole slices of 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
+        self.assert_refused(64, "encoding, slice by slice, 13 x 19 x 3 uint8", "encode", "s", "-M", "1", "-o", "x.tag")
         self.write_packed("a.tif", truth, 4, "<", meaning=3)
         self.assert_refused(65, "Colormap", "encode", "a.tif")
 

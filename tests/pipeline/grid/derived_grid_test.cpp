@@ -177,7 +177,8 @@ TEST_F(DerivedGridOfFile, TheFileIsTheSameInStripsAndInPartsOnRanks) {
   options.grid = GridOrigin::derived;
   Resources little(2);
   CodingParameters parameters = summary_of(derived_).header.parameters;
-  little.memory = smallest_memory_of_encoding(parameters, true);
+  // And a little for what is known of the source files.
+  little.memory = smallest_memory_of_encoding(parameters, true, std::uint64_t{1} << 20);
   encode_volume(path("in.nrrd"), {}, path("strips.tag"), true, options, little);
   EXPECT_TRUE(file_content(path("strips.tag")) == expected);
   FakeRanks(3).run([&](Ranks& ranks) {

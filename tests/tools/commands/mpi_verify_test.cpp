@@ -75,7 +75,7 @@ class MpiVerify : public MpiRuns {
     std::string message = ending.err;
     if (message.starts_with("tagrid: rank ")) message.erase(8, message.find(": ", 8) + 2 - 8);
     EXPECT_EQ(message, alone.err);
-    EXPECT_EQ(ending.out, "");
+    EXPECT_EQ(ending.out, alone.out);
   }
   /// The first bricks of all parts except the first part.
   static std::vector<std::int64_t> cuts(const Contents& contents) {

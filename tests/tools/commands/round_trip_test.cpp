@@ -132,7 +132,9 @@ TEST_F(RoundTrip, GzipInput) {
   expect_ok(script("(cat head; gzip -c int16.raw) > packed.nrrd"));
   expect_ok(tagrid({"encode", "packed.nrrd"}));
   EXPECT_EQ(tagrid({"decode", "packed.tag", "-o", "-"}).out, samples);
-  EXPECT_EQ(tagrid({"encode", "-"}, content("packed.nrrd")).out, content("packed.tag"));
+  // Only of a file is the plain form kept.
+  EXPECT_EQ(header_and_bricks(tagrid({"encode", "-"}, content("packed.nrrd")).out),
+            header_and_bricks(content("packed.tag")));
   expect_ok(tagrid({"decode", "packed.tag", "-o", "out.nrrd"}));
   EXPECT_NE(content("out.nrrd").find(known), std::string::npos);
 }
