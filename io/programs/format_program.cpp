@@ -27,7 +27,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-using Clock = std::chrono::steady_clock;
+using Steady = std::chrono::steady_clock;
 
 constexpr std::size_t most_last_words = 2000;
 
@@ -166,13 +166,13 @@ void FormatProgram::start() {
 bool FormatProgram::wait(For what) {
   constexpr auto look_again = 100ms;
   // Time counts only while poll() waits: this process may have been stopped.
-  for (Clock::duration silence = 0ms;;) {
+  for (Steady::duration silence = 0ms;;) {
     std::array<pollfd, 3> ready = {{{what == For::input ? -1 : output_, POLLIN, 0},
                                     {what == For::output ? -1 : input_, POLLOUT, 0},
                                     {errors_, POLLIN, 0}}};
-    const auto before = Clock::now();
+    const auto before = Steady::now();
     const int count = poll(ready.data(), ready.size(), static_cast<int>(look_again.count()));
-    const auto waited = std::min<Clock::duration>(Clock::now() - before, look_again);
+    const auto waited = std::min<Steady::duration>(Steady::now() - before, look_again);
     if (stop_ != nullptr && *stop_) throw WorldError(program_ + ": its samples are no longer needed");
     if (count < 0 && errno != EINTR) throw world_error("cannot wait for it", program_, errno);
     if (count == 0) silence += waited;

@@ -11,10 +11,10 @@
 namespace tagrid {
 namespace {
 
-constexpr std::uint64_t checksum_size = 8;
+constexpr std::uint64_t bytes_of_checksum = 8;
 
 std::uint64_t stored_checksum(std::span<const std::byte> block) {
-  return load_little_endian<std::uint64_t>(block.last(checksum_size).data());
+  return load_little_endian<std::uint64_t>(block.last(bytes_of_checksum).data());
 }
 
 }  // namespace
@@ -47,7 +47,8 @@ void WholeBricks::read_index(std::optional<std::uint64_t> last_checksum) {
       start > size - index_head_size - footer_size)
     return;
   if (!last_checksum)
-    last_checksum = load_little_endian<std::uint64_t>(bytes_at(start - checksum_size, checksum_size).data());
+    last_checksum =
+        load_little_endian<std::uint64_t>(bytes_at(start - bytes_of_checksum, bytes_of_checksum).data());
   const FileEnd end = {header_.parameters, header_size_, header_checksum_, start, *last_checksum};
   const std::uint64_t present = size - start;
   if (!end.parse_head(bytes_at(start, index_head_size), rest).ok() || rest != present - index_head_size)
@@ -63,7 +64,7 @@ std::vector<std::byte> WholeBricks::block_at(std::uint64_t position, std::int64_
   if (position > size || size - position < block_frame_size) return {};
   const auto length = load_little_endian<std::uint32_t>(bytes_at(position, 4).data());
   if (length < 4 || length > largest_body(header_.parameters, brick)) return {};
-  const std::uint64_t block = 4 + std::uint64_t{length} + checksum_size;
+  const std::uint64_t block = 4 + std::uint64_t{length} + bytes_of_checksum;
   return block <= size - position ? bytes_at(position, block) : std::vector<std::byte>();
 }
 
@@ -83,7 +84,7 @@ void WholeBricks::look_at_bricks() {
     Place place = {position, 0, false};
     std::optional<std::uint64_t> expected;
     if (block.size() == bytes) {
-      place.own = own_checksum(std::span(block).first(bytes - checksum_size), id);
+      place.own = own_checksum(std::span(block).first(bytes - bytes_of_checksum), id);
       expected = chained_checksum(place.own, before);
       place.is_whole = checksums_agree(stored_checksum(block), *expected);
       if (!place.is_whole && should_be) {
@@ -100,7 +101,8 @@ void WholeBricks::look_at_bricks() {
     position += bytes;
     should_be = place.is_whole ? std::nullopt : expected;
     before = position <= source_->size()
-                 ? load_little_endian<std::uint64_t>(bytes_at(position - checksum_size, checksum_size).data())
+                 ? load_little_endian<std::uint64_t>(
+                       bytes_at(position - bytes_of_checksum, bytes_of_checksum).data())
                  : 0;
   }
   if (static_cast<std::int64_t>(places_.size()) < count) return;
@@ -157,11 +159,12 @@ BrickBytes WholeBricks::read(std::int64_t brick) const {
   const Place& place = places_[static_cast<std::size_t>(brick)];
   const std::vector<std::byte> block = block_at(place.start, brick);
   if (block.empty() ||
-      !checksums_agree(own_checksum(std::span(block).first(block.size() - checksum_size), brick), place.own))
+      !checksums_agree(own_checksum(std::span(block).first(block.size() - bytes_of_checksum), brick),
+                       place.own))
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
                       "it changed while it was being read");
   // Its own checksum was compared, so the one that is stored behind it no longer matters.
-  const auto fields = std::span(block).subspan(4, block.size() - 4 - checksum_size);
+  const auto fields = std::span(block).subspan(4, block.size() - 4 - bytes_of_checksum);
   const auto activity_size = load_little_endian<std::uint32_t>(fields.data());
   if (activity_size > fields.size() - 4)
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
