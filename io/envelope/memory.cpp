@@ -11,9 +11,9 @@ namespace {
 
 /// Of an allocation, besides its bytes.
 constexpr std::uint64_t allocation = 16;
-constexpr std::uint64_t text = sizeof(std::string) + allocation;
+constexpr std::uint64_t of_text = sizeof(std::string) + allocation;
 /// A run, as it is described and as it is found by its slices; the vectors may have twice the room.
-constexpr std::uint64_t run = 4 * sizeof(SlicesInFile) + allocation;
+constexpr std::uint64_t of_run = 4 * sizeof(SlicesInFile) + allocation;
 /// What a description has of a file besides its name, and of a run.
 constexpr std::uint64_t file_bytes = 32, run_bytes = 40;
 
@@ -61,9 +61,9 @@ EnvelopeSize envelope_size(const SourceFacts& facts) {
 
 std::uint64_t memory_of_files(const EnvelopeSize& size) {
   // The files, a copy of them for the result, and the set of their names; vectors may have twice the room.
-  constexpr std::uint64_t file = 4 * sizeof(EnvelopeFile) + 4 * text + 64;
+  constexpr std::uint64_t file = 4 * sizeof(EnvelopeFile) + 4 * of_text + 64;
   // A block, packed and unpacked.
-  return size.files * file + 5 * size.name_bytes + 2 * size.runs * run + 4 * block_bytes(size.bytes);
+  return size.files * file + 5 * size.name_bytes + 2 * size.runs * of_run + 4 * block_bytes(size.bytes);
 }
 
 std::uint64_t memory_of_source_files(const SourceFacts& facts) {
@@ -71,12 +71,12 @@ std::uint64_t memory_of_source_files(const SourceFacts& facts) {
   const EnvelopeSize size = envelope_size(facts);
   // Paths of the source and of its plain form, whole paths, names, and the set of names; pieces.
   constexpr std::uint64_t file =
-      2 * (sizeof(PlainFile) + sizeof(EnvelopeFile) + sizeof(std::vector<PlainPiece>)) + 8 * text + 64;
+      2 * (sizeof(PlainFile) + sizeof(EnvelopeFile) + sizeof(std::vector<PlainPiece>)) + 8 * of_text + 64;
   // A block, three times, and the tables of zstd for one of its size.
   const std::uint64_t block = block_bytes(size.bytes), writing = 4 * block + 16 * std::bit_ceil(block);
   const std::uint64_t pieces =
       facts.plain_form ? 8 * (sizeof(PlainPiece) + allocation) + 600 : 2 * sizeof(PlainPiece);
-  return size.files * (file + pieces) + 8 * size.name_bytes + size.runs * (run + 2 * sizeof(SliceRun)) +
+  return size.files * (file + pieces) + 8 * size.name_bytes + size.runs * (of_run + 2 * sizeof(SliceRun)) +
          writing;
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 using Point = std::array<float, 3>;
 
-constexpr std::size_t head_bytes = 84, triangle_bytes = 12 * sizeof(float) + 2;
+constexpr std::size_t stl_head = 84, triangle_bytes = 12 * sizeof(float) + 2;
 
 Point as_floats(const std::array<double, 3>& p) {
   return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
@@ -36,7 +36,7 @@ Point normal_of(const std::array<Point, 3>& corners) {
 }  // namespace
 
 StlFile::StlFile(const std::string& path, bool overwrite)
-    : SurfaceFile(path, overwrite), triangles_(output_, path, head_bytes) {}
+    : SurfaceFile(path, overwrite), triangles_(output_, path, stl_head) {}
 
 void StlFile::add(const SurfacePiece& piece) {
   for (const auto& triangle : piece.triangles) {
@@ -60,7 +60,7 @@ void StlFile::add(const SurfacePiece& piece) {
 void StlFile::finish() {
   if (count_ > std::numeric_limits<std::uint32_t>::max())
     throw WorldError(output_.name() + ": the surface has more triangles than STL can count; write .vtp");
-  std::array<std::byte, head_bytes> head{};
+  std::array<std::byte, stl_head> head{};
   constexpr std::string_view text = "tagrid isosurface, binary STL";
   for (std::size_t i = 0; i < text.size(); ++i) head[i] = static_cast<std::byte>(text[i]);
   store_little_endian(head.data() + 80, static_cast<std::uint32_t>(count_));

@@ -305,9 +305,9 @@ std::string info_text(const TagSummary& file, bool with_levels) {
        fmt::format(
            "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
            p.range_low == p.range_high ? "" : fmt::format(" (range {} .. {})", p.range_low, p.range_high)));
-  const auto part = [&](const char* name, std::uint64_t bytes) {
+  const auto part = [&, whole = sizes.file](const char* name, std::uint64_t bytes) {
     line(name, fmt::format("{:>12}  {:5.1f} %  {:.4f} bits per voxel", bytes,
-                           100.0 * static_cast<double>(bytes) / static_cast<double>(sizes.file),
+                           100.0 * static_cast<double>(bytes) / static_cast<double>(whole),
                            8.0 * static_cast<double>(bytes) / static_cast<double>(n)));
   };
   part("file", sizes.file);
