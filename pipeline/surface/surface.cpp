@@ -8,6 +8,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "io/surface/surface_file.h"
@@ -24,6 +25,10 @@ SurfaceLevel level_in_samples(double iso, const TagHeader& header, const std::st
     throw UsageError(fmt::format(
         "{}: each slice has a slope of its own (slice_slopes), so that a value is a different sample in each",
         name));
+  for (const auto& [key, value] : pairs)
+    if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
+      throw BrokenInput(fmt::format("{}: the header: a rescale_slope of {} is no slope", name,
+                                    quoted(std::string_view(value))));
   const Rescale rescale = rescale_of(header.nrrd_fields);
   const SurfaceLevel level{(iso - rescale.intercept) / rescale.slope, rescale.slope < 0};
   if (!std::isfinite(level.value))

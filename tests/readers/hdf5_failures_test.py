@@ -112,6 +112,7 @@ class Failures(Hdf5Test):
             return []
         return [int(child) for text in texts for child in text.split()]
 
+    @other_readers.unless_sanitized
     def test_the_memory_of_the_writer_is_bounded_and_counts(self):
         """A volume of 192 MB in slices of 2 MB, within a limit far below; the writer's own limit is that of the system."""
         run = subprocess.run(f"head -c {96 * 1000 * 1000 * 2} /dev/zero | {other_readers.PROGRAM} encode -q --dims 1000,1000,96 --type int16 - -o z.tag",

@@ -14,6 +14,9 @@ import tempfile
 import unittest
 
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
+IS_SANITIZED = b"__asan_init" in PROGRAM.read_bytes()
+# For tests of limits on memory.
+unless_sanitized = unittest.skipIf(IS_SANITIZED, "sanitizers take memory of their own")
 
 
 def library(name, package):

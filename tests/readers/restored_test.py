@@ -181,6 +181,7 @@ class Restored(ReaderTest):
         self.ok("restore", "a.tag", "-o", "s", "-f")
         self.assertEqual({name: self.bytes(f"s/{name}") for name in self.files("s")}, before)
 
+    @other_readers.unless_sanitized
     def test_names_of_many_files_count_in_the_limit_on_memory(self):
         os.mkdir(self.folder / "s")
         for z in range(2000):
