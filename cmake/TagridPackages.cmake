@@ -20,6 +20,9 @@ set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
 
 set(CPACK_COMPONENTS_ALL tagrid tagrid-readers tagrid-openvdb libtagrid libtagrid-dev)
+if(TARGET tagrid_hdf5_plugin)
+  list(APPEND CPACK_COMPONENTS_ALL tagrid-hdf5)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENT_TAGRID_DESCRIPTION
     "CT volumes as one file\n tagrid turns a CT volume into one .tag file and back: every voxel within a bound, and a\n crack-free tetrahedral grid that is fine where the volume bends.")
@@ -27,6 +30,8 @@ set(CPACK_COMPONENT_TAGRID-READERS_DESCRIPTION
     "CT volumes as one file, readers of other formats\n Programs that open volumes for tagrid (DICOM, HDF5, JPEG 2000, TIFF), or write them (HDF5, VTKHDF).")
 set(CPACK_COMPONENT_TAGRID-OPENVDB_DESCRIPTION
     "CT volumes as one file, OpenVDB\n Programs that read and write OpenVDB files for tagrid.")
+set(CPACK_COMPONENT_TAGRID-HDF5_DESCRIPTION
+    "CT volumes as one file, filter for HDF5\n A plugin with which programs that use HDF5's library read and write data sets that tagrid compresses.")
 set(CPACK_COMPONENT_LIBTAGRID_DESCRIPTION
     "CT volumes as one file, shared library\n libtagrid reads parts of .tag files, and writes .tag files from slices.")
 set(CPACK_COMPONENT_LIBTAGRID-DEV_DESCRIPTION
@@ -37,6 +42,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_TAGRID_PACKAGE_NAME tagrid)
 set(CPACK_DEBIAN_TAGRID-READERS_PACKAGE_NAME tagrid-readers)
 set(CPACK_DEBIAN_TAGRID-OPENVDB_PACKAGE_NAME tagrid-openvdb)
+set(CPACK_DEBIAN_TAGRID-HDF5_PACKAGE_NAME tagrid-hdf5)
 set(CPACK_DEBIAN_LIBTAGRID_PACKAGE_NAME libtagrid)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_NAME libtagrid-dev)
 set(CPACK_DEBIAN_TAGRID_PACKAGE_SECTION science)
@@ -44,6 +50,10 @@ set(CPACK_DEBIAN_TAGRID_PACKAGE_RECOMMENDS "tagrid-readers (= ${PROJECT_VERSION}
 set(CPACK_DEBIAN_TAGRID_PACKAGE_SUGGESTS "tagrid-openvdb (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_TAGRID-READERS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_TAGRID-OPENVDB_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_TAGRID-HDF5_PACKAGE_SECTION science)
+# Its library is in no package that is installed yet.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
+set(CPACK_DEBIAN_TAGRID-HDF5_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_LIBTAGRID_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_SECTION libdevel)
 # The loader learns of the new library, and other packages learn which package provides it.

@@ -11,7 +11,7 @@ mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
-  python3-pydicom dcmtk libgdcm-tools python3-h5py python3-vtk9 libopenjp2-tools)
+  python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 libopenjp2-tools)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=(python3 python3-numpy python3-pil)

@@ -152,11 +152,12 @@ class InstalledLibrary(unittest.TestCase):
                 self.assertNotIn(str(ROOT), text, file)
 
     @unittest.skipUnless(shutil.which("dpkg-deb") and shutil.which("dpkg-shlibdeps"), "there are no tools for Debian packages")
-    def test_there_are_five_debian_packages(self):
+    def test_there_are_debian_packages(self):
         folder = self.folder / "packages"
         run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
         packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
-        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"})
+        plugins = {"tagrid-hdf5"} if (BUILD / "hdf5_plugins").exists() else set()
+        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"} | plugins)
         content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
@@ -185,6 +186,10 @@ class InstalledLibrary(unittest.TestCase):
         self.assertIn(f"./usr/lib/{architecture}/libtagrid.so.0 ->", content["libtagrid"])
         for path in ("libtagrid.a", "pkgconfig/tagrid.pc", "cmake/tagrid/tagridConfig.cmake"):
             self.assertIn(f"./usr/lib/{architecture}/{path}\n", content["libtagrid-dev"])
+        if plugins:
+            self.assertIn(f"./usr/lib/{architecture}/hdf5/serial/plugins/libtagrid_hdf5.so\n", content["tagrid-hdf5"])
+            self.assertRegex(field["tagrid-hdf5"], r"Depends: .*libhdf5")
+            self.assertRegex(field["tagrid-hdf5"], r"Depends: .*libtagrid \(= ")
         for name in packages:
             self.assertRegex(field[name], r"Maintainer: [^<@]+ <[^@\s]+@[^@\s]+>")
             self.assertNotIn("tagrid@localhost", field[name])

@@ -1,0 +1,114 @@
+#include "plugins/hdf5/coding.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace tagrid::hdf5 {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "as everywhere in tagrid");
+
+template <class Visit>
+auto with_type(tagrid_type type, Visit visit) {
+  switch (type) {
+    case TAGRID_INT8:
+      return visit(std::int8_t{});
+    case TAGRID_UINT16:
+      return visit(std::uint16_t{});
+    case TAGRID_INT16:
+      return visit(std::int16_t{});
+    case TAGRID_UINT32:
+      return visit(std::uint32_t{});
+    case TAGRID_INT32:
+      return visit(std::int32_t{});
+    case TAGRID_FLOAT32:
+      return visit(float{});
+    case TAGRID_FLOAT64:
+      return visit(double{});
+    default:
+      return visit(std::uint8_t{});
+  }
+}
+
+void reverse_each(std::span<std::byte> samples, std::size_t size) {
+  for (std::size_t i = 0; i < samples.size(); i += size) std::ranges::reverse(samples.subspan(i, size));
+}
+
+// The range of the finite samples, on which the grid of 32 and 64 bits depends.
+template <class T>
+std::array<double, 2> range_of(std::span<const T> samples) {
+  T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
+  for (const T sample : samples) {
+    if constexpr (std::is_floating_point_v<T>)
+      if (!std::isfinite(sample)) continue;
+    low = std::min(low, sample);
+    high = std::max(high, sample);
+  }
+  return {static_cast<double>(low), static_cast<double>(high)};
+}
+
+template <class T>
+std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, std::span<const T> samples) {
+  tagrid_encode_options options;
+  tagrid_encode_options_init(&options);
+  std::ranges::copy(chunk.dims, options.dims);
+  options.type = chunk.type;
+  options.max_error = choice.max_error;
+  options.effort = choice.effort;
+  // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded samples.
+  options.grid_derived = 1;
+  if (const auto range = range_of(samples); range[0] < range[1] && std::isfinite(range[1] - range[0]))
+    std::ranges::copy(range, options.range);
+  else
+    options.field_scale = 1;
+  Call call;
+  // One brick is the work of one thread.
+  if (std::ranges::all_of(chunk.dims, [](std::int64_t n) { return n <= 65; })) call.threads = 1;
+  std::vector<std::byte> file;
+  Encoder encoder(
+      options, [&](std::span<const std::byte> bytes) { file.insert(file.end(), bytes.begin(), bytes.end()); },
+      call);
+  encoder.write(samples);
+  encoder.finish();
+  return file;
+}
+
+}  // namespace
+
+std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::span<const std::byte> samples) {
+  return with_type(chunk.type, [&](auto type) {
+    using T = decltype(type);
+    // HDF5's buffers need not be aligned for a type, and those of the other byte order are swapped.
+    std::vector<T> copy(chunk.sample_count());
+    std::memcpy(copy.data(), samples.data(), samples.size());
+    if (chunk.big_endian) reverse_each(std::as_writable_bytes(std::span(copy)), sizeof(T));
+    return encode_samples<T>(chunk, choice, copy);
+  });
+}
+
+void StoredChunk::Memory::read_at(std::uint64_t offset, std::span<std::byte> to) {
+  std::ranges::copy(bytes_.subspan(static_cast<std::size_t>(offset), to.size()), to.begin());
+}
+
+StoredChunk::StoredChunk(const Chunk& chunk, std::span<const std::byte> file)
+    : chunk_(chunk), memory_(file), reader_(memory_, "the chunk") {
+  const tagrid_info info = reader_.info();
+  if (info.type != chunk.type || !std::ranges::equal(info.dims, chunk.dims))
+    throw Error(TAGRID_BROKEN_INPUT,
+                "the chunk is a volume of another type or size than the data set's chunks");
+}
+
+void StoredChunk::decode_to(std::span<std::byte> samples) const {
+  with_type(chunk_.type, [&](auto type) {
+    using T = decltype(type);
+    reader_.read_to<T>(reader_.box(), {1, 1, 1},
+                       {reinterpret_cast<T*>(samples.data()), chunk_.sample_count()});
+  });
+  if (chunk_.big_endian) reverse_each(samples, tagrid_sample_size(chunk_.type));
+}
+
+}  // namespace tagrid::hdf5

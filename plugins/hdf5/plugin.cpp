@@ -1,0 +1,159 @@
+// What HDF5's library finds in the plugin. See "HDF5 Filter Plugins", The HDF Group.
+#include <H5PLextern.h>
+#include <hdf5.h>
+
+#include <algorithm>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "plugins/hdf5/coding.h"
+#include "plugins/hdf5/settings.h"
+
+namespace tagrid::hdf5 {
+namespace {
+
+// Adds a message to HDF5's stack of errors, which h5py, h5dump and others print.
+void tell(const char* function, int line, const std::string& message) {
+  H5Epush2(H5E_DEFAULT, __FILE__, function, static_cast<unsigned>(line), H5E_ERR_CLS, H5E_PLINE,
+           H5E_CANTFILTER, "tagrid: %s", message.c_str());
+}
+
+// Calls work(), and returns `failed` with a message if it throws: no exception may reach C.
+template <class Result, class Work>
+Result guarded(const char* function, Result failed, Work work) {
+  try {
+    return work();
+  } catch (const std::exception& error) {
+    tell(function, __LINE__, error.what());
+  }
+  return failed;
+}
+
+struct StoredType {
+  tagrid_type type;
+  bool big_endian;
+};
+
+// Nothing for types that tagrid does not know: integers of 64 bits or with padding, half floats, compound types ...
+std::optional<StoredType> stored_type_of(hid_t type) {
+  const std::pair<hid_t, StoredType> known[] = {
+      {H5T_STD_U8LE, {TAGRID_UINT8, false}},     {H5T_STD_I8LE, {TAGRID_INT8, false}},
+      {H5T_STD_U8BE, {TAGRID_UINT8, false}},     {H5T_STD_I8BE, {TAGRID_INT8, false}},
+      {H5T_STD_U16LE, {TAGRID_UINT16, false}},   {H5T_STD_U16BE, {TAGRID_UINT16, true}},
+      {H5T_STD_I16LE, {TAGRID_INT16, false}},    {H5T_STD_I16BE, {TAGRID_INT16, true}},
+      {H5T_STD_U32LE, {TAGRID_UINT32, false}},   {H5T_STD_U32BE, {TAGRID_UINT32, true}},
+      {H5T_STD_I32LE, {TAGRID_INT32, false}},    {H5T_STD_I32BE, {TAGRID_INT32, true}},
+      {H5T_IEEE_F32LE, {TAGRID_FLOAT32, false}}, {H5T_IEEE_F32BE, {TAGRID_FLOAT32, true}},
+      {H5T_IEEE_F64LE, {TAGRID_FLOAT64, false}}, {H5T_IEEE_F64BE, {TAGRID_FLOAT64, true}},
+  };
+  for (const auto& [hdf5_type, stored] : known)
+    if (H5Tequal(type, hdf5_type) > 0) return stored;
+  return std::nullopt;
+}
+
+// The axes of a chunk along which it has more than one sample are x, y and z, the last one x.
+std::array<std::int64_t, 3> dims_of_chunk(hid_t properties) {
+  hsize_t sizes[H5S_MAX_RANK];
+  const int rank = H5Pget_chunk(properties, H5S_MAX_RANK, sizes);
+  if (rank < 1) throw Error(TAGRID_INVALID_ARGUMENT, "the data set has no chunks");
+  std::array<std::int64_t, 3> dims = {1, 1, 1};
+  std::size_t axis = 0;
+  for (int i = rank - 1; i >= 0; --i) {
+    if (sizes[i] == 1) continue;
+    if (axis == 3)
+      throw Error(
+          TAGRID_INVALID_ARGUMENT,
+          "the chunks have more than three axes with more than one sample; give the others chunks of 1");
+    dims[axis++] = static_cast<std::int64_t>(sizes[i]);
+  }
+  return dims;
+}
+
+// The numbers of the filter. Throws Error if another filter comes before it: that one would change the samples.
+std::vector<unsigned> given_numbers(hid_t properties, unsigned& flags) {
+  unsigned kind = 0;
+  std::size_t unused = 0;
+  if (H5Pget_filter2(properties, 0, &kind, &unused, nullptr, 0, nullptr, nullptr) != filter_id)
+    throw Error(TAGRID_INVALID_ARGUMENT,
+                "tagrid must be the first filter: it needs samples, not what shuffle, scaleoffset or another "
+                "filter makes of them");
+  std::vector<unsigned> numbers(stored_numbers + 1);
+  std::size_t count = numbers.size();
+  if (H5Pget_filter_by_id2(properties, filter_id, &flags, &count, numbers.data(), 0, nullptr, nullptr) < 0)
+    throw Error(TAGRID_INVALID_ARGUMENT, "HDF5 does not give the filter's numbers");
+  numbers.resize(std::min(count, numbers.size()));
+  return numbers;
+}
+
+herr_t set_local(hid_t properties, hid_t type, hid_t) {
+  return guarded(__func__, herr_t{-1}, [&]() -> herr_t {
+    unsigned flags = 0;
+    const Choice choice = choice_of(given_numbers(properties, flags));
+    const auto stored = stored_type_of(type);
+    if (!stored)
+      throw Error(TAGRID_INVALID_ARGUMENT,
+                  "samples are integers of 8, 16 or 32 bits, or floats of 32 or 64 bits");
+    const auto numbers =
+        numbers_of(choice, Chunk{stored->type, stored->big_endian, dims_of_chunk(properties)});
+    chunk_of(numbers);  // refuses chunks that are too large
+    return H5Pmodify_filter(properties, filter_id, flags, numbers.size(), numbers.data());
+  });
+}
+
+// Memory that HDF5's library frees.
+class Hdf5Memory {
+ public:
+  explicit Hdf5Memory(std::size_t bytes) : memory_(H5allocate_memory(bytes, false)), bytes_(bytes) {
+    if (memory_ == nullptr) throw std::bad_alloc();
+  }
+  Hdf5Memory(const Hdf5Memory&) = delete;
+  Hdf5Memory& operator=(const Hdf5Memory&) = delete;
+  ~Hdf5Memory() { H5free_memory(memory_); }
+
+  std::span<std::byte> bytes() { return {static_cast<std::byte*>(memory_), bytes_}; }
+  /// Takes the place of HDF5's buffer.
+  std::size_t replace(std::size_t* size, void** buffer) {
+    std::swap(*buffer, memory_);
+    *size = bytes_;
+    return bytes_;
+  }
+
+ private:
+  void* memory_;
+  std::size_t bytes_;
+};
+
+std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, std::size_t bytes,
+                   std::size_t* size, void** buffer) {
+  return guarded(__func__, std::size_t{0}, [&] {
+    const std::span<const unsigned> all(numbers, count);
+    const Chunk chunk = chunk_of(all);
+    const std::span<const std::byte> given(static_cast<const std::byte*>(*buffer), bytes);
+    if ((flags & H5Z_FLAG_REVERSE) != 0) {
+      const StoredChunk stored(chunk, given);
+      Hdf5Memory samples(chunk.bytes());
+      stored.decode_to(samples.bytes());
+      return samples.replace(size, buffer);
+    }
+    if (bytes != chunk.bytes())
+      throw Error(TAGRID_INVALID_ARGUMENT, "the chunk has " + std::to_string(bytes) + " bytes where " +
+                                               std::to_string(chunk.bytes()) + " belong");
+    const std::vector<std::byte> file = encode(chunk, choice_of(all), given);
+    Hdf5Memory made(file.size());
+    std::ranges::copy(file, made.bytes().begin());
+    return made.replace(size, buffer);
+  });
+}
+
+// set_local() also says whether the filter can be applied: what HDF5 has another function for, but loses its message.
+const H5Z_class2_t plugin = {H5Z_CLASS_T_VERS, filter_id, 1, 1, "tagrid", nullptr, set_local, filter};
+
+}  // namespace
+}  // namespace tagrid::hdf5
+
+extern "C" {
+H5PLUGIN_DLL H5PL_type_t H5PLget_plugin_type() { return H5PL_TYPE_FILTER; }
+H5PLUGIN_DLL const void* H5PLget_plugin_info() { return &tagrid::hdf5::plugin; }
+}

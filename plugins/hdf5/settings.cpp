@@ -1,0 +1,79 @@
+#include "plugins/hdf5/settings.h"
+
+#include <bit>
+#include <limits>
+
+namespace tagrid::hdf5 {
+namespace {
+
+constexpr unsigned layout = 1;
+constexpr unsigned big_endian_flag = 256;
+
+[[noreturn]] void refuse(const std::string& message) { throw Error(TAGRID_INVALID_ARGUMENT, message); }
+
+double bound_of(std::span<const unsigned> numbers) {
+  if (numbers.empty()) return 0;
+  if (numbers.size() == 1) return numbers[0];
+  return std::bit_cast<double>(std::uint64_t{numbers[1]} << 32 | numbers[0]);
+}
+
+}  // namespace
+
+std::size_t Chunk::sample_count() const {
+  return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) *
+         static_cast<std::size_t>(dims[2]);
+}
+
+Choice choice_of(std::span<const unsigned> numbers) {
+  if (numbers.size() > 3 && numbers.size() != stored_numbers)
+    refuse(
+        "the filter takes none to three numbers: E, or the low and high half of a double E, and the effort");
+  Choice choice;
+  choice.max_error = bound_of(numbers);
+  // False for NaN, too.
+  if (!(choice.max_error >= 0 && choice.max_error <= std::numeric_limits<double>::max()))
+    refuse("the largest error is not a finite number of at least 0: " + std::to_string(choice.max_error));
+  if (numbers.size() > 2) {
+    if (numbers[2] > TAGRID_EFFORT_BEST)
+      refuse("the effort is 0 (default), 1 (fast) or 2 (best), not " + std::to_string(numbers[2]));
+    choice.effort = static_cast<tagrid_effort>(numbers[2]);
+  }
+  return choice;
+}
+
+Chunk chunk_of(std::span<const unsigned> numbers) {
+  if (numbers.size() != stored_numbers)
+    refuse("the file has " + std::to_string(numbers.size()) + " numbers for the filter where " +
+           std::to_string(stored_numbers) + " belong");
+  if (numbers[3] != layout)
+    refuse("the filter's numbers are of version " + std::to_string(numbers[3]) +
+           ", and this one knows version 1: a newer tagrid may read them");
+  Chunk chunk;
+  chunk.type = static_cast<tagrid_type>(numbers[4] & ~big_endian_flag);
+  chunk.big_endian = (numbers[4] & big_endian_flag) != 0;
+  std::uint64_t bytes = tagrid_sample_size(chunk.type);
+  if (bytes == 0) refuse("the filter's numbers name no type of samples");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::uint64_t samples = numbers[5 + axis];
+    // HDF5 limits a chunk to less than 4 GiB.
+    if (samples == 0 || samples > std::numeric_limits<std::uint32_t>::max() / bytes)
+      refuse("the filter's numbers give a chunk of no size that HDF5 has");
+    bytes *= samples;
+    chunk.dims[axis] = static_cast<std::int64_t>(samples);
+  }
+  return chunk;
+}
+
+std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chunk& chunk) {
+  const auto bound = std::bit_cast<std::uint64_t>(choice.max_error);
+  return {static_cast<unsigned>(bound),
+          static_cast<unsigned>(bound >> 32),
+          static_cast<unsigned>(choice.effort),
+          layout,
+          static_cast<unsigned>(chunk.type) | (chunk.big_endian ? big_endian_flag : 0),
+          static_cast<unsigned>(chunk.dims[0]),
+          static_cast<unsigned>(chunk.dims[1]),
+          static_cast<unsigned>(chunk.dims[2])};
+}
+
+}  // namespace tagrid::hdf5

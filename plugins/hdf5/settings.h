@@ -1,0 +1,53 @@
+// The numbers that HDF5 keeps for each data set with the filter, and what they say.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tagrid/tagrid.hpp"
+
+namespace tagrid::hdf5 {
+
+/// The number of the filter in HDF5's registry, which keeps 32768 to 65535 for filters that are not registered.
+constexpr int filter_id = TAGRID_HDF5_FILTER_ID;
+
+/// What a user chooses.
+struct Choice {
+  double max_error = 0;  ///< no sample is off by more
+  tagrid_effort effort = TAGRID_EFFORT_DEFAULT;
+};
+
+/// The samples of a chunk.
+struct Chunk {
+  tagrid_type type = TAGRID_UINT8;
+  bool big_endian = false;
+  std::array<std::int64_t, 3> dims = {1, 1, 1};  ///< x, y, z; x fastest
+
+  std::size_t sample_count() const;
+  std::size_t bytes() const { return sample_count() * tagrid_sample_size(type); }
+};
+
+/// The numbers (`cd_values`). What a user gives has none to three of them:
+///
+///     (none)             every sample comes back
+///     E                  the bound is the whole number E
+///     low high           the bound is a double, by its 32 low and its 32 high bits
+///     low high effort    0 default, 1 fast, 2 best
+///
+/// What is stored in a file has eight: low, high, effort, the version of this layout (1), type + 256 if samples are big
+/// endian, and the samples of a chunk along x, y and z.
+constexpr std::size_t stored_numbers = 8;
+
+/// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no bound.
+Choice choice_of(std::span<const unsigned> numbers);
+
+/// Throws Error if the numbers are not those of a stored data set, or its chunk is larger than HDF5 allows.
+Chunk chunk_of(std::span<const unsigned> numbers);
+
+std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chunk& chunk);
+
+}  // namespace tagrid::hdf5

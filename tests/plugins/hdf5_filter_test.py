@@ -1,0 +1,268 @@
+"""The filter for HDF5 files, as h5py, h5dump, h5repack and VTK load it.
+
+    hdf5_filter_test.py PROGRAM PLUGINS
+        PLUGINS: the folder with the plugin
+"""
+
+import itertools
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+PROGRAM, PLUGINS = sys.argv[1], sys.argv[2]
+os.environ["HDF5_PLUGIN_PATH"] = PLUGINS  # before the library is loaded
+
+import h5py
+import numpy
+
+FILTER = 33184
+TYPES = ["u1", "i1", "<u2", ">u2", "<i2", ">i2", "<u4", ">u4", "<i4", ">i4", "<f4", ">f4", "<f8", ">f8"]
+
+
+def waves(shape, type="<i2", seed=1):
+    """A smooth volume with noise."""
+    axes = numpy.meshgrid(*[numpy.arange(n) for n in shape], indexing="ij")
+    field = 60 + sum(15 * numpy.sin(axis / (7 + 2 * i)) for i, axis in enumerate(axes))
+    return (field + numpy.random.default_rng(seed).normal(0, 2, shape)).astype(type)
+
+
+def double(bound):
+    """The bound as two numbers."""
+    bits = int(numpy.float64(bound).view(numpy.uint64))
+    return (bits & 0xFFFFFFFF, bits >> 32)
+
+
+def largest_error(a, b):
+    return numpy.abs(a.astype("f8") - b.astype("f8")).max()
+
+
+class FilterTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        self.path = self.folder / "a.h5"
+
+    def write(self, data, numbers=(), chunks=True, **options):
+        with h5py.File(self.path, "w") as file:
+            file.create_dataset("a", data=data, chunks=chunks, compression=FILTER, compression_opts=numbers, **options)
+
+    def read(self, part=()):
+        with h5py.File(self.path) as file:
+            return file["a"][part]
+
+    def run_program(self, *arguments, check=True):
+        return subprocess.run(arguments, check=check, capture_output=True, text=True)
+
+    def test_every_type_and_byte_order_comes_back_within_the_bound(self):
+        for type, (bound, numbers) in itertools.product(TYPES, [(0, ()), (0, (0,)), (3, (3,)), (0.75, double(0.75)), (3, double(3) + (1,))]):
+            data = waves((9, 20, 31), type)
+            self.write(data, numbers, chunks=(8, 16, 31))
+            found = self.read()
+            self.assertEqual(found.dtype, data.dtype)
+            self.assertLessEqual(largest_error(found, data), bound, f"{type} {numbers}")
+            if bound == 0:
+                self.assertEqual(found.tobytes(), data.tobytes(), f"{type} {numbers}")
+
+    def test_best_effort_is_smaller(self):
+        data = waves((64, 64, 64))
+        sizes = []
+        for effort in (0, 2):
+            self.write(data, double(2) + (effort,), chunks=data.shape)
+            self.assertLessEqual(largest_error(self.read(), data), 2)
+            with h5py.File(self.path) as file:
+                sizes.append(file["a"].id.get_storage_size())
+        self.assertLess(sizes[1], sizes[0])
+
+    def test_any_rank_with_three_long_axes_at_most(self):
+        for shape, chunks in [((100,), (33,)), ((40, 30), (16, 30)), ((2, 3, 20, 21, 5), (1, 3, 20, 1, 5)), ((1,), (1,)), ((7, 1, 1), (2, 1, 1))]:
+            data = waves(shape)
+            self.write(data, chunks=chunks)
+            numpy.testing.assert_array_equal(self.read(), data, str(shape))
+
+    def test_fill_values_and_partial_chunks_do_not_disturb(self):
+        data = waves((20, 21, 22), "<f4")
+        for fill in (0, 1e30, float("nan"), float("inf")):
+            with h5py.File(self.path, "w") as file:
+                set = file.create_dataset("a", data.shape, "<f4", chunks=(16, 16, 16), fillvalue=fill, compression=FILTER, compression_opts=(1,))
+                set[:18] = data[:18]
+            found = self.read()
+            self.assertLessEqual(largest_error(found[:18], data[:18]), 1, str(fill))
+            # As every sample, those of a chunk that was written only in part.
+            numpy.testing.assert_allclose(found[18:], numpy.full_like(data[18:], fill), rtol=0, atol=1, err_msg=str(fill))
+
+    def test_samples_that_are_not_finite_come_back(self):
+        for type in ("<f4", ">f8"):
+            data = waves((8, 8, 8), type)
+            data[0, 0, :3] = numpy.nan, numpy.inf, -numpy.inf
+            for shown in (data, numpy.full_like(data, numpy.nan), numpy.full_like(data, numpy.inf)):
+                self.write(shown, (1,), chunks=data.shape)
+                found, finite = self.read(), numpy.isfinite(shown)
+                numpy.testing.assert_array_equal(found[~finite], shown[~finite])
+                if finite.any():
+                    self.assertLessEqual(largest_error(found[finite], shown[finite]), 1)
+
+    def test_what_cannot_be_coded_is_refused_with_a_reason(self):
+        small = numpy.zeros((4, 4, 4), "<i2")
+        for what, data, options, words in [
+            ("64 bits", small.astype("i8"), {}, "8, 16 or 32 bits"),
+            ("half floats", small.astype("f2"), {}, "8, 16 or 32 bits"),
+            ("booleans", small.astype(bool), {}, "8, 16 or 32 bits"),
+            ("a compound type", numpy.zeros(4, [("a", "i2"), ("b", "i2")]), {}, "8, 16 or 32 bits"),
+            ("four long axes", numpy.zeros((2, 2, 2, 2), "i2"), {}, "more than three axes"),
+            ("shuffle", small, {"shuffle": True}, "first filter"),
+            ("a negative bound", small, {"numbers": double(-1)}, "at least 0"),
+            ("a bound of NaN", small, {"numbers": double(float("nan"))}, "at least 0"),
+            ("a bound of infinity", small, {"numbers": double(float("inf"))}, "at least 0"),
+            ("an effort of 3", small, {"numbers": (0, 0, 3)}, "effort"),
+            ("five numbers", small, {"numbers": (1, 2, 3, 4, 5)}, "none to three numbers"),
+        ]:
+            with self.assertRaisesRegex(ValueError, words, msg=what):
+                self.write(data, options.get("numbers", ()), chunks=data.shape, shuffle=options.get("shuffle", False))
+
+    def test_checksums_after_the_filter_work(self):
+        data = waves((16, 16, 16))
+        self.write(data, fletcher32=True)
+        numpy.testing.assert_array_equal(self.read(), data)
+
+    def test_h5repack_compresses_and_h5dump_shows_it(self):
+        data = waves((40, 33, 34))
+        with h5py.File(self.folder / "plain.h5", "w") as file:
+            file.create_dataset("a", data=data)
+        packed, again = self.folder / "packed.h5", self.folder / "again.h5"
+        self.run_program("h5repack", "-l", "a:CHUNK=16x33x34", "-f", f"a:UD={FILTER},0,1,2", self.folder / "plain.h5", packed)
+        shown = self.run_program("h5dump", "-p", "-H", packed).stdout
+        self.assertIn(f"FILTER_ID {FILTER}", shown)
+        self.assertIn("COMMENT tagrid", shown)
+        self.run_program("h5repack", "-f", f"a:UD={FILTER},0,0", packed, again)  # lossless now
+        with h5py.File(packed) as one, h5py.File(again) as two:
+            self.assertLessEqual(largest_error(one["a"][...], data), 2)
+            self.assertGreater(largest_error(one["a"][...], data), 0)
+            numpy.testing.assert_array_equal(one["a"][...], two["a"][...])
+        self.run_program("h5repack", "-f", "NONE", "-l", "CONTI", packed, again)
+        self.assertEqual(self.run_program("h5diff", packed, again, "/a").stdout, "")
+
+    def test_a_chunk_is_a_tag_file(self):
+        data = waves((16, 20, 24))
+        self.write(data, (2,), chunks=data.shape)
+        with h5py.File(self.path) as file:
+            chunk = file["a"].id.read_direct_chunk((0, 0, 0))[1]
+            expected = file["a"][...]
+        (self.folder / "chunk.tag").write_bytes(chunk)
+        self.run_program(PROGRAM, "verify", self.folder / "chunk.tag")
+        self.run_program(PROGRAM, "decode", self.folder / "chunk.tag", "-o", self.folder / "chunk.raw")
+        self.assertEqual((self.folder / "chunk.raw").read_bytes(), expected.tobytes())
+
+    def test_tag_files_are_written_as_chunks_by_several_threads(self):
+        data = waves((64, 32, 48))
+        raw = self.folder / "a.raw"
+        files = {}
+
+        def encode(z):
+            part = self.folder / f"{z}.tag"
+            source = self.folder / f"{z}.raw"
+            source.write_bytes(data[z:z + 16].tobytes())
+            grid = "stored" if z == 0 else "derived"
+            self.run_program(PROGRAM, "encode", source, "--dims", "48,32,16", "--type", "int16", "--max-error", "1", "--grid", grid, "-o", part)
+            files[z] = part.read_bytes()
+
+        threads = [threading.Thread(target=encode, args=(z,)) for z in range(0, 64, 16)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        with h5py.File(self.path, "w") as file:
+            set = file.create_dataset("a", data.shape, data.dtype, chunks=(16, 32, 48), compression=FILTER, compression_opts=(1,))
+            for z, chunk in files.items():
+                set.id.write_direct_chunk((z, 0, 0), chunk)
+        self.assertLessEqual(largest_error(self.read(), data), 1)
+
+    def test_a_chunk_of_another_volume_is_an_error(self):
+        data = waves((16, 16, 16))
+        self.write(data, chunks=data.shape)
+        for other in (waves((16, 16, 15)), waves((16, 16, 16), "<u2")):
+            with h5py.File(self.folder / "other.h5", "w") as file:
+                file.create_dataset("a", data=other, chunks=other.shape, compression=FILTER)
+                chunk = file["a"].id.read_direct_chunk((0, 0, 0))[1]
+            with h5py.File(self.path, "r+") as file:
+                file["a"].id.write_direct_chunk((0, 0, 0), chunk)
+            with self.assertRaises(OSError):
+                self.read()
+
+    def test_damaged_chunks_are_errors_and_never_other_samples(self):
+        data = waves((12, 13, 14))
+        self.write(data, (1,), chunks=data.shape)
+        expected = self.read()
+        with h5py.File(self.path, "r+") as file:
+            set = file["a"]
+            chunk = bytearray(set.id.read_direct_chunk((0, 0, 0))[1])
+            damages = [chunk[:n] for n in range(0, len(chunk), 37)] + [chunk + b"x"]
+            for i in range(0, len(chunk), 3):
+                damages.append(chunk[:i] + bytes([chunk[i] ^ (1 << i % 8)]) + chunk[i + 1:])
+            caught = 0
+            for damage in damages:
+                set.id.write_direct_chunk((0, 0, 0), bytes(damage) or b"\0")
+                set.id.refresh() if hasattr(set.id, "refresh") else None
+                try:
+                    found = set[...]
+                except OSError:
+                    caught += 1
+                else:
+                    numpy.testing.assert_array_equal(found, expected)
+        self.assertGreater(caught, 0.99 * len(damages))
+
+    def test_damaged_numbers_are_errors(self):
+        data = waves((12, 13, 14))
+        self.write(data, (1,), chunks=data.shape)
+        stored = numpy.array(double(1) + (0, 1, 4, 14, 13, 12), "<u4").tobytes()
+        content = self.path.read_bytes()
+        at = content.index(stored)
+        for number, value in [(3, 2), (3, 0), (4, 0), (4, 9), (4, 3), (4, 4 + 512), (5, 0), (5, 13), (5, 2**32 - 1), (6, 2**31), (7, 14)]:
+            damaged = bytearray(content)
+            damaged[at + 4 * number:at + 4 * number + 4] = value.to_bytes(4, "little")
+            self.path.write_bytes(damaged)
+            with self.assertRaises(OSError, msg=f"number {number} is {value}"):
+                self.read()
+
+    def test_the_examples_of_the_document_work(self):
+        text = (pathlib.Path(__file__).resolve().parents[2] / "docs/hdf5.md").read_text()
+        python = "".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
+        self.assertIn("create_dataset", python)
+        subprocess.run([sys.executable, "-c", python], check=True, cwd=self.folder)
+        with h5py.File(self.folder / "plain.h5", "w") as file, h5py.File(self.folder / "scan.h5") as packed:
+            file["scan"] = packed["scan"][...]
+        commands = [line for line in text.splitlines() if line.startswith("h5repack ")]
+        self.assertEqual(len(commands), 3)
+        for command in commands:
+            subprocess.run(["bash", "-euc", command], check=True, cwd=self.folder)
+
+    def test_vtk_reads_a_compressed_vtkhdf_file(self):
+        try:
+            from vtkmodules.vtkIOHDF import vtkHDFReader
+            from vtkmodules.util.numpy_support import vtk_to_numpy
+        except ImportError:
+            self.skipTest("there is no VTK for Python on this machine (python3-vtk9)")
+        data = waves((24, 25, 26))
+        path = self.folder / "a.vtkhdf"
+        with h5py.File(path, "w") as file:
+            root = file.create_group("VTKHDF")
+            root.attrs["Version"] = (1, 0)
+            root.attrs.create("Type", b"ImageData", dtype=h5py.string_dtype("ascii", 9))
+            root.attrs["WholeExtent"] = (0, 25, 0, 24, 0, 23)
+            root.attrs["Origin"], root.attrs["Spacing"], root.attrs["Direction"] = (0.0, 0, 0), (1.0, 1, 1), (1.0, 0, 0, 0, 1, 0, 0, 0, 1)
+            root.create_group("PointData").create_dataset("value", data=data, chunks=(16, 16, 16), compression=FILTER, compression_opts=(2,))
+        reader = vtkHDFReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        found = vtk_to_numpy(reader.GetOutput().GetPointData().GetArray("value")).reshape(data.shape)
+        self.assertLessEqual(largest_error(found, data), 2)
+        self.assertGreater(largest_error(found, data), 0)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
