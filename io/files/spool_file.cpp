@@ -94,7 +94,7 @@ void SpoolFile::write_all(std::uint64_t position, std::span<const std::byte> byt
 }
 
 void SpoolFile::write_at(std::uint64_t position, std::span<const std::byte> bytes) {
-  assert(!reading_ && buffer_.empty());
+  assert(buffer_.empty());
   write_all(position, bytes);
   size_ = std::max(size_, position + bytes.size());
   flushed_ = size_;

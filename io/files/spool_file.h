@@ -23,7 +23,8 @@ class SpoolFile {
   SpoolFile& operator=(const SpoolFile&) = delete;
 
   void write(std::span<const std::byte> bytes);
-  /// Writes at a position of the file; this may leave a gap. REQUIRES: no write().
+  /// Writes at a position of the file; this may leave a gap. read_at() may come before it. REQUIRES: no write() and no
+  /// read_back().
   void write_at(std::uint64_t position, std::span<const std::byte> bytes);
   /// Starts again with an empty file.
   void clear();
@@ -41,7 +42,7 @@ class SpoolFile {
       position += part.size();
     }
   }
-  /// Reads bytes at any position. REQUIRES: they were written; no write() after the first call.
+  /// Reads bytes at any position. REQUIRES: they were written; no write() after the first call; write_at() is allowed.
   void read_at(std::uint64_t position, std::span<std::byte> to);
 
  private:

@@ -20,4 +20,11 @@ Rescale rescale_of(std::string_view nrrd_fields) {
   return valid ? rescale : Rescale{};
 }
 
+double error_in_samples(double error, const Rescale& rescale) {
+  const double slope = std::abs(rescale.slope);
+  double in_samples = error / slope;
+  while (in_samples * slope > error) in_samples = std::nextafter(in_samples, 0.0);
+  return in_samples;
+}
+
 }  // namespace tagrid

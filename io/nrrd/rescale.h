@@ -11,4 +11,7 @@ namespace tagrid {
 /// numbers, or if each slice has its own, values are the samples. Throws BrokenInput if a line is not one of a header.
 Rescale rescale_of(std::string_view nrrd_fields);
 
+/// The largest error of samples that is at most `error` in values.
+double error_in_samples(double error, const Rescale& rescale);
+
 }  // namespace tagrid

@@ -9,6 +9,7 @@
 
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
 #include "io/tag/header.h"
 #include "stages/grid/lattice.h"
 #include "stages/volume/bound.h"
@@ -193,8 +194,7 @@ OptionsForSamples for_samples(const EncodeOptions& options, const Rescale& resca
     for (const auto bound :
          {&EncodeOptions::max_error, &EncodeOptions::surface_error, &EncodeOptions::mesh_error}) {
       if (!(o.*bound)) continue;
-      double error = *(o.*bound) / slope;
-      while (error * slope > *(options.*bound)) error = std::nextafter(error, 0.0);
+      const double error = error_in_samples(*(o.*bound), rescale);
       o.*bound = error;
       if (error > 0)
         result.reason += fmt::format("{}an error of {} is one of {} in the samples, of which {} is one step",

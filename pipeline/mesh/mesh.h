@@ -19,6 +19,9 @@ struct MeshOptions {
   /// Fills whole root cubes, instead of ending at the last samples.
   bool padded = false;
   bool overwrite = false;
+  /// Instead of the grid of the file, the coarsest one whose mesh is within this error of all decoded voxels, in units of
+  /// values.
+  std::optional<double> coarsen = {};
 };
 
 struct MeshRun {
@@ -50,7 +53,10 @@ struct MeshResult {
 /// cut: a point outside the volume has the value of the nearest decoded sample, or the stored value. Memory:
 /// that of decoding, and the activity of one layer of bricks.
 ///
-/// Throws UsageError for a level that the grid cannot have, for a name that does not end in ".vtu" and for a
+/// A coarsened mesh has the decoded sample as the value of each point, or the nearest one, in files without voxels, too.
+///
+/// Throws UsageError for a level that the grid cannot have, for a level together with an error, for an error that is no
+/// number from 0 on, for a name that does not end in ".vtu" and for a
 /// volume of one slice that is not padded, as it fills no space; BrokenInput, WorldError; then nothing is
 /// left under the name of the output.
 Finished<MeshResult> write_mesh(const MeshRun& run);

@@ -31,6 +31,7 @@ struct MeshCommand {
     const MeshResult& result = mesh.result;
     const CodingParameters& parameters = result.header.parameters;
     nlohmann::ordered_json settings = settings_json(parameters);
+    if (options.coarsen) settings["coarsen"] = *options.coarsen;
     settings["points"] = result.points;
     settings["tetrahedra"] = result.tetrahedra;
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
@@ -64,6 +65,9 @@ Action add_mesh_command(CLI::App& app) {
   add_number_option(*command, "--level", state->options.level,
                     "Use the grid up to this level only; default: all levels")
       ->option_text("N");
+  add_number_option(*command, "--coarsen", state->options.coarsen,
+                    "Write the coarsest mesh whose values are within E of all decoded voxels")
+      ->option_text("E");
   command->add_flag("--padded", state->options.padded,
                     "Fill whole root cubes instead of ending at the first and last samples");
   add_run_options(*command, state->run);
