@@ -45,6 +45,51 @@ TEST_F(MeshCommand, ALowerLevelHasFewerTetrahedraAndPaddingMore) {
   EXPECT_EQ(cells({"--padded", "--level=0"}), 2 * 2 * 2 * 6) << "six tetrahedra a root cube";
 }
 
+TEST_F(MeshCommand, ALargerErrorGivesFewerTetrahedra) {
+  make_tag();
+  const auto cells = [&](const Arguments& options) {
+    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
+    return number(content("x.vtu"), "NumberOfCells");
+  };
+  const long some = cells({"--coarsen=20"});
+  EXPECT_LT(cells({"--coarsen", "100"}), some);
+  EXPECT_GT(cells({"--coarsen", "2"}), some);
+  EXPECT_EQ(cells({"--coarsen=1e9"}), cells({"--level=0"}));
+  EXPECT_EQ(cells({"--coarsen=1e9", "--padded"}), 2 * 2 * 2 * 6);
+}
+
+TEST_F(MeshCommand, ACoarsenedMeshIsTheSameFromPipesAndForAnyThreadsAndMemory) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  expect_ok(tagrid({"mesh", "volume.tag", "--coarsen=20", "-T1", "-o", "one.vtu"}));
+  const std::string mesh = content("one.vtu");
+  for (const char* threads : {"2", "7"})
+    EXPECT_TRUE(tagrid({"mesh", "-", "--coarsen=20", "-T", threads}, content("volume.tag")).out == mesh)
+        << threads;
+  EXPECT_TRUE(tagrid({"mesh", "-", "--coarsen=20", "-M40M"}, content("volume.tag")).out == mesh);
+  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=20", "-M", "1M"}), usage, "-M");
+}
+
+TEST_F(MeshCommand, AnErrorIsInUnitsOfValues) {
+  phantom("plain.nrrd");
+  std::string nrrd = content("plain.nrrd");
+  nrrd.insert(nrrd.find("\n\n") + 1, "rescale_slope:=0.25\nrescale_intercept:=-7\n");
+  file("scaled.nrrd", nrrd);
+  for (const char* name : {"plain", "scaled"})
+    expect_ok(tagrid({"encode", std::string(name) + ".nrrd", "-qo", std::string(name) + ".tag"}));
+  expect_ok(tagrid({"mesh", "plain.tag", "--coarsen=20"}));
+  expect_ok(tagrid({"mesh", "scaled.tag", "--coarsen=5"}));
+  EXPECT_TRUE(content("plain.vtu") == content("scaled.vtu"));
+}
+
+TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
+  make_tag();
+  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=5", "--level=6"}), usage, "--level");
+  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=-1"}), usage, "--coarsen must be at least 0");
+  for (const char* error : {"nan", "inf", "x"})
+    expect_error(tagrid({"mesh", "volume.tag", "--coarsen", error}), usage, "--coarsen");
+  EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
+}
+
 TEST_F(MeshCommand, ReportsItsFigures) {
   make_tag();
   expect_ok(tagrid({"mesh", "volume.tag", "--json", "x.json"}));
@@ -53,6 +98,9 @@ TEST_F(MeshCommand, ReportsItsFigures) {
   EXPECT_EQ(json["bytes_out"], content("volume.vtu").size());
   EXPECT_EQ(json["settings"]["tetrahedra"], number(content("volume.vtu"), "NumberOfCells"));
   EXPECT_EQ(json["settings"]["points"], number(content("volume.vtu"), "NumberOfPoints"));
+  EXPECT_FALSE(json["settings"].contains("coarsen"));
+  expect_ok(tagrid({"mesh", "volume.tag", "--coarsen=20", "-f", "--json", "x.json"}));
+  EXPECT_EQ(json_of("x.json")["settings"]["coarsen"], 20);
 }
 
 TEST_F(MeshCommand, WrongRequestsAreRefused) {
@@ -79,6 +127,7 @@ TEST_F(MeshCommand, ADamagedFileLeavesNoMesh) {
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   file("bad.tag", bytes);
   expect_error(tagrid({"mesh", "bad.tag"}), broken_input, "bad.tag: ");
+  expect_error(tagrid({"mesh", "bad.tag", "--coarsen=5"}), broken_input, "bad.tag: ");
   EXPECT_EQ(names(), (std::vector<std::string>{"bad.tag", "volume.nrrd", "volume.tag"}));
 }
 
