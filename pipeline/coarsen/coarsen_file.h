@@ -15,11 +15,12 @@
 
 namespace tagrid {
 
-/// The plan of coarsen_file() with a taker that has up to `taker_bytes` on the heap. Throws MemoryLimit.
 struct CoarseningPlan {
   DecodePlan decoding;
   int threads = 1;  ///< that refine bricks
 };
+
+/// The plan of coarsen_file() with a taker that has up to `taker_bytes` on the heap. Throws MemoryLimit.
 CoarseningPlan plan_coarsening(const CodingParameters& parameters, std::uint64_t taker_bytes,
                                const Resources& resources);
 

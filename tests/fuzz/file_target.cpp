@@ -110,6 +110,10 @@ void file(Bytes bytes) {
   const bool meshed =
       is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");
+  const bool coarsened = is_accepted([&] {
+    write_mesh(file.path(), folder.null_named("mesh.vtu"), {.padded = true, .coarsen = 3}, Resources(1));
+  });
+  claim(coarsened || !verified, "what is verified has a coarsest mesh");
   is_accepted([&] {
     // A header may say that each slice has a slope of its own, or that there is one slice.
     try {

@@ -105,7 +105,7 @@ LatticeBits coarsest_grid(const Volume<T>& volume, int cube_size, double bound, 
                           LatticeBits active = {}) {
   if (active.box().empty()) active = LatticeBits(Domain{volume.dims, cube_size}.padded());
   for (;;) {
-    close_under_parents(active, cube_size);
+    oracle::close_under_parents(active, cube_size);
     std::vector<Index3> splits;
     for_each_leaf_tetrahedron(active, active.box(), cube_size, max_level(cube_size),
                               [&](const Tetrahedron& leaf) {

@@ -4,7 +4,8 @@
     coarsen.py TAGRID VOLUME.nhdr [--errors 1,2,4,8,16,32] [--cube 32]
 
 Encodes the volume without loss, and prints a table in Markdown: for each error, the mesh of `tagrid mesh --coarsen`, and
-the coarsest uniform mesh within that error: the one of the hierarchy in which all tetrahedra have been bisected n times.
+the coarsest uniform mesh within that error: the one of the hierarchy in which all tetrahedra have been bisected n times; then
+the error of the uniform mesh that has at least as many tetrahedra.
 Both are padded, so that no tetrahedron is cut. The time is that of the whole command with one thread, mesh included.
 The last line has the grid of the file, which `--grid-only` interpolates alone.
 
@@ -113,17 +114,18 @@ def main():
         cubes = 1
         for n in info['dims']:
             cubes *= max(1, -(-(n - 1) // given.cube))
-        print('| largest error | points | of all | tetrahedra | uniform: level | tetrahedra | times | time |')
-        print('|---|---|---|---|---|---|---|---|')
+        print('| largest error | points | of all | tetrahedra | uniform: level | tetrahedra | times | error of as many | time |')
+        print('|---|---|---|---|---|---|---|---|---|')
         for error in (float(e) for e in given.errors.split(',')):
             result, seconds = run(['mesh', tag, '--padded', f'--coarsen={error:g}', '-o', vtu])
             mesh = result['settings']
             level = next(n for n, e in enumerate(uniform) if e <= error)
             tetrahedra = 6 * cubes << level
+            as_many = next(e for n, e in enumerate(uniform) if 6 * cubes << n >= mesh['tetrahedra'])
             print(f'| {error:g} | {mesh["points"]:,} | {100 * mesh["points"] / points:.2f} % | {mesh["tetrahedra"]:,} | '
-                  f'{level} | {tetrahedra:,} | {tetrahedra / mesh["tetrahedra"]:.1f} | {seconds:.1f} s |', flush=True)
+                  f'{level} | {tetrahedra:,} | {tetrahedra / mesh["tetrahedra"]:.1f} | {as_many:.1f} | {seconds:.1f} s |', flush=True)
         print(f'| {error_of_grid:g}: the grid of the file | {grid["points"]:,} | {100 * grid["points"] / points:.2f} % | '
-              f'{grid["tetrahedra"]:,} | | | | |')
+              f'{grid["tetrahedra"]:,} | | | | | |')
 
 
 if __name__ == '__main__':

@@ -7,6 +7,8 @@
 #include <random>
 
 #include "stages/grid/lattice.h"
+#include "stages/marks/mesh_criterion.h"
+#include "stages/marks/subdivide.h"
 #include "tests/support/coarsest_grid.h"
 #include "tests/support/conforming_activity.h"
 #include "tests/support/sample_types.h"
@@ -126,6 +128,23 @@ TEST_F(CoarsestGrid, IsPartOfEveryGridWithinTheBound) {
     EXPECT_NE(other, grid);
     EXPECT_TRUE(contains(other, grid));
   }
+}
+
+// The closure of all points whose diamonds violate the bound: a point below a leaf that does not violate it counts, too.
+TEST_F(CoarsestGrid, IsPartOfTheSaturatedGridAndMayBeSmaller) {
+  const Domain domain{volume.dims, cube_size};
+  const Box box = domain.padded(), around = box.grown(mesh_criterion_halo(cube_size));
+  const std::vector<std::int16_t> samples = volume.cut(around);
+  std::int64_t smaller = 0;
+  for (const double bound : coarsening_bounds) {
+    LatticeBits saturated(box);
+    mark_mesh_error(Samples<std::int16_t>{around, samples.data()}, domain, bound, saturated);
+    close_under_parents(saturated, cube_size);
+    const LatticeBits grid = coarsened(volume, cube_size, bound, true);
+    EXPECT_TRUE(contains(saturated, grid)) << bound;
+    smaller += size_of(grid) < size_of(saturated);
+  }
+  EXPECT_GT(smaller, 0);
 }
 
 TEST_F(CoarsestGrid, ShrinksAsTheBoundGrows) {
