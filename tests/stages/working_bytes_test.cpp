@@ -9,6 +9,7 @@
 
 #include "stages/brick/decode.h"
 #include "stages/brick/encode.h"
+#include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
 #include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
@@ -201,6 +202,13 @@ TEST_F(WorkingBytes, OfMarkingSubdividingAndMeasuringAreWhatTheyTake) {
         const Index3 last{2, 1, 1};
         const Box box = p.bricks().closed_box(last);
         const BrickSamples samples = samples_of(p, box, 1);
+        {
+          LatticeBits refined(box);
+          const HeapPeak peak;
+          refine_to_bound(type, samples.bytes, {p.dims, p.cube_size, 1, false}, {}, refined);
+          expect_stated("refining " + text(p, c.name), working_bytes_of_refining(box.size()), peak.bytes(),
+                        1.05);
+        }
         const LatticeBits active = activity_of(box, p.cube_size, 200);
         const HeapPeak peak;
         measure_mesh(samples, {}, active, p, last);
