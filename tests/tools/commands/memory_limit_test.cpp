@@ -170,6 +170,7 @@ TEST_F(MemoryLimit, IsKeptWhereTheGridIsDerived) {
     run_with_smallest({"verify", "a.tag", "-q"});
     run_with_smallest(with({"verify", "a.tag", "-q", "-T", "2", "--against", "a.raw"}, raw));
     run_with_smallest({"mesh", "a.tag", "-f", "-o", "a.vtu", "--level", "4"});
+    run_with_smallest({"mesh", "a.tag", "-f", "-o", "a.vtu", "--coarsen", "50000"});
     const std::size_t limit = smallest({"info", "a.tag"});
     EXPECT_EQ(tagrid({"info", "a.tag", "-M", std::to_string(limit) + "M"}).code, 0);
   }
