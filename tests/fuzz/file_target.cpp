@@ -111,7 +111,7 @@ void file(Bytes bytes) {
       is_accepted([&] { write_mesh(file.path(), folder.null_named("mesh.vtu"), {}, Resources(1)); });
   claim(meshed || !verified, "what is verified has a mesh");
   const bool coarsened = is_accepted([&] {
-    write_mesh(file.path(), folder.null_named("mesh.vtu"), {.padded = true, .coarsen = 3}, Resources(1));
+    write_mesh(file.path(), folder.null_named("mesh.vtu"), {{}, true, false, 3}, Resources(1));
   });
   claim(coarsened || !verified, "what is verified has a coarsest mesh");
   is_accepted([&] {
