@@ -51,6 +51,8 @@ void for_each_error_in(const Volume<T>& volume, const Tetrahedron& leaf, bool pa
         around.high[axis] = std::max(around.high[axis], c[axis]);
       }
     around = intersection(around, samples);
+    std::array<std::int64_t, 4> values;
+    for (std::size_t i = 0; i < 4; ++i) values[i] = value_at(corners[i]);
     for (std::int64_t z = around.low.z; z <= around.high.z; ++z)
       for (std::int64_t y = around.low.y; y <= around.high.y; ++y)
         for (std::int64_t x = around.low.x; x <= around.high.x; ++x) {
@@ -58,7 +60,7 @@ void for_each_error_in(const Volume<T>& volume, const Tetrahedron& leaf, bool pa
           if (*std::min_element(weights.begin(), weights.end()) < 0) continue;
           std::int64_t difference = 0;
           for (std::size_t i = 0; i < 4; ++i)
-            difference += weights[i] * (value_at(corners[i]) - std::int64_t{volume.at({x, y, z})});
+            difference += weights[i] * (values[i] - std::int64_t{volume.at({x, y, z})});
           see(std::abs(difference), six_volumes(corners));
         }
   };

@@ -54,6 +54,19 @@ TEST_F(SpoolFileTest, WhatWasWrittenAtItsPlaceComesBackInOrderAndNothingOfBefore
   }
 }
 
+TEST_F(SpoolFileTest, PlacesMayBeWrittenAgainAfterTheyWereRead) {
+  SpoolFile spool = SpoolFile::in(folder_.string(), "x");
+  std::vector<std::byte> read(1000);
+  for (const unsigned step : {1U, 3U, 5U}) {
+    const auto bytes = counted(1000, step);
+    spool.write_at(5000, bytes);
+    spool.read_at(5000, read);
+    EXPECT_TRUE(read == bytes) << step;
+    spool.write_at(7000, bytes);
+    EXPECT_EQ(spool.size(), 8000U);
+  }
+}
+
 TEST_F(SpoolFileTest, HasNoNameAndLiesBesideItsOutputOrInItsFolder) {
   file("out.nrrd", "older");
   SpoolFile beside = SpoolFile::beside(path("out.nrrd")), in = SpoolFile::in(folder_.string(), "x"),

@@ -108,13 +108,14 @@ TYPED_TEST(CoarsenedMesh, IsWithinTheBoundOfEveryDecodedVoxel) {
   for (const Index3 dims :
        {Index3{9, 9, 9}, {13, 10, 19}, {2, 2, 2}, {2, 5, 70}, {33, 12, 7}, {1, 9, 4}, {1, 1, 1}})
     for (const CoarsenedFile& file : coarsened_files) {
-      const int cube_size = ++seed % 3 == 0 ? 32 : seed % 2 ? 8 : 4;
+      if (++seed % 5 != 0 && sanitized) continue;
+      const int cube_size = seed % 3 == 0 ? 32 : seed % 2 ? 8 : 4;
       const bool padded = seed % 4 == 0 || std::min({dims.x, dims.y, dims.z}) == 1;
       const auto samples =
           seed % 2 ? blobs<TypeParam>(dims, seed) : awkward_volume<TypeParam>(Awkward::noise, dims, seed);
       this->encode(samples, dims, file, cube_size, 1 + seed % 2);
       const std::vector<TypeParam> decoded = this->template decoded<TypeParam>();
-      for (const double bound : {seed % 3 == 1 ? 0.0 : 0.75, seed % 2 ? 4.0 : 25.0}) {
+      for (const double bound : {seed % 6 < 3 ? 0.0 : 0.75, seed % 2 ? 4.0 : 25.0}) {
         SCOPED_TRACE(::testing::Message() << dims.x << "x" << dims.y << "x" << dims.z << ", S " << cube_size
                                           << ", E " << bound << ", file " << &file - coarsened_files);
         this->coarsen(bound, padded);

@@ -11,7 +11,7 @@
 #include "stages/marks/subdivide.h"
 #include "tests/support/coarsest_grid.h"
 #include "tests/support/conforming_activity.h"
-#include "tests/support/sample_types.h"
+#include "tests/support/sanitized.h"
 
 namespace tagrid {
 namespace {
@@ -57,8 +57,12 @@ constexpr double coarsening_bounds[] = {0, 0.5, 1, 2.75, 6, 20, 1000};
 
 template <class T>
 class Coarsen : public testing::Test {};
+#ifdef TAGRID_SANITIZED
+using IntegerTypes = testing::Types<std::int16_t, std::uint32_t>;
+#else
 using IntegerTypes =
     testing::Types<std::uint8_t, std::int8_t, std::uint16_t, std::int16_t, std::uint32_t, std::int32_t>;
+#endif
 TYPED_TEST_SUITE(Coarsen, IntegerTypes);
 
 TYPED_TEST(Coarsen, IsTheLeastFixedPointThatAnOracleFinds) {
@@ -95,7 +99,7 @@ TYPED_TEST(Coarsen, HoldsForTheLargestDifferences) {
 class CoarsestGrid : public testing::Test {
  protected:
   static constexpr int cube_size = 8;
-  const oracle::Volume<std::int16_t> volume = coarsening_volume<std::int16_t>({14, 11, 17}, 5);
+  const oracle::Volume<std::int16_t> volume = coarsening_volume<std::int16_t>({11, 9, 14}, 5);
 };
 
 // In a closed set, a point without active children can be removed alone.
@@ -181,7 +185,7 @@ TEST_F(CoarsestGrid, FloatsHaveTheGridOfEqualIntegers) {
                      cube_size, 2.3, true);
   };
   const LatticeBits grid = in(std::int16_t{});
-  EXPECT_GT(size_of(grid), 500);
+  EXPECT_GT(size_of(grid), 300);
   EXPECT_EQ(in(float{}), grid);
   EXPECT_EQ(in(double{}), grid);
 }
