@@ -136,15 +136,16 @@ TEST_F(CoarsestGrid, IsPartOfEveryGridWithinTheBound) {
 
 // The closure of all points whose diamonds violate the bound: a point below a leaf that does not violate it counts, too.
 TEST_F(CoarsestGrid, IsPartOfTheSaturatedGridAndMayBeSmaller) {
-  const Domain domain{volume.dims, cube_size};
+  const auto volume_with_noise = coarsening_volume<std::int16_t>({14, 11, 17}, 5);
+  const Domain domain{volume_with_noise.dims, cube_size};
   const Box box = domain.padded(), around = box.grown(mesh_criterion_halo(cube_size));
-  const std::vector<std::int16_t> samples = volume.cut(around);
+  const std::vector<std::int16_t> samples = volume_with_noise.cut(around);
   std::int64_t smaller = 0;
   for (const double bound : coarsening_bounds) {
     LatticeBits saturated(box);
     mark_mesh_error(Samples<std::int16_t>{around, samples.data()}, domain, bound, saturated);
     close_under_parents(saturated, cube_size);
-    const LatticeBits grid = coarsened(volume, cube_size, bound, true);
+    const LatticeBits grid = coarsened(volume_with_noise, cube_size, bound, true);
     EXPECT_TRUE(contains(saturated, grid)) << bound;
     smaller += size_of(grid) < size_of(saturated);
   }
