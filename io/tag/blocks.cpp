@@ -134,17 +134,19 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
     return Status::broken(
         "the checksum does not match: the brick is damaged, or it or the one before it belongs to another "
         "place or file");
-  const auto activity_size = reader.get<std::uint32_t>();
-  if (activity_size > length - 4) return Status::broken("the activity is larger than the brick");
-  const auto copy = [&](std::size_t size, std::vector<std::uint8_t>& to) {
-    const auto bytes = reader.get_bytes(size);
-    const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
-    to.assign(first, first + bytes.size());
-  };
-  brick.id = id;
-  copy(activity_size, brick.activity);
-  copy(length - 4 - activity_size, brick.values);
+  if (Status status = split_block(block, id, brick); !status.ok()) return status;
   checksum = in_file;
+  return {};
+}
+
+Status split_block(std::span<const std::byte> block, std::int64_t id, BrickBytes& brick) {
+  const auto body = block.subspan(4, load_little_endian<std::uint32_t>(block.data()));
+  const auto activity_size = load_little_endian<std::uint32_t>(body.data());
+  if (activity_size > body.size() - 4) return Status::broken("the activity is larger than the brick");
+  const auto* const fields = reinterpret_cast<const std::uint8_t*>(body.data()) + 4;
+  brick.id = id;
+  brick.activity.assign(fields, fields + activity_size);
+  brick.values.assign(fields + activity_size, fields + body.size() - 4);
   return {};
 }
 

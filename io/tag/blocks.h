@@ -63,6 +63,9 @@ void write_block(ByteSink& out, const std::vector<std::byte>& head, const BrickB
 Status parse_block(std::span<const std::byte> block, const CodingParameters& parameters, std::int64_t id,
                    std::uint64_t& checksum, BrickBytes& brick);
 
+/// Takes a block apart whose length is possible, and whose checksum is known to be right.
+Status split_block(std::span<const std::byte> block, std::int64_t id, BrickBytes& brick);
+
 /// The first field of a block of the envelope, where a brick has its length, which is never 1.
 inline constexpr std::uint32_t envelope_marker = 1;
 /// Bytes of a block of the envelope before its compressed part: that field and two sizes.

@@ -140,17 +140,11 @@ void WholeBricks::look_at_envelope(std::uint64_t position, std::uint64_t before,
 
 std::vector<BrickRun> WholeBricks::lost() const {
   std::vector<BrickRun> runs;
-  const auto add = [&](std::int64_t first, std::int64_t last) {
-    if (!runs.empty() && runs.back().last == first - 1)
-      runs.back().last = last;
-    else
-      runs.push_back({first, last});
-  };
   const std::int64_t count = header_.parameters.bricks().count(),
                      known = static_cast<std::int64_t>(places_.size());
   for (std::int64_t id = 0; id < known; ++id)
-    if (!is_whole(id)) add(id, id);
-  if (known < count) add(known, count - 1);
+    if (!is_whole(id)) append(runs, {id, id});
+  if (known < count) append(runs, {known, count - 1});
   return runs;
 }
 
@@ -164,14 +158,10 @@ BrickBytes WholeBricks::read(std::int64_t brick) const {
     throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
                       "it changed while it was being read");
   // Its own checksum was compared, so the one that is stored behind it no longer matters.
-  const auto fields = std::span(block).subspan(4, block.size() - 4 - bytes_of_checksum);
-  const auto activity_size = load_little_endian<std::uint32_t>(fields.data());
-  if (activity_size > fields.size() - 4)
-    throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(),
-                      "the activity is larger than the brick");
-  const auto* body = reinterpret_cast<const std::uint8_t*>(fields.data()) + 4;
-  const std::uint8_t* end = body + fields.size() - 4;
-  return {brick, {body, body + activity_size}, {body + activity_size, end}};
+  BrickBytes bytes;
+  if (Status status = split_block(block, brick, bytes); !status.ok())
+    throw broken_part(name(), "brick " + std::to_string(brick), place.start + block.size(), status.what());
+  return bytes;
 }
 
 }  // namespace tagrid

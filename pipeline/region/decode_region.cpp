@@ -97,13 +97,8 @@ class SalvagedBlocks final : public Blocks {
     Salvage& salvage = result.salvage.emplace();
     salvage.has_index = file_.index().has_value();
     salvage.is_damaged_elsewhere = file_.is_damaged_elsewhere();
-    for (const std::int64_t id : bricks_of(region, header().parameters.bricks())) {
-      if (file_.is_whole(id) && !broken_.contains(id)) continue;
-      if (!salvage.lost.empty() && salvage.lost.back().last == id - 1)
-        salvage.lost.back().last = id;
-      else
-        salvage.lost.push_back({id, id});
-    }
+    for (const std::int64_t id : bricks_of(region, header().parameters.bricks()))
+      if (!file_.is_whole(id) || broken_.contains(id)) append(salvage.lost, {id, id});
   }
 
  private:

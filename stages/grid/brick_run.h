@@ -14,6 +14,14 @@ struct BrickRun {
   friend constexpr bool operator==(const BrickRun&, const BrickRun&) = default;
 };
 
+/// Adds a run that begins behind the others, to the last one if it follows without a gap.
+inline void append(std::vector<BrickRun>& runs, const BrickRun& run) {
+  if (!runs.empty() && runs.back().last == run.first - 1)
+    runs.back().last = run.last;
+  else
+    runs.push_back(run);
+}
+
 /// The samples that the bricks of a run own: at most five boxes, which do not overlap.
 inline std::vector<Box> boxes_of(const BrickRun& run, const BrickGrid& bricks) {
   std::vector<Box> boxes;
