@@ -8,13 +8,12 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
+#include "io/nrrd/slice_positions.h"
 
 namespace tagrid {
 namespace {
 
 using Vector = std::array<double, 3>;
-
-constexpr const char* positions_key = "slice_positions";
 
 // In NRRD's spelling: an unknown number, or one that a reader would refuse, is NaN.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "nan"; }
@@ -52,7 +51,8 @@ class RegionLines {
  private:
   std::string changed(std::string_view line, const NrrdLine& parsed) {
     if (parsed.kind == NrrdLine::Kind::key_value)
-      for (const std::string_view key : {positions_key, "slice_slopes", "slice_intercepts"})
+      for (const std::string_view key :
+           {slice_positions_key, std::string_view("slice_slopes"), std::string_view("slice_intercepts")})
         if (line.starts_with(key) && line.substr(key.size()).starts_with(":=")) return of_slices(line, key);
     const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1};
     if (is_same) return fmt::format("{}\n", line);
@@ -73,7 +73,7 @@ class RegionLines {
 
   // A list with one entry for each slice of the whole volume. A list that is too short is dropped.
   std::string of_slices(std::string_view line, std::string_view key) const {
-    const bool is_places = key == positions_key;
+    const bool is_places = key == slice_positions_key;
     const std::string_view list = line.substr(key.size() + 2);
     const std::vector<std::string_view> all = is_places ? positions_in(list) : words_of(list);
     std::string kept;
@@ -84,15 +84,6 @@ class RegionLines {
       kept += is_places ? moved_position(all[at]) : std::string(all[at]);
     }
     return fmt::format("{}:={}\n", key, kept);
-  }
-  static std::vector<std::string_view> positions_in(std::string_view list) {
-    std::vector<std::string_view> positions;
-    while (!list.empty()) {
-      const std::size_t end = std::min(list.find(';'), list.size());
-      positions.push_back(trimmed(list.substr(0, end)));
-      list.remove_prefix(std::min(end + 1, list.size()));
-    }
-    return positions;
   }
   // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
   std::optional<Vector> moved(std::string_view position) const {
@@ -115,7 +106,7 @@ class RegionLines {
   void find_origin_of_slice() {
     if (!whole_.has_directions || !whole_.has_origin) return;
     for (const auto& [key, value] : key_values_of(fields_)) {
-      if (key != positions_key) continue;
+      if (key != slice_positions_key) continue;
       const auto all = positions_in(value);
       if (static_cast<std::size_t>(low_.z) >= all.size()) return;
       if (const auto place = moved(all[static_cast<std::size_t>(low_.z)])) origin_ = *place;

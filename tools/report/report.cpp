@@ -11,6 +11,7 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
+#include "io/nrrd/slice_positions.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/printable.h"
@@ -46,17 +47,15 @@ std::string bound_text(double bound) { return bound < 0 ? "none" : fmt::format("
 nlohmann::ordered_json slice_positions(const TagHeader& header) {
   using nlohmann::ordered_json;
   for (const auto& [key, value] : key_values_of(header.nrrd_fields)) {
-    if (key != "slice_positions") continue;
+    if (key != slice_positions_key) continue;
     ordered_json positions = ordered_json::array();
-    for (std::string_view rest = value; !rest.empty();) {
-      const std::size_t end = std::min(rest.find(';'), rest.size());
+    for (const std::string_view place : positions_in(value)) {
       ordered_json position = ordered_json::array();
-      for (const std::string_view word : tagrid::words_of(rest.substr(0, end))) {
+      for (const std::string_view word : tagrid::words_of(place)) {
         const auto number = number_of(word);
         position.push_back(number && std::isfinite(*number) ? ordered_json(*number) : ordered_json(nullptr));
       }
       positions.push_back(std::move(position));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
     }
     return positions;
   }
