@@ -326,7 +326,7 @@ std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::strin
         fmt::join(program_folders(), ", ")));
   auto wishes = options.wishes;
   wishes["format"] = format.name;
-  return create_with_writer(*program, path, info, options.files, wishes);
+  return create_with_writer(*program, path, info, options.files, wishes, options.first_memory);
 }
 
 const Format* read_format_named(std::string_view name) {

@@ -22,6 +22,8 @@ struct WriteOptions {
   SinkOptions files = {};
   /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have are ignored.
   std::map<std::string, std::string> wishes = {};
+  /// Bytes of memory that such a program may take until it has said how much it needs.
+  std::uint64_t first_memory = most_first_memory;
 };
 
 /// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be written. A

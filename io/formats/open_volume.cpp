@@ -135,7 +135,7 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
     throw UsageError(fmt::format("{}: is {}, which can only be read from a file; save it to one first",
                                  file->name(), in_words(way)));
   file.reset();
-  return open_with_reader(way.program, path, options_of(source));
+  return open_with_reader(way.program, path, options_of(source), source.reader_memory);
 } catch (const WrongSize& wrong) {
   const Format* other = format_of(wrong.beginning, false);
   if (other == nullptr) throw;
@@ -227,7 +227,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
     throw UsageError(fmt::format("{}: is a folder, not {}", folder, way.format->what));
-  return open_with_reader(way.program, folder, options_of(source));
+  return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
 }
 
 }  // namespace

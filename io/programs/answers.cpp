@@ -65,10 +65,12 @@ Json parsed(const std::string& line) {
   return is_too_deep ? Json(Json::value_t::discarded) : json;
 }
 
-void throw_error(const Json& answer) {
+void throw_error(const FormatProgram& program, const Json& answer) {
   const std::string kind = text_in(answer, "kind"), message = text_in(answer, "message");
   if (message.empty()) throw WrongAnswer("reports an error without a message");
-  const Problem problem = text_in(answer, "option") == "gaps-ok" ? Problem::slices_missing : Problem::none;
+  const std::string option = text_in(answer, "option");
+  if (option == "memory") program.fail_for_memory(message);
+  const Problem problem = option == "gaps-ok" ? Problem::slices_missing : Problem::none;
   if (kind == "input") throw BrokenInput(message, problem);
   if (kind == "usage") throw UsageError(message);
   if (kind == "world") throw WorldError(message);
@@ -91,7 +93,7 @@ Json next_answer(FormatProgram& program) {
     Json answer = parsed(program.hear());
     if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
     const std::string kind = text_in(answer, "answer");
-    if (kind == "error") throw_error(answer);
+    if (kind == "error") throw_error(program, answer);
     if (kind != "working") return answer;
   }
 }

@@ -41,8 +41,8 @@ const Json& list_in(const Json& object, const char* key);
 std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least);
 std::vector<std::string> texts_in(const Json& object, const char* key);
 
-/// Throws the error of which an answer tells: BrokenInput, UsageError or WorldError.
-[[noreturn]] void throw_error(const Json& answer);
+/// Throws the error of which an answer of the program tells: BrokenInput, UsageError or WorldError.
+[[noreturn]] void throw_error(const FormatProgram& program, const Json& answer);
 
 /// Hears how the program begins. `kind` is "reader" or "writer". A program of another kind, or one that speaks another
 /// version of the protocol, is a WorldError.

@@ -123,6 +123,7 @@ FormatProgram::FormatProgram(const std::string& program, const Limits& limits)
 FormatProgram::~FormatProgram() { end(); }
 
 void FormatProgram::limit_memory(std::uint64_t bytes) {
+  has_first_memory_ = false;
   rlimit limit;
   if (!limits_memory || prlimit(process_, RLIMIT_DATA, nullptr, &limit) != 0) return;
   limit.rlim_cur = std::min<rlim_t>(bytes + untouched_memory(process_), limit.rlim_max);
@@ -301,10 +302,11 @@ void FormatProgram::fail_as_ended() {
   const std::string how = ending();
   // A library that trusts what it reads.
   const bool crashed = how.starts_with("by signal") && !file_.empty() && is_reader_;
-  fail(fmt::format("ended {} before it had answered{}", how, crashed ? "; the file may be damaged" : ""));
+  fail(fmt::format("ended {} before it had answered{}", how, crashed ? "; the file may be damaged" : ""),
+       true);
 }
 
-void FormatProgram::fail(std::string_view what) {
+void FormatProgram::fail(std::string_view what, bool may_lack_memory) {
   for (int i = 0; i < 64 && errors_ >= 0; ++i) {
     pollfd ready = {errors_, POLLIN, 0};
     if (poll(&ready, 1, 0) <= 0) break;
@@ -313,7 +315,20 @@ void FormatProgram::fail(std::string_view what) {
   while (last_words_.ends_with('\n')) last_words_.pop_back();
   std::string message = fmt::format("{}{}{}: {}", file_, file_.empty() ? "" : ": ", program_, what);
   if (!last_words_.empty()) message += fmt::format("; its last words: {}", last_words_);
-  throw WorldError(message);
+  ErrorDetail detail;
+  if (may_lack_memory && has_first_memory_ && limits_.memory < most_first_memory) {
+    message += fmt::format("; it may have needed more memory than the {} MiB that it may take",
+                           limits_.memory >> 20);
+    detail.problem = Problem::program_memory;
+  }
+  throw WorldError(message, detail);
+}
+
+void FormatProgram::fail_for_memory(const std::string& message) const {
+  if (!has_first_memory_) throw WorldError(message);  // it has what it asked for
+  const std::string with_limit = fmt::format("{} ({} MiB)", message, limits_.memory >> 20);
+  if (limits_.memory < most_first_memory) throw UsageError(with_limit, Problem::program_memory);
+  throw WorldError(with_limit);
 }
 
 void FormatProgram::end() {

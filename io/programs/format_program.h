@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "io/volume/volume_info.h"
+
 namespace tagrid {
 
 /// A program that is asked by lines on its standard input, and answers on its standard output. It is a process group of
@@ -21,7 +23,7 @@ class FormatProgram {
   struct Limits {
     std::chrono::milliseconds silence{60'000};  ///< without a byte from the program while one is waited for
     std::size_t line = std::size_t{1} << 24;    ///< bytes of an answer
-    std::uint64_t memory = std::uint64_t{1} << 30;  ///< bytes of memory of its own, at the beginning
+    std::uint64_t memory = most_first_memory;   ///< bytes of memory of its own, until limit_memory()
   };
 
   /// Starts the program at an absolute path.
@@ -57,9 +59,13 @@ class FormatProgram {
   /// For messages: the path of the program.
   const std::string& program() const { return program_; }
   /// A WorldError about the program, with its last words.
-  [[noreturn]] void fail(std::string_view what);
+  [[noreturn]] void fail(std::string_view what) { fail(what, false); }
+  /// An error of a program that lacks memory, as it has said in this message: a UsageError with the problem
+  /// `program_memory` if it could have more, otherwise a WorldError.
+  [[noreturn]] void fail_for_memory(const std::string& message) const;
 
  private:
+  [[noreturn]] void fail(std::string_view what, bool may_lack_memory);
   void start();
   enum class For { output, input, either };
   /// Waits until the program says something or ends (its output), or takes bytes (its input). True if its output is ready.
@@ -76,6 +82,7 @@ class FormatProgram {
   std::string program_;
   std::string file_;  ///< that it reads or writes, if any
   bool is_reader_ = true;
+  bool has_first_memory_ = true;  ///< it has not said how much it needs
   Limits limits_;
   pid_t process_ = -1;
   int input_ = -1, output_ = -1, errors_ = -1;

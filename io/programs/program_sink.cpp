@@ -49,8 +49,10 @@ class NamelessFile {
 class ProgramSink final : public VolumeSink {
  public:
   ProgramSink(const std::string& program, const std::string& path, const VolumeInfo& info,
-              const SinkOptions& options, const WriterOptions& wishes)
-      : VolumeSink(info), file_(path, options.overwrite, {.like = options.like}), conversation_(program) {
+              const SinkOptions& options, const WriterOptions& wishes, std::uint64_t first_memory)
+      : VolumeSink(info),
+        file_(path, options.overwrite, {.like = options.like}),
+        conversation_(program, {.memory = first_memory}) {
     if (!file_.can_seek()) {
       nameless_ = std::make_unique<NamelessFile>(path);
     } else if (const auto status = status_of(file_.temporary())) {
@@ -122,8 +124,8 @@ class ProgramSink final : public VolumeSink {
 
 std::unique_ptr<VolumeSink> create_with_writer(const std::string& program, const std::string& path,
                                                const VolumeInfo& info, const SinkOptions& options,
-                                               const WriterOptions& wishes) {
-  return std::make_unique<ProgramSink>(program, path, info, options, wishes);
+                                               const WriterOptions& wishes, std::uint64_t first_memory) {
+  return std::make_unique<ProgramSink>(program, path, info, options, wishes, first_memory);
 }
 
 }  // namespace tagrid

@@ -27,12 +27,21 @@ using Link = std::shared_ptr<ProgramSource*>;
 /// Slices of a volume that a program gives.
 class ProgramSource final : public VolumeSource {
  public:
-  ProgramSource(SourceFacts facts, const std::string& program, const std::string& path, ReaderOptions options,
-                std::unique_ptr<ReaderConversation> conversation, bool any_order, const Link& link)
+  /// What a volume is described from.
+  struct Request {
+    std::string program, path;
+    ReaderOptions options;
+    std::uint64_t first_memory = most_first_memory;
+
+    std::unique_ptr<ReaderConversation> conversation() const {
+      return std::make_unique<ReaderConversation>(program, FormatProgram::Limits{.memory = first_memory});
+    }
+  };
+
+  ProgramSource(SourceFacts facts, Request request, std::unique_ptr<ReaderConversation> conversation,
+                bool any_order, const Link& link)
       : VolumeSource(std::move(facts)),
-        program_(program),
-        path_(path),
-        options_(std::move(options)),
+        request_(std::move(request)),
         any_order_(any_order),
         size_(size_of_files(files())),
         conversation_(std::move(conversation)),
@@ -42,14 +51,13 @@ class ProgramSource final : public VolumeSource {
   ~ProgramSource() override { *link_ = nullptr; }
 
   /// The plain form of the volume that `conversation` has described, or described again.
-  static PlainForm plain_form(const Link& link, const std::string& program, const std::string& path,
-                              const ReaderOptions& options) {
+  static PlainForm plain_form(const Link& link, const Request& request) {
     // The program that gives slices can tell, too, unless it has ended. Another one takes as much memory.
     if (*link != nullptr && (*link)->any_order_) return (*link)->plain_form();
-    ReaderConversation again(program);
-    const ReaderVolume volume = again.describe(path, options);
-    PlainForm form = again.plain_form(volume);
-    again.finish();
+    const auto again = request.conversation();
+    const ReaderVolume volume = again->describe(request.path, request.options);
+    PlainForm form = again->plain_form(volume);
+    again->finish();
     return form;
   }
 
@@ -128,11 +136,11 @@ class ProgramSource final : public VolumeSource {
 
   void restart() {
     conversation_.reset();  // one program at a time
-    conversation_ = std::make_unique<ReaderConversation>(program_);
+    conversation_ = request_.conversation();
     if (stop_ != nullptr) conversation_->stop_when(*stop_);
-    const ReaderVolume again = conversation_->describe(path_, options_);
+    const ReaderVolume again = conversation_->describe(request_.path, request_.options);
     if (again.info.dims != info().dims || again.info.type != info().type)
-      throw BrokenInput(path_ + ": changed while it was being read");
+      throw BrokenInput(request_.path + ": changed while it was being read");
     asked_ = {};
   }
 
@@ -143,8 +151,7 @@ class ProgramSource final : public VolumeSource {
     conversation_->finish();
   }
 
-  std::string program_, path_;
-  ReaderOptions options_;
+  Request request_;
   bool any_order_;
   std::uint64_t size_;
   std::unique_ptr<ReaderConversation> conversation_;
@@ -156,8 +163,9 @@ class ProgramSource final : public VolumeSource {
 }  // namespace
 
 std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const std::string& path,
-                                               const ReaderOptions& options) {
-  auto conversation = std::make_unique<ReaderConversation>(program);
+                                               const ReaderOptions& options, std::uint64_t first_memory) {
+  const ProgramSource::Request request{program, path, options, first_memory};
+  auto conversation = request.conversation();
   ReaderVolume volume = conversation->describe(path, options);
   SourceFacts facts{.info = std::move(volume.info), .files = std::move(volume.files), .traits = {}};
   facts.warnings = std::move(volume.warnings);
@@ -169,10 +177,9 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
   }
   facts.traits = {.again = true, .any_rows = false, .whole_slices = true, .memory = volume.memory};
   const auto link = std::make_shared<ProgramSource*>(nullptr);
-  if (volume.has_plain_form)
-    facts.plain_form = [=] { return ProgramSource::plain_form(link, program, path, options); };
-  return std::make_unique<ProgramSource>(std::move(facts), program, path, options, std::move(conversation),
-                                         volume.any_order, link);
+  if (volume.has_plain_form) facts.plain_form = [=] { return ProgramSource::plain_form(link, request); };
+  return std::make_unique<ProgramSource>(std::move(facts), request, std::move(conversation), volume.any_order,
+                                         link);
 }
 
 }  // namespace tagrid

@@ -48,12 +48,15 @@ void flush_samples() { std::fflush(answers); }
 
 void say_error(const std::exception_ptr& exception, const std::string& path, const std::string& of_memory) {
   SortedError error = sorted_error(exception);
+  const bool lacks_memory =
+      error.kind == ErrorKind::memory || error.detail.problem == Problem::program_memory;
   if (error.kind == ErrorKind::memory) error.message = path + ": " + of_memory;
   const char* kind = error.kind == ErrorKind::usage          ? "usage"
                      : error.kind == ErrorKind::broken_input ? "input"
                                                              : "world";
   OrderedJson answer = {{"answer", "error"}, {"kind", kind}, {"message", error.message}};
   if (error.detail.problem == Problem::slices_missing) answer["option"] = "gaps-ok";
+  if (lacks_memory) answer["option"] = "memory";
   say(answer);
 }
 

@@ -113,7 +113,8 @@ int serve_volumes(const std::string& name, const OpenServed& open) {
       say(json_of(several));
     } catch (const std::exception&) {
       say_error(std::current_exception(), path,
-                "needs more memory than was to be expected; it may be damaged");
+                volume ? "needs more memory than was to be expected; it may be damaged"
+                       : "needs more memory than its reader may take to describe it");
     }
   }
   return 0;

@@ -78,7 +78,9 @@ int serve_writer(const std::string& name, const BeginServed& begin) {
     }
   } catch (const std::exception&) {
     // What follows may be samples: this conversation cannot go on.
-    say_error(std::current_exception(), path, "writing it needs more memory than was to be expected");
+    say_error(std::current_exception(), path,
+              output ? "writing it needs more memory than was to be expected"
+                     : "writing it needs more memory than its writer may take to begin");
   }
   return 0;
 }

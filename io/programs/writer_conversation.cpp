@@ -105,7 +105,7 @@ void WriterConversation::listen() {
       const Json answer = parsed(process_.hear());
       if (!answer.is_object()) throw WrongAnswer("its answer is not a JSON object");
       const std::string kind = text_in(answer, "answer");
-      if (kind == "error") throw_error(answer);
+      if (kind == "error") throw_error(process_, answer);
       if (kind != "working")
         throw WrongAnswer(fmt::format("it answers \"{}\" while it is given slices", kind));
     }

@@ -81,6 +81,10 @@ struct RawDescription {
   std::uint64_t offset = 0;
 };
 
+/// Bytes of memory that a program which reads or writes a format may take until it has said how much it needs, unless
+/// less is allowed.
+inline constexpr std::uint64_t most_first_memory = std::uint64_t{1} << 30;
+
 /// The user's description of a volume that does not describe itself.
 struct SourceDescription {
   SourceDescription() = default;
@@ -94,6 +98,8 @@ struct SourceDescription {
       series;  ///< Of several series in a folder, the name or the number of one; "" if there is only one.
   bool gaps_ok = false;  ///< Slices that are missing by the numbers of their files are no error.
   std::string dataset;  ///< The path of the data set in a file of many; "" if it is clear which one is meant.
+  /// Bytes of memory that a reader program may take while it describes the volume.
+  std::uint64_t reader_memory = most_first_memory;
 };
 
 /// The number of bytes of a volume's samples; nothing if a size is not positive or the product is 2^62 or

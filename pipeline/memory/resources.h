@@ -21,6 +21,12 @@ struct Resources {
   explicit Resources(int thread_count) : threads(thread_count) {}
 };
 
+/// Bytes of memory that a program which reads or writes a format may take until it has said how much it needs: what a limit
+/// leaves to it, but always enough for the programs of tagrid to start.
+std::uint64_t first_memory_of_programs(const std::optional<std::uint64_t>& limit);
+/// The smallest limit with which that is as much as without a limit.
+std::uint64_t limit_for_most_first_memory();
+
 /// Number of threads that this process may run on (its affinity).
 int available_threads();
 

@@ -14,7 +14,7 @@ inline constexpr std::size_t member_count<Index3> = 3;
 template <>
 inline constexpr std::size_t member_count<RawDescription> = 5;
 template <>
-inline constexpr std::size_t member_count<SourceDescription> = 6;
+inline constexpr std::size_t member_count<SourceDescription> = 7;
 template <>
 inline constexpr std::size_t member_count<Resources> = 4;
 

@@ -57,7 +57,7 @@ struct ConvertCommand {
           "or leave it out");
     const Shard part = shard.empty() ? Shard{} : shard_option(shard);
     // Checks the options even if no volume remains to be encoded.
-    const Encoding asked = encoding_of(given);
+    const Encoding asked = encoding_of(given, options.run);
     const std::vector<ManifestLine> lines =
         read_manifest(manifest, given, keep_folders ? OutputNaming::with_folders : OutputNaming::by_stem);
     if (remove_verified) refuse_lines_without_bound(asked, lines);
@@ -117,7 +117,7 @@ struct ConvertCommand {
   // Writes a list for --manifest to the standard output.
   void list_volumes(bool gaps_ok) const {
     std::size_t count = 0, broken = 0, passed_over = 0;
-    find_volumes(find, {.gaps_ok = gaps_ok, .passed_over = !options.run.quiet},
+    find_volumes(find, {.gaps_ok = gaps_ok, .passed_over = !options.run.quiet, .run = options.run},
                  [&](const FoundVolume& volume) {
                    std::string text = volume.text;
                    for (char& c : text)
@@ -157,7 +157,7 @@ struct ConvertCommand {
     if (has_bound(asked.options)) return;
     for (const ManifestLine& line : lines) {
       try {
-        refuse_without_bound(encoding_of(line.options).options, "--remove-verified");
+        refuse_without_bound(encoding_of(line.options, options.run).options, "--remove-verified");
       } catch (const UsageError& error) {
         throw UsageError(fmt::format("{}: line {}: {}", manifest == "-" ? "standard input" : manifest,
                                      line.number, error.what()));

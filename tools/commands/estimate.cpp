@@ -43,7 +43,7 @@ struct EstimateCommand {
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
     refuse_terminal_input(input);
-    const Encoding asked = encoding.checked();
+    const Encoding asked = encoding.checked(run);
     EstimateRun request{
         .input = input, .source = asked.source, .options = asked.options, .resources = run.resources(ranks)};
     if (!errors.empty()) request.max_errors = errors_option(errors);

@@ -30,7 +30,7 @@ struct VerifyCommand {
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
-    const SourceDescription description = source.description();
+    const SourceDescription description = run.limited(source.description());
     if (original.empty() && !source.empty())
       throw UsageError(
           "--dims, --from and the other options of an input are for the original; give it with --against");

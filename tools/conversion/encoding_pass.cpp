@@ -68,7 +68,7 @@ std::string only_copy(const std::string& output, const std::string& input, const
 void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   Volume volume{line.input,
                 (std::filesystem::path(options_.output_dir) / line.output).string(),
-                encoding_of(line.options),
+                encoding_of(line.options, options_.run),
                 {},
                 false,
                 nullptr};
@@ -76,7 +76,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   const bool was_removed = last && last->state == KnownOutput::State::removed;
   const KnownOutput* known = options_.skip_done ? last : nullptr;
   const bool is_there = known && has_size(*known, volume.output);
-  if (known && skip_removed(*known, volume.input, volume.output, record)) return;
+  if (known && skip_removed(*known, volume.input, volume.output, options_.run, record)) return;
   require_own_folders(options_.output_dir, line.output);
   require_file_or_folder(volume.input);
   const auto source = open_volume(volume.input, volume.asked.source);
@@ -85,8 +85,9 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   volume.headerless = source->facts().headerless;
   const bool is_ours = known && !was_removed && known->input == json_text(volume.input);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
-    const bool same_options = known->options == line.options ||
-                              is_same_encoding(encoding_of(known->options), volume.asked, *source);
+    const bool same_options =
+        known->options == line.options ||
+        is_same_encoding(encoding_of(known->options, options_.run), volume.asked, *source);
     if (same_options && known->input_files == volume.files) return skip(*known, record);
     if (!same_options && !options_.overwrite)
       throw UsageError(

@@ -160,9 +160,9 @@ class Finder {
   }
 
   /// True if the file has several slices, so that it is a volume of its own.
-  static bool has_slices(const std::string& path) {
+  bool has_slices(const std::string& path) const {
     try {
-      return open_volume(path)->info().dims.z > 1;
+      return open_volume(path, options_.run.limited({}))->info().dims.z > 1;
     } catch (const UsageError& error) {
       return !error.detail().choices.empty();  // several volumes
     } catch (const Error&) {
@@ -173,7 +173,7 @@ class Finder {
   /// If the path holds several volumes, each of them.
   void look_at_volume(const fs::path& path, OptionTexts options, const Format& format) {
     try {
-      const auto volume = open_volume(path, encoding_of(options).source);
+      const auto volume = open_volume(path, encoding_of(options, options_.run).source);
       if (is_known(*volume, format)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
@@ -207,7 +207,8 @@ class Finder {
     std::string text;
     try {
       for (const std::size_t number : {std::size_t{1}, may_be_short ? count : 1}) {
-        const auto volume = open_volume(path, encoding_of({{option, std::to_string(number)}}).source);
+        const auto volume =
+            open_volume(path, encoding_of({{option, std::to_string(number)}}, options_.run).source);
         is_known(*volume, format);
         text = fmt::format("{}, {}", described(volume->info().dims, volume->info().type), format.help);
       }

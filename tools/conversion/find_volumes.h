@@ -27,6 +27,7 @@ struct FoundVolume {
 struct FindOptions {
   bool gaps_ok = false;      ///< Folders in which slices are missing are volumes.
   bool passed_over = false;  ///< Says what is passed over.
+  RunOptions run = {};       ///< Limits the memory of readers.
 };
 
 /// Calls use() for every volume in `root` and the folders below it, in natural order, and at the end for what was passed

@@ -50,13 +50,13 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
 }
 
 /// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
-bool is_there(const KnownOutput& known, const std::string& input) {
+bool is_there(const KnownOutput& known, const std::string& input, const RunOptions& run) {
   if (!status_of_name(input)) return false;
   if (!is_folder(input)) return true;
   for (const InputFile& file : known.input_files)
     if (status_of_name(file.path)) return true;
   try {
-    open_volume(input, encoding_of(known.options).source);
+    open_volume(input, encoding_of(known.options, run).source);
   } catch (const BrokenInput&) {
     return false;  // no slices
   } catch (const UsageError&) {
@@ -110,8 +110,8 @@ void skip(const KnownOutput& known, ordered_json& record) {
 }
 
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
-                  ordered_json& record) {
-  if (known.state != KnownOutput::State::removed || is_there(known, input)) return false;
+                  const RunOptions& run, ordered_json& record) {
+  if (known.state != KnownOutput::State::removed || is_there(known, input, run)) return false;
   if (!has_size(known, output))
     throw BrokenInput(output +
                       ": is gone or has another size, and its original was removed; restore it from a copy");

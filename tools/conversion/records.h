@@ -68,8 +68,9 @@ void skip(const KnownOutput& known, nlohmann::ordered_json& record);
 
 /// Skips the volume if its original was removed and `input` is not there again; returns whether it did. Throws
 /// BrokenInput if `output`, then the only copy, is gone or has another size.
+/// `run` limits the memory of readers.
 bool skip_removed(const KnownOutput& known, const std::string& input, const std::string& output,
-                  nlohmann::ordered_json& record);
+                  const RunOptions& run, nlohmann::ordered_json& record);
 
 /// The outputs in the records of a folder: in this run's file and all others, whatever their number of
 /// shards.

@@ -30,10 +30,10 @@ std::string canonical_name(const std::string& path) {
 }
 
 /// The files of a volume; only the path in its line if they cannot be found out.
-std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known) {
+std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known, const RunOptions& run) {
   try {
     require_file_or_folder(line.input);
-    return open_volume(line.input, encoding_of(known ? known->options : line.options).source)->files();
+    return open_volume(line.input, encoding_of(known ? known->options : line.options, run).source)->files();
   } catch (const std::exception&) {
     return {line.input};
   }
@@ -45,7 +45,7 @@ RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const Conversio
                          Resources resources, const KnownOutputs& known)
     : options_(options), resources_(std::move(resources)), known_(known) {
   for (const ManifestLine& line : lines)
-    for (const std::string& file : files_of(line, known.find(line.output)))
+    for (const std::string& file : files_of(line, known.find(line.output), options.run))
       ++lines_with_[canonical_name(file)];
 }
 
@@ -55,7 +55,7 @@ std::string RemovalPass::output_path(const ManifestLine& line) const {
 
 std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered_json& record) const {
   const KnownOutput* known = known_.find(line.output);
-  if (known && skip_removed(*known, line.input, output_path(line), record)) return {};
+  if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
   if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
   if (!known)
@@ -85,15 +85,16 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
 void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
   OptionTexts all = known.options;
   for (const auto& [name, value] : line.options) all[name] = value;
-  const Encoding was = encoding_of(known.options);
-  if (all != known.options && !is_same_encoding(was, encoding_of(all), *open_volume(line.input, was.source)))
+  const Encoding was = encoding_of(known.options, options_.run);
+  if (all != known.options &&
+      !is_same_encoding(was, encoding_of(all, options_.run), *open_volume(line.input, was.source)))
     throw UsageError(fmt::format("{}: was encoded with other options: {}; the original is kept", line.input,
                                  difference_of(known.options, all)));
 }
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
   require_file_or_folder(line.input);
-  const Encoding was = encoding_of(known.options);
+  const Encoding was = encoding_of(known.options, options_.run);
   auto files = removable_volume(line.input, was.source, output_path(line), !was.options.strip, "it is kept");
   for (const std::string& file : files)
     if (const auto found = lines_with_.find(canonical_name(file));
@@ -118,7 +119,7 @@ void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSourc
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
   const std::string output = output_path(line);
-  const SourceDescription source = encoding_of(known.options).source;
+  const SourceDescription source = encoding_of(known.options, options_.run).source;
   if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
     record["status"] = "damaged";
     throw BrokenInput(output + ": is no longer what was written; the original is kept");

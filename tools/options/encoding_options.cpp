@@ -32,8 +32,8 @@ std::optional<ErrorRule> EncodingOptions::error_rule() const {
   return rule;
 }
 
-Encoding EncodingOptions::checked() const {
-  Encoding encoding{options, source.description()};
+Encoding EncodingOptions::checked(const RunOptions& run) const {
+  Encoding encoding{options, run.limited(source.description())};
   if (range == "auto") {
     encoding.options.range_from_data = true;
   } else if (!range.empty()) {
@@ -75,10 +75,10 @@ const OptionRow<EncodingOptions>& row_named(const std::string& name) {
 
 }  // namespace
 
-Encoding encoding_of(const OptionTexts& texts) {
+Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
   EncodingOptions options;
   for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
-  return options.checked();
+  return options.checked(run);
 }
 
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {

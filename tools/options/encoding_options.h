@@ -26,8 +26,8 @@ struct EncodingOptions {
   std::string range;
   SourceOptions source;
 
-  /// Throws UsageError if values are out of range or cannot be combined.
-  Encoding checked() const;
+  /// Throws UsageError if values are out of range or cannot be combined. `run` limits the memory of a reader.
+  Encoding checked(const RunOptions& run = {}) const;
 
  private:
   std::optional<ErrorRule> error_rule() const;
@@ -45,8 +45,8 @@ using OptionTexts = std::map<std::string, std::string>;
 OptionTexts encoding_options_given(const CLI::App& command);
 
 /// Reads such texts as on the command line. Throws UsageError, also for names that are not among these
-/// options.
-Encoding encoding_of(const OptionTexts& texts);
+/// options. `run` limits the memory of a reader.
+Encoding encoding_of(const OptionTexts& texts, const RunOptions& run = {});
 
 /// True if both encodings produce the same file from this volume, as far as this is known without reading it.
 bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume);

@@ -65,6 +65,11 @@ bool RunOptions::is_watched() const {
   return !quiet && (verbosity > 0 || shown_style(progress, quiet) != ProgressStyle::none);
 }
 
+SourceDescription RunOptions::limited(SourceDescription source) const {
+  source.reader_memory = first_memory_of_programs(memory);
+  return source;
+}
+
 Resources RunOptions::resources(const Ranks& ranks) const {
   Resources resources = resources_of_each_rank();
   resources.threads = thread_count();

@@ -35,6 +35,8 @@ struct RunOptions {
   void obey_memory_limit() const;
   /// True if progress is shown, or with -v. Remarks that are not errors are then shown, too.
   bool is_watched() const;
+  /// The same description, with a limit on the memory of a reader that follows from the one of the run.
+  SourceDescription limited(SourceDescription source) const;
   Resources resources(const Ranks& ranks) const;
   /// The same for any rank. The number of threads is 0 if the affinity determines it.
   Resources resources_of_each_rank() const;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/memory/resources.h"
+
 namespace tagrid {
 namespace {
 
@@ -50,6 +52,9 @@ std::string advice_on(const ErrorDetail& detail) {
       return "; tagrid decode gives the volume";
     case Problem::slices_missing:
       return "; give --gaps-ok if it is meant to be so";
+    case Problem::program_memory:
+      return fmt::format("; a larger -M gives it more, and -M {}M the most that it may have",
+                         limit_for_most_first_memory() >> 20);
   }
   return "";
 }

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "io/files/errors.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -47,6 +48,23 @@ TEST_F(ProgramSourceTest, SlicesComeInAnyOrder) {
     for (int z = 0; z < 20; z += 4) expect_slices(*source, 4);
     source->finish();
   }
+}
+
+TEST_F(ProgramSourceTest, ADescriptionTakesNoMoreMemoryThanItMay) {
+  if (sanitized) GTEST_SKIP() << "sanitizers take memory of their own";
+  const std::string greedy = file("a.ramp", "7 5 3 greedy");
+  const auto open_with = [&](std::uint64_t mebibytes) {
+    return open_with_reader(TAGRID_RAMP_READER, greedy, {}, mebibytes << 20);
+  };
+  try {
+    open_with(64);
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const UsageError& error) {
+    EXPECT_EQ(error.what(), greedy + ": needs more memory than its reader may take to describe it (64 MiB)");
+    EXPECT_EQ(error.detail().problem, Problem::program_memory);
+  }
+  const auto source = open_with(512);
+  expect_slices(*source, 3);
 }
 
 TEST_F(ProgramSourceTest, AnErrorBetweenSlicesComesAtItsSlice) {

@@ -1,7 +1,8 @@
 // A reader program for tests. Its files say the size of a volume and how it is read: "5 4 3 any". Sample number i of the
-// volume is i. "broken" instead of "any" means that slice 2 cannot be read.
+// volume is i. Instead of "any", "broken" means that slice 2 cannot be read, and "greedy" that the description takes 200 MiB.
 
 #include <fstream>
+#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
@@ -20,6 +21,7 @@ class Ramp final : public ServedVolume {
     files = {path};
     any_order = order != "next";
     is_broken_ = order == "broken";
+    if (order == "greedy") much_.resize(std::size_t{200} << 20);
     pairs = {{"made by", "ramp"}};
     geometry.spacing = {1, 2, 3};
     geometry.has_spacing = true;
@@ -34,6 +36,7 @@ class Ramp final : public ServedVolume {
   }
 
  private:
+  std::vector<std::byte> much_;
   bool is_broken_ = false;
   std::int64_t next_ = 0;
 };

@@ -136,10 +136,12 @@ GridLook GridFile::look_at(const openvdb::io::GridDescriptor& grid, const GridKi
 } catch (const openvdb::Exception& error) {
   throw_broken_vdb(path_, error.what());
 } catch (const std::bad_alloc&) {
-  throw WorldError(fmt::format(
-      "{}: OpenVDB file: the grid needs more memory than a reader may take for a description (1 GiB), which "
-      "is enough for about 8 million leaves; split it, or the file is damaged",
-      path_));
+  throw WorldError(
+      fmt::format(
+          "{}: OpenVDB file: 1 GiB of memory is enough for about 8 million leaves, but to describe this "
+          "grid, its reader needs more than it may take",
+          path_),
+      Problem::program_memory);
 }
 
 }  // namespace tagrid

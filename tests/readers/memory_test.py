@@ -1,0 +1,136 @@
+"""Limits on the memory of programs that read and write formats: they keep to -M, and what messages advise helps.
+
+    memory_test.py PROGRAM
+"""
+
+import os
+import re
+import unittest
+
+import other_readers
+from other_readers import ReaderTest, unless_sanitized
+
+numpy = other_readers.library("numpy", "python3-numpy")
+
+# A reader that takes 200 MiB before it describes a volume of 4 x 3 x 5 samples in the file itself. A file that begins with
+# "says" makes it say that it lacks memory; otherwise it dies of that.
+READER = """#!/usr/bin/python3
+import json, sys
+print(json.dumps({"tagrid-reader": 1, "name": "greedy", "version": "1"}), flush=True)
+for request in map(json.loads, sys.stdin):
+    try:
+        much = bytearray(200 << 20)
+        answer = {"answer": "volume", "dims": [4, 3, 5], "type": "uint8", "places": [{"offset": 4, "slices": 5}]}
+    except MemoryError:
+        if not open(request["path"], "rb").read().startswith(b"says"):
+            raise
+        answer = {"answer": "error", "kind": "world", "option": "memory", "message": request["path"] + ": is too much for its reader"}
+    print(json.dumps(answer), flush=True)
+"""
+
+# A writer that takes as much before it says how much it needs.
+WRITER = """#!/usr/bin/python3
+import json, sys
+print(json.dumps({"tagrid-writer": 1, "name": "greedy", "version": "1"}), flush=True)
+json.loads(sys.stdin.readline())
+much = bytearray(200 << 20)
+print(json.dumps({"answer": "ready", "memory": 50 << 20}), flush=True)
+for request in map(json.loads, iter(sys.stdin.buffer.readline, b"")):
+    if request["request"] == "slices":
+        sys.stdin.buffer.read(12 * (request["to"] - request["from"]))
+    else:
+        print(json.dumps({"answer": "done"}), flush=True)
+"""
+
+
+class Memory(ReaderTest):
+    def setUp(self):
+        super().setUp()
+        for name, text in (("tagrid-read-greedy", READER), ("tagrid-write-greedy", WRITER)):
+            (self.folder / name).write_text(text)
+            (self.folder / name).chmod(0o755)
+        os.environ["TAGRID_READER_PATH"] = str(self.folder)
+        self.addCleanup(os.environ.pop, "TAGRID_READER_PATH")
+
+    def assert_advice_helps(self, message, *arguments):
+        """The limit that a message advises is enough."""
+        advised = re.findall(r"-M (\d+M)", message)[-1]
+        run = self.tagrid(*arguments, "-M", advised)
+        self.assertEqual(run.returncode, 0, f"{message}\n{run.stderr}")
+
+    @unless_sanitized
+    def test_a_reader_keeps_to_the_limit_while_it_describes(self):
+        limit = "64 MiB"
+        for begin, code, said in (("dies", 74, f"MemoryError; it may have needed more memory than the {limit} that it may take"),
+                                  ("says", 64, f"scan.greedy: is too much for its reader ({limit})")):
+            (self.folder / "scan.greedy").write_bytes(begin.encode() + bytes(60))
+            for command in (["encode", "scan.greedy", "-o", "a.tag", "-f"], ["estimate", "scan.greedy"]):
+                run = self.tagrid(*command, "-M", "64M")
+                self.assertEqual(run.returncode, code, run.stderr)
+                self.assertIn(said + "; a larger -M gives it more, and -M 1036M the most that it may have\n", run.stderr)
+                self.assertEqual(self.tagrid(*command, "-M", "512M").returncode, 0)
+                self.assertEqual(self.tagrid(*command).returncode, 0)
+                self.assert_advice_helps(run.stderr, *command)
+            verify = ["verify", "a.tag", "--against", "scan.greedy"]
+            self.assertEqual(self.tagrid(*verify, "-M", "64M").returncode, code)
+            self.assertEqual(self.tagrid(*verify, "-M", "512M").returncode, 0)
+
+    @unless_sanitized
+    def test_volumes_of_a_list_keep_to_the_limit(self):
+        (self.folder / "scan.greedy").write_bytes(b"says" + bytes(60))
+        (self.folder / "list").write_text("scan.greedy\n")
+        for limit, code in (("64M", 65), ("512M", 0)):
+            run = self.tagrid("convert", "--manifest", "list", "--output-dir", "out", "-M", limit)
+            self.assertEqual(run.returncode, code, run.stderr)
+            self.assertEqual("is too much for its reader (64 MiB); a larger -M" in run.stderr, limit == "64M", run.stderr)
+
+    @unless_sanitized
+    def test_a_writer_keeps_to_the_limit_before_it_says_what_it_needs(self):
+        (self.folder / "a.raw").write_bytes(bytes(60))
+        self.tagrid("encode", "a.raw", "--dims", "4,3,5", "--type", "uint8")
+        decode = ["decode", "a.tag", "-o", "b.greedy", "-f"]
+        run = self.tagrid(*decode, "-M", "100M")
+        self.assertEqual(run.returncode, 74, run.stderr)
+        self.assertIn("it may have needed more memory than the 88 MiB that it may take; a larger -M", run.stderr)
+        self.assertFalse((self.folder / "b.greedy").exists())
+        self.assertEqual(self.tagrid(*decode, "-M", "512M").returncode, 0)
+        self.assert_advice_helps(run.stderr, *decode)
+
+    def small_volumes(self):
+        """Files of 10 x 20 x 30 samples in the formats that programs read."""
+        samples = numpy.arange(6000, dtype="u2").reshape(10, 20, 30) % 255
+        samples.tofile(self.folder / "v.raw")
+        for name in ("v.h5", "v.vdb", "v.tif", "v.vtkhdf"):
+            self.tagrid("encode", "v.raw", "--dims", "30,20,10", "--type", "uint16", "-o", "v.tag", "-f")
+            run = self.tagrid("decode", "v.tag", "-o", name)
+            if run.returncode == 0:
+                yield name
+            else:
+                self.assertIn("not installed", run.stderr)
+        tifffile = other_readers.library("tifffile", "python3-tifffile")
+        if tifffile is not None:
+            tifffile.imwrite(self.folder / "deflate.tif", samples, photometric="minisblack", compression="zlib")
+            yield "deflate.tif"
+        pil = other_readers.library("PIL.Image", "python3-pil")
+        if pil is not None:
+            for name, extension in (("bmps", "bmp"), ("jp2s", "jp2")):
+                (self.folder / name).mkdir()
+                for z, slice in enumerate(samples.astype("u1")):
+                    pil.fromarray(slice).save(self.folder / name / f"s{z}.{extension}")
+                yield name
+
+    @unittest.skipIf(numpy is None, "there is no numpy on this machine (python3-numpy)")
+    @unless_sanitized
+    def test_small_volumes_of_every_format_are_read_with_a_small_limit(self):
+        for name in self.small_volumes():
+            with self.subTest(name):
+                encode = ["encode", name, "-o", "out.tag", "-f"]
+                run = self.tagrid(*encode, "-M", "64M")
+                if run.returncode != 0:  # a reader that stays says how much it takes
+                    self.assertEqual(run.returncode, 64, run.stderr)
+                    self.assertLess(int(re.findall(r"give -M (\d+)M", run.stderr)[0]), 256)
+                    self.assert_advice_helps(run.stderr, *encode)
+
+
+if __name__ == "__main__":
+    other_readers.main()
