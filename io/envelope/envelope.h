@@ -70,7 +70,8 @@ using PutBytes = std::function<void(std::span<const std::byte>)>;
 
 /// The files of a source, and why they are not all kept if they are not.
 struct SourceFiles {
-  std::vector<EnvelopeFile> files;              ///< without checksums, and with spare bits that are zero
+  /// Until look_at_content(), without checksums, and with spare bits that are zero.
+  std::vector<EnvelopeFile> files;
   std::vector<std::string> names;               ///< of all files, also where no envelope can be made
   std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
   std::vector<std::string> paths;               ///< of the files of the source
@@ -87,9 +88,15 @@ struct SourceFiles {
 /// Looks at the files of a source. Throws WorldError.
 SourceFiles source_files(const SourceFacts& facts);
 
-/// Writes the envelope of these files. `exact`: the samples are kept exactly, so that checksums of the whole files can be
-/// kept as well, but for samples that only their decoder can give. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is "".
-void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put);
+/// Adds to files[number] what only its content says: a checksum and what its spare bits hold. Threads may do so for different
+/// files at once. `exact`: the samples are kept exactly, so that a checksum of the whole file can be kept as well, but for
+/// samples that only their decoder can give. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is
+/// "".
+void look_at_content(SourceFiles& source, bool exact, std::size_t number);
+
+/// Writes the envelope of these files. Throws as look_at_content() does. REQUIRES: why_not is ""; the content of all files
+/// was looked at.
+void write_envelope(const SourceFiles& source, const PutBytes& put);
 
 /// Gives the content of the next block of an envelope; false after the last one.
 using NextBlock = std::function<bool(std::vector<std::byte>&)>;

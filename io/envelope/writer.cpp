@@ -54,36 +54,6 @@ bool has_spare(const SlicesInFile& slices, std::size_t size) {
   return slices.run.stored.bits > 0 && static_cast<std::size_t>(slices.run.stored.bits) < 8 * size;
 }
 
-/// Finds out what only the content of a file says: the checksum, and what the spare bits hold.
-void look_at_content(PlainBytes& source, const SampleShape& shape, bool exact, EnvelopeFile& file) {
-  const std::size_t size = size_of(shape.type);
-  if (!source.is_complete()) {
-    // Samples will be stored as most programs do it.
-    for (SlicesInFile& slices : file.slices)
-      if (has_spare(slices, size))
-        slices.spare = slices.run.stored.is_signed ? SpareBits::sign : SpareBits::zero;
-    return;
-  }
-  if (!exact &&
-      std::ranges::none_of(file.slices, [&](const auto& slices) { return has_spare(slices, size); }))
-    return;
-  RunningChecksum checksum;
-  std::vector<SpareBitsSeen> seen(file.slices.size());
-  for_each_stretch(file, shape.slice_bytes(),
-                   [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
-                     read_stretch(source, begin, end, [&](std::span<std::byte> bytes) {
-                       checksum.add(bytes);
-                       if (slices == nullptr || !has_spare(*slices, size)) return;
-                       swap_if_not_native(bytes.data(), bytes.size() / size, size, slices->run.big_endian);
-                       look_at_spare(slices->run.stored, size, bytes,
-                                     seen[static_cast<std::size_t>(slices - file.slices.data())]);
-                     });
-                   });
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    file.slices[i].spare = seen[i].zero ? SpareBits::zero : seen[i].sign ? SpareBits::sign : SpareBits::kept;
-  if (exact) file.checksum = checksum.value();
-}
-
 std::vector<std::byte> description_of(const EnvelopeFile& file) {
   FieldWriter out;
   out.put(static_cast<std::uint16_t>(file.name.size()));
@@ -107,7 +77,38 @@ std::vector<std::byte> description_of(const EnvelopeFile& file) {
 
 }  // namespace
 
-void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put) {
+void look_at_content(SourceFiles& source, bool exact, std::size_t number) {
+  EnvelopeFile& file = source.files[number];
+  PlainBytes content(source.pieces[number], source.paths);
+  const std::size_t size = size_of(source.shape.type);
+  if (!content.is_complete()) {
+    // Samples will be stored as most programs do it.
+    for (SlicesInFile& slices : file.slices)
+      if (has_spare(slices, size))
+        slices.spare = slices.run.stored.is_signed ? SpareBits::sign : SpareBits::zero;
+    return;
+  }
+  if (!exact &&
+      std::ranges::none_of(file.slices, [&](const auto& slices) { return has_spare(slices, size); }))
+    return;
+  RunningChecksum checksum;
+  std::vector<SpareBitsSeen> seen(file.slices.size());
+  for_each_stretch(file, source.shape.slice_bytes(),
+                   [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+                     read_stretch(content, begin, end, [&](std::span<std::byte> bytes) {
+                       checksum.add(bytes);
+                       if (slices == nullptr || !has_spare(*slices, size)) return;
+                       swap_if_not_native(bytes.data(), bytes.size() / size, size, slices->run.big_endian);
+                       look_at_spare(slices->run.stored, size, bytes,
+                                     seen[static_cast<std::size_t>(slices - file.slices.data())]);
+                     });
+                   });
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    file.slices[i].spare = seen[i].zero ? SpareBits::zero : seen[i].sign ? SpareBits::sign : SpareBits::kept;
+  if (exact) file.checksum = checksum.value();
+}
+
+void write_envelope(const SourceFiles& source, const PutBytes& put) {
   const std::size_t size = size_of(source.shape.type);
   FieldWriter beginning;
   beginning.put(static_cast<std::uint64_t>(source.files.size()));
@@ -115,9 +116,8 @@ void write_envelope(const SourceFiles& source, bool exact, const PutBytes& put) 
   beginning.put_bytes(std::as_bytes(std::span(source.compression)));
   put(beginning.bytes());
   for (std::size_t i = 0; i < source.files.size(); ++i) {
-    EnvelopeFile file = source.files[i];
+    const EnvelopeFile& file = source.files[i];
     PlainBytes bytes_of_file(source.pieces[i], source.paths);
-    look_at_content(bytes_of_file, source.shape, exact, file);
     put(description_of(file));
     for_each_stretch(file, source.shape.slice_bytes(),
                      [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {

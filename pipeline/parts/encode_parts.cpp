@@ -18,6 +18,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"
+#include "pipeline/parts/source_contents.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/restore/restore.h"
 
@@ -234,9 +235,10 @@ class RunInParts {
       file.write_at(position, block);
       position += block.size();
     });
-    result.why_not_restorable =
-        keep_source_files(*volume_, parameters(), run_.keep_files && !options_.strip,
-                          [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
+    result.why_not_restorable = keep_source_files(
+        *volume_, parameters(), run_.keep_files && !options_.strip,
+        [&](SourceFiles& source, bool exact) { share_contents(ranks_, source, exact, run_.resources); },
+        [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
     envelope.finish();
     files_.require();
     const Bytes end = file_end(parameters(), result.index, position, checksum, parts.header_checksum());

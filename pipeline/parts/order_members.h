@@ -4,6 +4,7 @@
 
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/part_work.h"
+#include "pipeline/parts/source_contents.h"
 #include "pipeline/parts/verify_parts.h"
 #include "pipeline/ranks/messages.h"
 
@@ -28,6 +29,23 @@ template <>
 inline constexpr std::size_t member_count<DecodeOrder> = 5;
 template <>
 inline constexpr std::size_t member_count<VerifyOrder> = 4;
+
+template <>
+inline constexpr std::size_t member_count<ContentOrder> = 3;
+template <>
+inline constexpr std::size_t member_count<SourceFiles> = 7;
+template <>
+inline constexpr std::size_t member_count<SampleShape> = 2;
+template <>
+inline constexpr std::size_t member_count<EnvelopeFile> = 5;
+template <>
+inline constexpr std::size_t member_count<SlicesInFile> = 3;
+template <>
+inline constexpr std::size_t member_count<SliceRun> = 6;
+template <>
+inline constexpr std::size_t member_count<StoredBits> = 3;
+template <>
+inline constexpr std::size_t member_count<PlainPiece> = 5;
 
 template <>
 inline constexpr std::size_t member_count<Statistics> = 10;

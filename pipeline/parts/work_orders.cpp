@@ -10,7 +10,15 @@
 namespace tagrid {
 namespace {
 
-enum class Task : std::uint8_t { end, make_parts, place_parts, decode_parts, verify_parts, of_program };
+enum class Task : std::uint8_t {
+  end,
+  make_parts,
+  place_parts,
+  decode_parts,
+  verify_parts,
+  look_at_share,
+  of_program
+};
 
 // Sends an order. The task comes last in the message.
 void send(Ranks& ranks, Task task, Bytes order) {
@@ -39,6 +47,9 @@ void send_order(Ranks& ranks, const DecodeOrder& order) {
 }
 void send_order(Ranks& ranks, const VerifyOrder& order) {
   send(ranks, Task::verify_parts, packed_order(order));
+}
+void send_order(Ranks& ranks, const ContentOrder& order) {
+  send(ranks, Task::look_at_share, packed_order(order));
 }
 void send_order(Ranks& ranks, const Bytes& order) { send(ranks, Task::of_program, order); }
 
@@ -84,6 +95,12 @@ int serve(Ranks& ranks, const std::function<void(std::uint64_t)>& limit_memory,
         const auto order = unpacked_order<VerifyOrder>(bytes);
         if (order.resources.memory) limit_memory(*order.resources.memory);
         obey([&] { verify_parts(ranks, order); });
+        break;
+      }
+      case Task::look_at_share: {
+        auto order = unpacked_order<ContentOrder>(bytes);
+        if (order.resources.memory) limit_memory(*order.resources.memory);
+        obey([&] { look_at_share(ranks, order); });
         break;
       }
       case Task::of_program:

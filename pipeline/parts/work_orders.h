@@ -3,6 +3,7 @@
 
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/part_work.h"
+#include "pipeline/parts/source_contents.h"
 #include "pipeline/parts/verify_parts.h"
 #include "pipeline/ranks/ranks.h"
 
@@ -10,11 +11,12 @@ namespace tagrid {
 
 /// Called by rank 0, which then calls the function itself. The other ranks carry out the order. With one
 /// rank, nothing happens.
-void send_order(Ranks& ranks, const PartOrder& order);    ///< make_parts()
-void send_order(Ranks& ranks, const PlaceOrder& order);   ///< place_parts()
-void send_order(Ranks& ranks, const DecodeOrder& order);  ///< decode_parts()
-void send_order(Ranks& ranks, const VerifyOrder& order);  ///< verify_parts()
-void send_order(Ranks& ranks, const Bytes& order);        ///< an order of the program; see serve()
+void send_order(Ranks& ranks, const PartOrder& order);     ///< make_parts()
+void send_order(Ranks& ranks, const PlaceOrder& order);    ///< place_parts()
+void send_order(Ranks& ranks, const DecodeOrder& order);   ///< decode_parts()
+void send_order(Ranks& ranks, const VerifyOrder& order);   ///< verify_parts()
+void send_order(Ranks& ranks, const ContentOrder& order);  ///< look_at_share()
+void send_order(Ranks& ranks, const Bytes& order);         ///< an order of the program; see serve()
 /// Called by rank 0 when there is no more work. The other ranks end with this exit code.
 void dismiss(Ranks& ranks, int code);
 

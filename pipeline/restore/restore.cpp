@@ -1,6 +1,8 @@
 #include "pipeline/restore/restore.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -59,11 +61,22 @@ std::uint64_t memory_of_envelope(const std::string& path) {
   }
 }
 
+void look_at_contents(SourceFiles& source, bool exact, int threads) {
+  oneapi::tbb::task_arena arena(threads);
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(std::size_t{0}, source.files.size(),
+                              [&](std::size_t number) { look_at_content(source, exact, number); });
+  });
+}
+
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                              const PutBytes& put) {
+                              const LookAtContents& look, const PutBytes& put) {
   if (!keep) return "only the samples were wanted";
-  const SourceFiles files = source_files(source.facts());
-  if (files.why_not.empty()) write_envelope(files, parameters.is_exact(), put);
+  SourceFiles files = source_files(source.facts());
+  if (files.why_not.empty()) {
+    look(files, parameters.is_exact());
+    write_envelope(files, put);
+  }
   return files.why_not_restorable();
 }
 
@@ -80,7 +93,7 @@ KeptFiles source_files_of(const TagBricks& file) {
   return kept;
 }
 
-SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original) {
+SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original, int threads) {
   SourceComparison result;
   if (file.sizes().envelope == 0) {
     result.difference = "the .tag file keeps no source files";
@@ -108,8 +121,8 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   }
   if (!result.difference.empty()) return result;
   EnvelopeComparison comparison(file.envelope());
-  write_envelope(source, file.parameters().is_exact(),
-                 [&](std::span<const std::byte> bytes) { comparison.compare(bytes); });
+  look_at_contents(source, file.parameters().is_exact(), threads);
+  write_envelope(source, [&](std::span<const std::byte> bytes) { comparison.compare(bytes); });
   result.is_same = comparison.is_same();
   if (!result.is_same) result.difference = "they have other bytes than those that were encoded";
   return result;

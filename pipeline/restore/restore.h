@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -17,10 +18,16 @@
 
 namespace tagrid {
 
+/// Looks at the content of all files, with so many threads. Throws as look_at_content() does.
+void look_at_contents(SourceFiles& source, bool exact, int threads);
+
+/// Does that in another way, such as by many processes.
+using LookAtContents = std::function<void(SourceFiles& source, bool exact)>;
+
 /// Writes the envelope of a source if `keep`, and if the source allows it; returns why its files cannot be restored byte
 /// for byte as far as their samples are exact, "" if they can. Throws as write_envelope() does.
 std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                              const PutBytes& put);
+                              const LookAtContents& look, const PutBytes& put);
 
 struct RestoreRun {
   std::string input;   ///< a .tag file; not a pipe
@@ -60,8 +67,8 @@ struct SourceComparison {
   std::string compression;  ///< of the samples; then plain forms were compared
   std::string difference;   ///< a sentence about the first difference
 };
-/// Compares all bytes in the envelope with the files of `original`.
-SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original);
+/// Compares all bytes in the envelope with the files of `original`, with so many threads.
+SourceComparison compare_source_files(const TagBricks& file, const VolumeSource& original, int threads);
 /// Throws BrokenInput if the files of the volume named `original` differ.
 void require_same(const SourceComparison& found, const std::string& original);
 

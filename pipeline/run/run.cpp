@@ -65,9 +65,10 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const BrickRows all = BrickRows::all(parameters.bricks());
   encoder.encode(all, writer,
                  watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
-  result.why_not_restorable =
-      keep_source_files(*volume, parameters, run.keep_files && !plain.options.strip,
-                        [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
+  result.why_not_restorable = keep_source_files(
+      *volume, parameters, run.keep_files && !plain.options.strip,
+      [&](SourceFiles& source, bool exact) { look_at_contents(source, exact, plan.budget.threads); },
+      [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
   // Samples and other bytes must be those of the same files.
   if (run.keep_files) files.require();
   writer.finish();
@@ -174,7 +175,7 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
     const TagBricks file(std::make_shared<FileSource>(encoded));
     if (file.sizes().envelope > 0) {
       const auto volume = open_volume(input, source);
-      require_same(compare_source_files(file, *volume), volume->name());
+      require_same(compare_source_files(file, *volume, resources.threads), volume->name());
     }
   } catch (const BrokenInput& broken) {
     files.require();

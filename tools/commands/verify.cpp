@@ -65,7 +65,7 @@ struct VerifyCommand {
     const TagBricks file(std::make_shared<FileSource>(input));
     if (file.sizes().envelope == 0) return "not kept";
     const auto volume = open_volume(original, description);
-    const SourceComparison found = compare_source_files(file, *volume);
+    const SourceComparison found = compare_source_files(file, *volume, run.thread_count());
     if (found.is_same) {
       const std::string same = file.parameters().is_exact() ? "the same" : "the same but for samples";
       if (!found.compression.empty())

@@ -168,7 +168,8 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
     const bool keeps_files = file.sizes().envelope > 0;
     if (keeps_files != (!options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
-    if (keeps_files) require_same(compare_source_files(file, *original), original->name());
+    if (keeps_files)
+      require_same(compare_source_files(file, *original, resources_.threads), original->name());
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
              keeps_files && header.parameters.is_exact() &&
                  compression_in(volume.output, file.beginning_of_envelope()).empty(),

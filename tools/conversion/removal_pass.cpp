@@ -107,7 +107,7 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
   if (file.sizes().envelope > 0) {
-    const SourceComparison found = compare_source_files(file, volume);
+    const SourceComparison found = compare_source_files(file, volume, resources_.threads);
     if (!found.is_same)
       throw BrokenInput(
           fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));

@@ -56,11 +56,11 @@ class Envelope : public TemporaryFolder {
     return facts;
   }
 
-  static Content written(const SourceFiles& source, bool exact) {
+  static Content written(SourceFiles source, bool exact) {
     Content all;
-    write_envelope(source, exact, [&](std::span<const std::byte> bytes) {
-      all.insert(all.end(), bytes.begin(), bytes.end());
-    });
+    for (std::size_t i = 0; i < source.files.size(); ++i) look_at_content(source, exact, i);
+    write_envelope(
+        source, [&](std::span<const std::byte> bytes) { all.insert(all.end(), bytes.begin(), bytes.end()); });
     return all;
   }
 
