@@ -12,8 +12,8 @@
 #include "io/tag/file.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
-#include "pipeline/encode/input_slices.h"
 #include "pipeline/encode/row_encoder.h"
+#include "pipeline/encode/slices_ahead.h"
 #include "pipeline/estimate/plain_bound.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/plan.h"
@@ -60,11 +60,16 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
 
   const bool spools = plan.spooled && !copied;
   if (spools) volume = spooled(std::move(volume), resources.spool);
-  RowEncoder encoder(parameters, plan, slices_of(*volume));
-  volume->stop_when(encoder.failed());
+  // Only programs give nothing but whole slices; they decode them while bricks are encoded.
+  const std::int64_t count = volume->traits().whole_slices ? slices_beside(parameters, plan, resources) : 0;
+  result.memory += static_cast<std::uint64_t>(count) * volume->slice_bytes();
+  SlicesAhead ahead(*volume, count);
+  RowEncoder encoder(parameters, plan, [&](const Box& rows) { return ahead.read(rows); });
+  ahead.stop_when(encoder.failed());
   const BrickRows all = BrickRows::all(parameters.bricks());
   encoder.encode(all, writer,
                  watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
+  ahead.end();
   result.why_not_restorable = keep_source_files(
       *volume, parameters, run.keep_files && !plain.options.strip,
       [&](SourceFiles& source, bool exact) { look_at_contents(source, exact, plan.budget.threads); },

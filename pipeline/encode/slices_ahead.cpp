@@ -1,0 +1,65 @@
+#include "pipeline/encode/slices_ahead.h"
+
+#include <chrono>
+#include <utility>
+
+#include "io/files/errors.h"
+#include "pipeline/encode/input_slices.h"
+
+namespace tagrid {
+
+SliceSamples SlicesAhead::read(const Box& rows) {
+  using namespace std::chrono_literals;
+  if (count_ == 0) return read_input_slice(source_, rows);
+  std::unique_lock lock(mutex_);
+  if (!thread_.joinable()) thread_ = std::thread([this] { read_all(); });
+  while (waiting_.empty()) {
+    if (failure_) std::rethrow_exception(failure_);
+    if (stopped_ != nullptr && *stopped_)
+      throw WorldError(source_.name() + ": its samples are no longer needed");
+    changed_.wait_for(lock, 100ms);
+  }
+  SliceSamples slice = std::move(waiting_.front());
+  waiting_.pop_front();
+  changed_.notify_all();
+  return slice;
+}
+
+void SlicesAhead::read_all() {
+  const Index3 dims = source_.info().dims;
+  try {
+    for (std::int64_t z = 0; z < dims.z; ++z) {
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return std::ssize(waiting_) < count_ || ending_; });
+      }
+      if (ending_) return;
+      SliceSamples slice = read_input_slice(source_, {{0, 0, z}, {dims.x - 1, dims.y - 1, z}});
+      const std::lock_guard lock(mutex_);
+      waiting_.push_back(std::move(slice));
+      changed_.notify_all();
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+    changed_.notify_all();
+  }
+}
+
+void SlicesAhead::stop_when(const std::atomic<bool>& stop) {
+  stopped_ = &stop;
+  source_.stop_when(count_ == 0 ? stop : ending_);
+}
+
+void SlicesAhead::end() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+  }
+  thread_.join();
+  if (stopped_ != nullptr) source_.stop_when(*stopped_);
+}
+
+}  // namespace tagrid

@@ -1,0 +1,115 @@
+// Slices that are read ahead: the same slices, no more at once than may wait, and the same failures.
+#include "pipeline/encode/slices_ahead.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "io/files/errors.h"
+
+namespace tagrid {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Slices of one sample, slice z with the number z, which count how many were read.
+class CountedSlices final : public VolumeSource {
+ public:
+  explicit CountedSlices(std::int64_t slices, std::int64_t broken = -1)
+      : VolumeSource(
+            {.info = {.dims = {1, 1, slices}, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
+             .files = {"counted"},
+             .traits = {.again = true, .whole_slices = true}}),
+        broken_(broken) {}
+
+  std::uint64_t bytes_read() const override { return 0; }
+  void stop_when(const std::atomic<bool>& stop) override { stop_ = &stop; }
+  /// Waits until `count` slices were read.
+  bool reaches(int count) const {
+    for (int i = 0; i < 10000 && slices_read < count; ++i) std::this_thread::sleep_for(1ms);
+    return slices_read == count;
+  }
+
+  std::atomic<int> slices_read{0};
+  bool is_finished = false;
+  std::atomic<bool> hangs = false;  ///< reads wait until they are stopped
+
+ private:
+  void read(std::byte* out, std::int64_t first, std::int64_t) override {
+    if (first == broken_) throw BrokenInput("a slice is broken");
+    while (hangs) {
+      if (stop_ != nullptr && *stop_) throw WorldError("stopped");
+      std::this_thread::sleep_for(1ms);
+    }
+    *out = static_cast<std::byte>(first);
+    ++slices_read;
+  }
+  void seek(std::int64_t) override {}
+  void end() override { is_finished = true; }
+
+  std::int64_t broken_;
+  const std::atomic<bool>* stop_ = nullptr;
+};
+
+Box slice(std::int64_t z) { return {{0, 0, z}, {0, 0, z}}; }
+
+TEST(SlicesAhead, AreTheSlicesOfTheSourceInTheirOrder) {
+  for (const int count : {0, 1, 7, 100}) {
+    CountedSlices source(50);
+    SlicesAhead ahead(source, count);
+    for (int z = 0; z < 50; ++z) EXPECT_EQ(ahead.read(slice(z))[0], static_cast<std::byte>(z));
+    ahead.end();
+    EXPECT_TRUE(source.is_finished) << count;
+  }
+}
+
+TEST(SlicesAhead, AreReadWhileNobodyAsksAndNoMoreThanMayWait) {
+  CountedSlices source(50);
+  SlicesAhead ahead(source, 5);
+  ahead.read(slice(0));
+  EXPECT_TRUE(source.reaches(6));
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(source.slices_read, 6);
+  ahead.read(slice(1));
+  EXPECT_TRUE(source.reaches(7));
+}
+
+TEST(SlicesAhead, FailAtTheSliceThatIsBroken) {
+  for (const int count : {0, 3}) {
+    CountedSlices source(50, 10);
+    SlicesAhead ahead(source, count);
+    for (int z = 0; z < 10; ++z) ahead.read(slice(z));
+    EXPECT_THROW(ahead.read(slice(10)), BrokenInput);
+  }
+}
+
+TEST(SlicesAhead, ASourceThatHangsIsStopped) {
+  for (const int count : {0, 3}) {
+    CountedSlices source(50);
+    SlicesAhead ahead(source, count);
+    std::atomic<bool> stop = false;
+    ahead.stop_when(stop);
+    ahead.read(slice(0));
+    source.reaches(count + 1);
+    source.hangs = true;
+    std::jthread later([&] {
+      std::this_thread::sleep_for(20ms);
+      stop = true;
+    });
+    EXPECT_THROW(for (int z = 1; z < 50; ++z) ahead.read(slice(z)), WorldError);
+  }
+}
+
+TEST(SlicesAhead, OnesThatNobodyWantsDoNotKeepTheRunAlive) {
+  CountedSlices source(50);
+  std::atomic<bool> stop = false;
+  SlicesAhead ahead(source, 3);
+  ahead.stop_when(stop);
+  ahead.read(slice(0));
+  source.hangs = true;
+}
+
+}  // namespace
+}  // namespace tagrid
