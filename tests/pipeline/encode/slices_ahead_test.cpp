@@ -53,13 +53,13 @@ class CountedSlices final : public VolumeSource {
   const std::atomic<bool>* stop_ = nullptr;
 };
 
-Box slice(std::int64_t z) { return {{0, 0, z}, {0, 0, z}}; }
+Box box_of_slice(std::int64_t z) { return {{0, 0, z}, {0, 0, z}}; }
 
 TEST(SlicesAhead, AreTheSlicesOfTheSourceInTheirOrder) {
   for (const int count : {0, 1, 7, 100}) {
     CountedSlices source(50);
     SlicesAhead ahead(source, count);
-    for (int z = 0; z < 50; ++z) EXPECT_EQ(ahead.read(slice(z))[0], static_cast<std::byte>(z));
+    for (int z = 0; z < 50; ++z) EXPECT_EQ(ahead.read(box_of_slice(z))[0], static_cast<std::byte>(z));
     ahead.end();
     EXPECT_TRUE(source.is_finished) << count;
   }
@@ -68,11 +68,11 @@ TEST(SlicesAhead, AreTheSlicesOfTheSourceInTheirOrder) {
 TEST(SlicesAhead, AreReadWhileNobodyAsksAndNoMoreThanMayWait) {
   CountedSlices source(50);
   SlicesAhead ahead(source, 5);
-  ahead.read(slice(0));
+  ahead.read(box_of_slice(0));
   EXPECT_TRUE(source.reaches(6));
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(source.slices_read, 6);
-  ahead.read(slice(1));
+  ahead.read(box_of_slice(1));
   EXPECT_TRUE(source.reaches(7));
 }
 
@@ -80,8 +80,8 @@ TEST(SlicesAhead, FailAtTheSliceThatIsBroken) {
   for (const int count : {0, 3}) {
     CountedSlices source(50, 10);
     SlicesAhead ahead(source, count);
-    for (int z = 0; z < 10; ++z) ahead.read(slice(z));
-    EXPECT_THROW(ahead.read(slice(10)), BrokenInput);
+    for (int z = 0; z < 10; ++z) ahead.read(box_of_slice(z));
+    EXPECT_THROW(ahead.read(box_of_slice(10)), BrokenInput);
   }
 }
 
@@ -91,14 +91,14 @@ TEST(SlicesAhead, ASourceThatHangsIsStopped) {
     SlicesAhead ahead(source, count);
     std::atomic<bool> stop = false;
     ahead.stop_when(stop);
-    ahead.read(slice(0));
+    ahead.read(box_of_slice(0));
     source.reaches(count + 1);
     source.hangs = true;
     std::jthread later([&] {
       std::this_thread::sleep_for(20ms);
       stop = true;
     });
-    EXPECT_THROW(for (int z = 1; z < 50; ++z) ahead.read(slice(z)), WorldError);
+    EXPECT_THROW(for (int z = 1; z < 50; ++z) ahead.read(box_of_slice(z)), WorldError);
   }
 }
 
@@ -107,7 +107,7 @@ TEST(SlicesAhead, OnesThatNobodyWantsDoNotKeepTheRunAlive) {
   std::atomic<bool> stop = false;
   SlicesAhead ahead(source, 3);
   ahead.stop_when(stop);
-  ahead.read(slice(0));
+  ahead.read(box_of_slice(0));
   source.hangs = true;
 }
 
