@@ -69,6 +69,31 @@ std::string name_of_compression(std::uint16_t scheme) {
   }
 }
 
+/// How the samples of a page are stored, for users.
+std::string name_of_storage(TIFF* tiff, int packed_bits) {
+  const auto scheme = value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+  switch (scheme) {
+    case COMPRESSION_NONE:
+      if (packed_bits != 0) return fmt::format("packed samples of {} bits", packed_bits);
+      return TIFFIsTiled(tiff) != 0 ? "tiles" : "scattered strips";
+    case COMPRESSION_LZW:
+      return "LZW";
+    case COMPRESSION_ADOBE_DEFLATE:
+    case COMPRESSION_DEFLATE:
+      return "deflate";
+    case COMPRESSION_PACKBITS:
+      return "PackBits";
+    case COMPRESSION_LZMA:
+      return "LZMA";
+    case COMPRESSION_ZSTD:
+      return "zstd";
+    case COMPRESSION_JPEG:
+      return "JPEG";
+    default:
+      return "CCITT fax";
+  }
+}
+
 /// Whether decoding gives the numbers that were stored.
 bool is_lossless(std::uint16_t scheme) {
   constexpr std::array schemes = {COMPRESSION_NONE,      COMPRESSION_LZW,      COMPRESSION_ADOBE_DEFLATE,
@@ -127,6 +152,7 @@ TiffPage TiffFile::current_page() {
   page.type = type;
   page.packed_bits = packed_bits;
   page.is_lossy = !is_lossless(value_of<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE));
+  page.storage = name_of_storage(tiff, packed_bits);
   page.zero_is_white =
       value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;
   const char* description = nullptr;

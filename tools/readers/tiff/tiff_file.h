@@ -22,6 +22,7 @@ struct TiffPage {
   int packed_bits =
       0;  ///< of a sample, if they are packed: they are widened to `type`; 0 if samples have its size
   bool is_lossy = false;  ///< compressed with a loss
+  std::string storage;    ///< how its samples are stored, for users: "LZW"
   /// The byte at which its samples begin, if they lie there plainly, in raster order.
   std::optional<std::uint64_t> plain;
   std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for

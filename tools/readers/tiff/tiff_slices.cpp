@@ -6,7 +6,9 @@
 #include <optional>
 
 #include "io/bytes/little_endian.h"
+#include "io/files/byte_source.h"
 #include "io/samples/stored_bits.h"
+#include "tools/readers/tiff/plain_file.h"
 
 namespace tagrid {
 namespace {
@@ -49,9 +51,37 @@ class TiffSlices final : public ServedVolume {
     memory += first.bytes();
     places = places_of(planes_);
     for (SliceRun& run : places) run.stored = stored_;
+    has_plain_form = places.empty();
     // A loss is not undone by a lossless copy.
     if (std::ranges::any_of(planes_, [](const TiffPlane& plane) { return plane.page.is_lossy; }))
       pairs.emplace_back("lossy source", "TIFF, JPEG");
+  }
+
+  ReaderPlainFile plain_file(std::size_t number) override {
+    std::vector<std::int64_t> slices;
+    std::vector<const TiffPage*> pages;
+    for (std::int64_t z = 0; z < dims.z; ++z)
+      if (const TiffPlane& plane = planes_[static_cast<std::size_t>(z)]; plane.file == number) {
+        slices.push_back(z);
+        pages.push_back(&plane.page);
+      }
+    const bool is_plain =
+        std::ranges::all_of(pages, [](const TiffPage* page) { return page->plain.has_value(); });
+    ReaderPlainFile plain;
+    std::uint64_t samples_at = 0;
+    if (is_plain)
+      plain.pieces = {PlainPiece::stretch(number, 0, FileSource(files[number]).size())};
+    else if (std::ranges::any_of(pages, &TiffPage::is_lossy))
+      plain.why_not = "its samples are compressed with a loss (JPEG), of which a plain file would not tell";
+    else
+      plain = plain_tiff_file(files[number], number, pages, samples_at);
+    for (std::size_t i = 0; i < pages.size() && plain.why_not.empty(); ++i) {
+      const std::uint64_t offset = is_plain ? *pages[i]->plain : samples_at + i * pages[i]->bytes();
+      add_place(slices[i], offset, *pages[i], plain.places);
+      if (!is_plain && plain.compression.find(pages[i]->storage) == std::string::npos)
+        plain.compression += (plain.compression.empty() ? "" : ", ") + pages[i]->storage;
+    }
+    return plain;
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
@@ -66,6 +96,22 @@ class TiffSlices final : public ServedVolume {
     if (!file_ || number_ != number) file_.emplace(files[number]);
     number_ = number;
     return *file_;
+  }
+
+  /// Adds a slice in a plain form to the run that it goes on, or as a run of its own.
+  void add_place(std::int64_t z, std::uint64_t offset, const TiffPage& page,
+                 std::vector<NumberedRun>& runs) const {
+    SliceRun run{0, offset, 1, page.bytes(), page.big_endian, stored_};
+    run.stored.bits = page.packed_bits;
+    if (!runs.empty()) {
+      auto& [first, last] = runs.back();
+      if (z == first + last.slices && last.stored == run.stored &&
+          offset == last.offset + static_cast<std::uint64_t>(last.slices) * last.step) {
+        ++last.slices;
+        return;
+      }
+    }
+    runs.push_back({z, run});
   }
 
   void calibrate(const ImageJCalibration& calibration) {
