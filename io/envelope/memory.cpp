@@ -74,9 +74,11 @@ std::uint64_t memory_of_source_files(const SourceFacts& facts) {
       2 * (sizeof(PlainFile) + sizeof(EnvelopeFile) + sizeof(std::vector<PlainPiece>)) + 8 * of_text + 64;
   // A block, three times, and the tables of zstd for one of its size.
   const std::uint64_t block = block_bytes(size.bytes), writing = 4 * block + 16 * std::bit_ceil(block);
+  // A file has many pieces if it has many slices: pages with their tags.
   const std::uint64_t pieces =
-      facts.plain_form ? 8 * (sizeof(PlainPiece) + allocation) + 600 : 2 * sizeof(PlainPiece);
-  return size.files * (file + pieces) + 8 * size.name_bytes + size.runs * (of_run + 2 * sizeof(SliceRun)) +
+      facts.plain_form ? std::max(size.files, size.runs) * (8 * (sizeof(PlainPiece) + allocation) + 600)
+                       : size.files * 2 * sizeof(PlainPiece);
+  return size.files * file + pieces + 8 * size.name_bytes + size.runs * (of_run + 2 * sizeof(SliceRun)) +
          writing;
 }
 

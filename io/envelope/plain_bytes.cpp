@@ -4,16 +4,22 @@
 #include <cassert>
 #include <cstring>
 
+#include "io/files/bzip2_bytes.h"
 #include "io/files/errors.h"
+#include "io/files/gzip_bytes.h"
 
 namespace tagrid {
 
-PlainBytes::Content::Content(const std::string& path, std::uint64_t offset) : file(path), bytes(file) {
+PlainBytes::Content::Content(const std::string& path, std::uint64_t offset) : file(path) {
   file.seek(offset);
+  if (begins_bzip2(file))
+    bytes = std::make_unique<Bzip2Bytes>(file);
+  else
+    bytes = std::make_unique<GzipBytes>(file);
 }
 
 std::size_t PlainBytes::Content::read(std::span<std::byte> to) {
-  const std::size_t count = bytes.read(to.data(), to.size());
+  const std::size_t count = bytes->read(to.data(), to.size());
   position += count;
   return count;
 }

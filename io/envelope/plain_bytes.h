@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "io/files/byte_source.h"
+#include "io/files/compressed_bytes.h"
 #include "io/files/file_bytes.h"
-#include "io/files/gzip_bytes.h"
 #include "io/volume/plain_form.h"
 
 namespace tagrid {
@@ -38,7 +38,7 @@ class PlainBytes {
     std::size_t read(std::span<std::byte> to);
 
     FileBytes file;
-    GzipBytes bytes;
+    std::unique_ptr<CompressedBytes> bytes;
     std::uint64_t position = 0;
   };
 

@@ -77,4 +77,6 @@ std::size_t Bzip2Bytes::read(std::byte* out, std::size_t size) {
   return done;
 }
 
+bool begins_bzip2(FileBytes& file) { return file.peek(3) == "BZh"; }
+
 }  // namespace tagrid

@@ -33,4 +33,7 @@ class Bzip2Bytes final : public CompressedBytes {
   std::unique_ptr<Stream> stream_;
 };
 
+/// True if the next bytes of a file begin a bzip2 stream, and no gzip or zlib stream. Does not move on.
+bool begins_bzip2(FileBytes& file);
+
 }  // namespace tagrid

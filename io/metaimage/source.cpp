@@ -68,8 +68,8 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
     return plain_samples(std::move(facts), std::move(file), place);
   }
   const auto end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt;
-  return gzip_samples(std::move(facts), std::move(file), place, before,
-                      [header_path, end] { return plain_header(header_path, end); });
+  return compressed_samples(std::move(facts), std::move(file), place, before,
+                            [header_path, end] { return plain_header(header_path, end); });
 }
 
 }  // namespace

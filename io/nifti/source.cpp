@@ -70,8 +70,8 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   const bool is_last = static_cast<std::int64_t>(number) + 1 == header.volumes;
   SamplesPlace place{.start = 0, .big_endian = header.big_endian, .may_go_on = !is_last};
   if (begins_gzip(*file))
-    return gzip_samples(std::move(facts), std::move(file), place, before,
-                        header.is_pair ? plain_header(path) : PlainHeader());
+    return compressed_samples(std::move(facts), std::move(file), place, before,
+                              header.is_pair ? plain_header(path) : PlainHeader());
   place.start = before;
   if (is_last) allow_more(*file, place, facts);
   return plain_samples(std::move(facts), std::move(file), place);

@@ -92,17 +92,14 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
   skip_lines(*file, header.line_skip);
   if (header.encoding != NrrdHeader::Encoding::raw) {
     place.start = file->position();
-    if (header.encoding != NrrdHeader::Encoding::gzip)
-      return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place,
-                                                 static_cast<std::uint64_t>(header.byte_skip),
-                                                 Compression::bzip2);
     PlainHeader plain;
     if (!header_path.empty())
       plain = [header_path, end = facts.files.size() == 1 ? std::optional(place.start) : std::nullopt] {
         return plain_header(header_path, end);
       };
-    return gzip_samples(std::move(facts), std::move(file), place,
-                        static_cast<std::uint64_t>(header.byte_skip), plain);
+    return compressed_samples(
+        std::move(facts), std::move(file), place, static_cast<std::uint64_t>(header.byte_skip), plain,
+        header.encoding == NrrdHeader::Encoding::bzip2 ? Compression::bzip2 : Compression::gzip);
   }
   place.start = start_of_samples(*file, header, facts.info);
   return plain_samples(std::move(facts), std::move(file), place);
@@ -128,8 +125,10 @@ std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::st
   // Two copies of the header, and two of each path.
   for (const std::string& file : known) facts.traits.memory += 4 * (file.size() + 2 * sizeof file);
   if (count > 1) {
-    if (header.encoding == NrrdHeader::Encoding::gzip)
-      facts.plain_form = [path] { return PlainForm{"gzip", {plain_header(path, std::nullopt)}, {}, ""}; };
+    if (header.encoding != NrrdHeader::Encoding::raw)
+      facts.plain_form = [path, is_bzip2 = header.encoding == NrrdHeader::Encoding::bzip2] {
+        return PlainForm{is_bzip2 ? "bzip2" : "gzip", {plain_header(path, std::nullopt)}, {}, ""};
+      };
     return joined(std::move(facts), count, open);
   }
   auto file = open_data_file(facts.files.back(), header.data_files.front(), header_name, "NRRD");

@@ -22,14 +22,14 @@ SourceFacts with_traits(SourceFacts facts, const FileBytes& file, bool any_rows,
   return facts;
 }
 
-PlainForm plain_form_of_gzip(const SourceFacts& facts, const SamplesPlace& place, std::uint64_t skipped,
-                             const PlainHeader& header) {
+PlainForm plain_form_of_stream(const SourceFacts& facts, const SamplesPlace& place, std::uint64_t skipped,
+                               const PlainHeader& header, Compression compression) {
   const Index3& dims = facts.info.dims;
   const std::size_t number = facts.files.size() - 1;
   PlainForm form;
   FileBytes file(facts.files.back());
   file.seek(place.start);
-  form.compression = begins_gzip(file) ? "gzip" : "zlib";
+  form.compression = compression == Compression::bzip2 ? "bzip2" : begins_gzip(file) ? "gzip" : "zlib";
   PlainFile samples{facts.files.back(), true, {PlainPiece::stretch(number, 0, place.start)}};
   if (header && number == 0) samples = header();
   if (header && number > 0) form.files.push_back(header());
@@ -127,21 +127,22 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
   return std::make_unique<PlainSamples>(std::move(facts), std::move(file), place);
 }
 
-std::unique_ptr<VolumeSource> gzip_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                           const SamplesPlace& place, std::uint64_t skipped,
-                                           const PlainHeader& header) {
+std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                                 const SamplesPlace& place, std::uint64_t skipped,
+                                                 const PlainHeader& header, Compression compression) {
   if (file->size() && facts.files.back() != "-")
-    facts.plain_form = [known = facts, place, skipped, header] {
-      return plain_form_of_gzip(known, place, skipped, header);
+    facts.plain_form = [known = facts, place, skipped, header, compression] {
+      return plain_form_of_stream(known, place, skipped, header, compression);
     };
-  return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped);
+  return std::make_unique<CompressedSamples>(std::move(facts), std::move(file), place, skipped, compression);
 }
 
 CompressedSamples::CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                      const SamplesPlace& place, std::uint64_t skipped,
                                      Compression compression)
     : FileSamples(std::move(facts), std::move(file), place, false,
-                  compression == Compression::bzip2 ? Bzip2Bytes::memory : 0),
+                  // The plain form is read from a stream of its own.
+                  compression == Compression::bzip2 ? 2 * Bzip2Bytes::memory : 0),
       stream_(decompressed(*file_, compression)),
       skipped_(skipped) {
   CompressedSamples::seek(0);

@@ -79,14 +79,15 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
 /// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of the header.
 using PlainHeader = std::function<PlainFile()>;
 
-/// The samples in a gzip or zlib stream that extends from this place to the end of the last file of `facts`, after
+enum class Compression { gzip, bzip2 };
+
+/// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of `facts`, after
 /// `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if `facts` has one file, `header`
 /// gives the pieces before the stream, by default the bytes there; otherwise it gives the first file.
-std::unique_ptr<VolumeSource> gzip_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                           const SamplesPlace& place, std::uint64_t skipped,
-                                           const PlainHeader& header = {});
-
-enum class Compression { gzip, bzip2 };
+std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
+                                                 const SamplesPlace& place, std::uint64_t skipped,
+                                                 const PlainHeader& header = {},
+                                                 Compression compression = Compression::gzip);
 
 /// Samples in a compressed stream that extends to the end of the file, after `skipped` decompressed bytes. The
 /// constructor throws BrokenInput if the file is too small for them.

@@ -11,7 +11,8 @@ std::string plain_name(std::string_view name) {
     return lower.ends_with(ending) && lower.size() > ending.size() &&
            lower[lower.size() - ending.size() - 1] != '/';
   };
-  if (has_ending(".gz")) return std::string(name.substr(0, name.size() - 3));
+  for (const std::string_view ending : {".gz", ".bz2"})
+    if (has_ending(ending)) return std::string(name.substr(0, name.size() - ending.size()));
   if (has_ending(".zraw"))
     return std::string(name.substr(0, name.size() - 4)).append(name.substr(name.size() - 3));
   return std::string(name);

@@ -18,7 +18,7 @@ struct PlainPiece {
   enum class Kind : std::uint8_t {
     given,    ///< `bytes`
     stretch,  ///< `size` bytes of a file, from `offset` on
-    content,  ///< the content of the gzip or zlib stream that begins there, to its end
+    content,  ///< the content of the gzip, zlib or bzip2 stream that begins there, to its end
     samples,  ///< `size` bytes of samples, which only their decoder can give
   };
 

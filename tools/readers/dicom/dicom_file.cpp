@@ -328,6 +328,8 @@ std::optional<DicomFile> read(const std::string& path) {
   if (is_dose(dataset))
     for (DicomFrame& frame : file.frames) frame.rescale = rescale_of_dose(dataset);
   if (syntax.isEncapsulated()) pixels.encapsulated = offset;
+  // The library counts the bytes that it inflates.
+  if (syntax.getXfer() == EXS_DeflatedLittleEndianExplicit) pixels.inflated = offset;
   // Bytes in words of another byte order are swapped in pairs; the library puts them right.
   const bool is_plain = !syntax.isEncapsulated() && syntax.getStreamCompression() == ESC_none &&
                         !(pixels.big_endian && pixels.allocated == 8);

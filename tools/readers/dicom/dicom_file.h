@@ -42,6 +42,8 @@ struct DicomPixels {
   std::optional<std::uint64_t> offset;
   /// The byte at which fragments begin that hold them; nothing if there are none.
   std::optional<std::uint64_t> encapsulated;
+  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is not deflated.
+  std::optional<std::uint64_t> inflated;
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
 

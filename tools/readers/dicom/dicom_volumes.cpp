@@ -150,7 +150,7 @@ class DicomVolume final : public ServedVolume {
     add_places();
     fits_.resize(slices_.size());
     has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
-                       return file.pixels.offset || file.pixels.encapsulated;
+                       return file.pixels.offset || file.pixels.encapsulated || file.pixels.inflated;
                      });
     for (const DicomFile& file : files_) texts_.push_back(file.path);
     files = texts_;
@@ -163,7 +163,7 @@ class DicomVolume final : public ServedVolume {
     if (by_file_.empty())
       for (std::size_t z = 0; z < slices_.size(); ++z) by_file_.emplace(slices_[z].file, z);
     const auto [begin, end] = by_file_.equal_range(number);
-    if (!file.pixels.offset && may_have_wider_streams(file))
+    if (file.pixels.encapsulated && may_have_wider_streams(file))
       for (auto slice = begin; slice != end && plain.why_not.empty(); ++slice)
         if (!fits_now(slice->second)) plain.why_not = "its code stream has larger numbers than it says";
     for (auto slice = begin; slice != end; ++slice) {

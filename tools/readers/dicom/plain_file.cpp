@@ -9,6 +9,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/byte_source.h"
+#include "tools/readers/dicom/inflated.h"
 
 namespace tagrid {
 namespace {
@@ -43,6 +44,7 @@ class Bytes {
   T number(std::uint64_t position) const {
     return load_little_endian<T>(reinterpret_cast<const std::byte*>(at(position, sizeof(T)).data()));
   }
+  const ByteSource& file() const { return file_; }
   Tag tag(std::uint64_t position) const {
     return {number<std::uint16_t>(position), number<std::uint16_t>(position + 2)};
   }
@@ -105,6 +107,29 @@ std::uint64_t end_of_fragments(const Bytes& bytes, const DicomFile& file) {
   return at + 8;
 }
 
+/// The pieces of a file whose data set is deflated. All of its bytes stay as they are, but for the transfer syntax.
+std::vector<PlainPiece> pieces_of_inflated(const DicomFile& file, std::size_t number,
+                                           std::uint64_t& samples_at) {
+  const Bytes bytes(file.path);
+  const std::uint64_t samples = file.frames.size() * file.pixels.frame_bytes();
+  if (bytes.at(preamble - 4, 4) != "DICM") throw NoPlainForm{"it has no meta information"};
+  std::uint64_t end_of_meta = preamble;
+  const std::string meta = meta_of_plain_form(bytes, end_of_meta);
+  if (*file.pixels.inflated < end_of_meta + long_head) throw NoPlainForm{"its pixels cannot be found"};
+  const InflatedDataset dataset =
+      inflated_dataset(bytes.file(), end_of_meta, *file.pixels.inflated - end_of_meta, samples);
+  if (!dataset.why_not.empty()) throw NoPlainForm{dataset.why_not};
+  std::string head(long_head, '\0');
+  store(head, 0, pixel_data.first, 2);
+  store(head, 2, pixel_data.second, 2);
+  head.replace(4, 2, dataset.before, dataset.before.size() - 8, 2);  // OB or OW
+  store(head, 8, samples + samples % 2, 4);
+  if (!dataset.before.ends_with(head)) throw NoPlainForm{"its pixels do not begin as native ones do"};
+  samples_at = preamble + meta.size() + dataset.before.size();
+  return {PlainPiece::stretch(number, 0, preamble), PlainPiece::given(meta + dataset.before),
+          PlainPiece::samples(samples), PlainPiece::given(dataset.behind)};
+}
+
 std::vector<PlainPiece> pieces_of(const DicomFile& file, std::size_t number, std::uint64_t& samples_at) {
   const Bytes bytes(file.path);
   const std::uint64_t samples = file.frames.size() * file.pixels.frame_bytes();
@@ -155,7 +180,8 @@ ReaderPlainFile plain_dicom_file(const DicomFile& file, std::size_t number, std:
   }
   try {
     plain.compression = file.pixels.syntax_name;
-    plain.pieces = pieces_of(file, number, samples_at);
+    plain.pieces = file.pixels.inflated ? pieces_of_inflated(file, number, samples_at)
+                                        : pieces_of(file, number, samples_at);
   } catch (const NoPlainForm& none) {
     plain.why_not = none.why;
   }
