@@ -8,12 +8,14 @@
 #include <string_view>
 #include <vector>
 
+#include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "stages/volume/coding_parameters.h"
 #include "tools/hdf5/handle.h"
 #include "tools/hdf5/sample_types.h"
 #include "tools/readers/hdf5/datasets.h"
 #include "tools/readers/hdf5/geometry.h"
+#include "tools/readers/hdf5/plain_copy.h"
 
 namespace tagrid {
 namespace {
@@ -32,6 +34,25 @@ void require_filters(hid_t properties, const std::string& path) {
                     "HDF5_PLUGIN_PATH",
                     filter, name[0] == '\0' ? "" : fmt::format(" ({})", name.data())));
   }
+}
+
+/// How the samples of a data set are stored, for users: "shuffle, deflate".
+std::string name_of_storage(hid_t properties) {
+  std::string names;
+  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
+    unsigned flags = 0;
+    std::size_t values = 0;
+    std::array<char, 64> name = {};
+    const H5Z_filter_t filter = H5Pget_filter2(properties, static_cast<unsigned>(i), &flags, &values, nullptr,
+                                               name.size() - 1, name.data(), nullptr);
+    // Plugins give long names: "HDF5 lz4 filter; see ...".
+    std::string_view text = name.data();
+    text = text.substr(0, text.find_first_of(";(,"));
+    if (!names.empty()) names += ", ";
+    names += text.empty() ? fmt::format("filter {}", filter) : std::string(text);
+  }
+  if (!names.empty()) return names;
+  return H5Pget_layout(properties) == H5D_CHUNKED ? "chunks" : "not contiguous";
 }
 
 class Hdf5Volume final : public ServedVolume {
@@ -66,7 +87,29 @@ class Hdf5Volume final : public ServedVolume {
     nrrd = std::move(description.nrrd);
     rescale = std::move(description.rescale);
     warnings = std::move(description.warnings);
-    look_at_layout(stored->big_endian);
+    big_endian_ = stored->big_endian;
+    look_at_layout();
+    has_plain_form = places.empty();
+  }
+
+  ReaderPlainFile plain_file(std::size_t number) override {
+    ReaderPlainFile plain;
+    const std::uint64_t size = FileSource(files[number]).size();
+    if (number + 1 < files.size()) {  // it only leads to the data set
+      plain.pieces = {PlainPiece::stretch(number, 0, size)};
+      return plain;
+    }
+    const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type),
+                        samples = slice * static_cast<std::uint64_t>(dims.z);
+    PlainHdf5 copy = plain_copy(files[number], dataset_.get(), samples);
+    plain.why_not = std::move(copy.why_not);
+    if (!plain.why_not.empty()) return plain;
+    plain.compression = storage_;
+    const std::uint64_t begin = copy.before.size();
+    plain.pieces = {PlainPiece::given(std::move(copy.before)), PlainPiece::samples(samples),
+                    PlainPiece::given(std::move(copy.behind))};
+    plain.places = {{0, {number, begin, dims.z, slice, big_endian_}}};
+    return plain;
   }
 
   /// Reads as many slices at once as a chunk has.
@@ -85,8 +128,9 @@ class Hdf5Volume final : public ServedVolume {
   }
 
  private:
-  void look_at_layout(bool big_endian) {
+  void look_at_layout() {
     const Hdf5Handle properties(H5Dget_create_plist(dataset_.get()), H5Pclose);
+    storage_ = name_of_storage(properties.get());
     const H5D_layout_t layout = H5Pget_layout(properties.get());
     // Such files could be any of this machine.
     if (H5Pget_external_count(properties.get()) > 0)
@@ -101,7 +145,7 @@ class Hdf5Volume final : public ServedVolume {
     if (layout == H5D_CONTIGUOUS) {
       const haddr_t offset = H5Dget_offset(dataset_.get());
       if (offset != HADDR_UNDEF) {
-        places = {{files.size() - 1, offset, dims.z, slice, big_endian}};
+        places = {{files.size() - 1, offset, dims.z, slice, big_endian_}};
         return;
       }
     }
@@ -119,6 +163,9 @@ class Hdf5Volume final : public ServedVolume {
       // A chunk is read once, if whole slices are; the cache of the library need not hold any.
     }
     memory += static_cast<std::uint64_t>(slab_) * slice + slice;
+    // The plain form: as the library has it, as bytes, and as it is said.
+    const std::uint64_t stored = H5Dget_storage_size(dataset_.get()), all = FileSource(files.back()).size();
+    memory += 8 * std::min(all - std::min(stored, all), most_around_samples);
   }
 
   void read_slab(std::int64_t first, std::int64_t count) {
@@ -139,6 +186,8 @@ class Hdf5Volume final : public ServedVolume {
 
   std::string path_;
   Hdf5Handle file_, dataset_;
+  std::string storage_;
+  bool big_endian_ = false;
   std::size_t rank_ = 0;
   std::int64_t slab_ = 1, first_ = -1;
   std::vector<std::byte> slices_;
