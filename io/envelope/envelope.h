@@ -51,6 +51,7 @@ struct SampleShape {
   Index3 dims;
   SampleType type = SampleType::uint8;
 
+  SliceRows rows() const { return {static_cast<std::uint64_t>(dims.x) * size_of(type), dims.y}; }
   std::uint64_t slice_bytes() const { return *sample_bytes({dims.x, dims.y, 1}, type); }
   std::uint64_t bytes() const { return *sample_bytes(dims, type); }
 };
@@ -170,7 +171,7 @@ void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, 
 /// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes that are not
 /// samples.
 void for_each_stretch(
-    const EnvelopeFile& file, std::uint64_t slice_bytes,
+    const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
 
 /// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and without zero

@@ -70,18 +70,27 @@ bool is_safe_name(const std::string& name) {
 }
 
 void for_each_stretch(
-    const EnvelopeFile& file, std::uint64_t slice_bytes,
+    const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use) {
   std::uint64_t position = 0;
+  const auto use_samples = [&](std::uint64_t begin, std::uint64_t bytes, const SlicesInFile& slices) {
+    if (begin > position) use(position, begin, nullptr);
+    position = begin + bytes;
+    use(begin, position, &slices);
+  };
+  const SliceRows rows = shape.rows();
   for (const SlicesInFile& slices : file.slices) {
     const SliceRun& run = slices.run;
-    const bool is_gapless = run.step == slice_bytes;
-    const std::uint64_t bytes = slice_bytes * (is_gapless ? static_cast<std::uint64_t>(run.slices) : 1);
-    for (std::int64_t i = 0; i < (is_gapless ? 1 : run.slices); ++i) {
+    const bool has_gaps = run.row_step > rows.bytes;  // between rows
+    if (!has_gaps && run.step == shape.slice_bytes()) {
+      use_samples(run.offset, shape.slice_bytes() * static_cast<std::uint64_t>(run.slices), slices);
+      continue;
+    }
+    for (std::int64_t i = 0; i < run.slices; ++i) {
       const std::uint64_t begin = run.offset + static_cast<std::uint64_t>(i) * run.step;
-      if (begin > position) use(position, begin, nullptr);
-      position = begin + bytes;
-      use(begin, position, &slices);
+      if (!has_gaps) use_samples(begin, shape.slice_bytes(), slices);
+      for (std::int64_t row = 0; has_gaps && row < rows.count; ++row)
+        use_samples(begin + static_cast<std::uint64_t>(row) * run.row_step, rows.bytes, slices);
     }
   }
   if (file.size > position) use(position, file.size, nullptr);
@@ -144,7 +153,8 @@ SourceFiles source_files(const SourceFacts& facts) {
   for (SliceRun run : form.places) {
     EnvelopeFile& file = source.files[run.file];
     run.file = 0;
-    if (run.slices == 1) run.step = source.shape.slice_bytes();
+    if (run.slices == 1)
+      run.step = span_of_slice(run, source.shape.rows()).value_or(source.shape.slice_bytes());
     file.slices.push_back({z, run});
     z += run.slices;
   }
@@ -153,9 +163,11 @@ SourceFiles source_files(const SourceFacts& facts) {
     std::ranges::sort(file.slices, {}, [](const SlicesInFile& slices) { return slices.run.offset; });
     std::uint64_t end = 0;
     for (const auto& [first, run, spare] : file.slices) {
-      if (run.offset < end || run.step < source.shape.slice_bytes())
+      const auto span = span_of_slice(run, source.shape.rows()),
+                 behind = end_of_run(run, source.shape.rows());
+      if (run.offset < end || !span || !behind || run.step < *span)
         return not_kept("two of its slices lie at the same place");
-      end = run.offset + static_cast<std::uint64_t>(run.slices - 1) * run.step + source.shape.slice_bytes();
+      end = *behind;
     }
     if (end > file.size) return not_kept(fmt::format("{} has become shorter", file.name));
     all += file.size;
@@ -164,10 +176,9 @@ SourceFiles source_files(const SourceFacts& facts) {
     PlainBytes bytes(source.pieces[i], source.paths);
     bool has_bytes = true;
     if (!bytes.is_complete())
-      for_each_stretch(source.files[i], source.shape.slice_bytes(),
-                       [&](auto begin, auto end, const auto* slices) {
-                         has_bytes = has_bytes && (slices != nullptr || bytes.has_bytes(begin, end));
-                       });
+      for_each_stretch(source.files[i], source.shape, [&](auto begin, auto end, const auto* slices) {
+        has_bytes = has_bytes && (slices != nullptr || bytes.has_bytes(begin, end));
+      });
     if (!has_bytes)
       return not_kept(fmt::format("{} has samples of other volumes, which are compressed", names[i]));
   }

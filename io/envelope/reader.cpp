@@ -137,9 +137,16 @@ SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
   run.stored.is_signed = (flags & 2) != 0;
   run.stored.bits = number<std::uint8_t>();
   const auto spare = number<std::uint8_t>();
-  if (flags > 3 || spare > 2) fail("an unknown way to store samples");
+  const bool has_rows = (flags & 4) != 0;
+  run.bottom_up = (flags & 8) != 0;
+  if (flags > 15 || spare > 2 || (run.bottom_up && !has_rows)) fail("an unknown way to store samples");
   slices.spare = static_cast<SpareBits>(spare);
   run.stored.add = number<std::int32_t>();
+  const SliceRows rows = shape_.rows();
+  if (has_rows) {
+    run.row_step = number<std::uint64_t>();
+    if (run.row_step < rows.bytes) fail("rows that overlap");
+  }
 
   const bool is_integer = !is_float_type(shape_.type) && size_of(shape_.type) <= 4;
   if (run.stored.bits > (is_integer ? static_cast<int>(8 * size_of(shape_.type)) : 0) ||
@@ -149,12 +156,10 @@ SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
   const std::int64_t first = slices.first_slice;
   if (first < 0 || first >= shape_.dims.z || run.slices < 1 || run.slices > shape_.dims.z - first)
     fail("a slice that the volume does not have");
-  const std::uint64_t slice = shape_.slice_bytes();
-  std::uint64_t last = 0;
-  if (run.offset < end || run.step < slice ||
-      __builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &last) ||
-      __builtin_add_overflow(last, run.offset, &last) || __builtin_add_overflow(last, slice, &end))
+  const auto span = span_of_slice(run, rows), behind = end_of_run(run, rows);
+  if (run.offset < end || !span || !behind || run.step < *span)
     fail("slices that overlap, or lie beyond the end of a file");
+  end = *behind;
   // Every slice has one place, so there are no more runs than slices.
   if (run.slices > slices_left_) fail("a slice has two places");
   slices_left_ -= run.slices;
@@ -168,14 +173,13 @@ SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
 
 void EnvelopeReader::read_other_bytes(
     const EnvelopeFile& file, const std::function<void(std::uint64_t, std::span<const std::byte>)>& use) {
-  for_each_stretch(file, shape_.slice_bytes(),
-                   [&](std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices) {
-                     if (slices != nullptr && slices->spare != SpareBits::kept) return;
-                     take(end - begin, [&](std::span<const std::byte> bytes) {
-                       use(begin, bytes);
-                       begin += bytes.size();
-                     });
-                   });
+  for_each_stretch(file, shape_, [&](std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices) {
+    if (slices != nullptr && slices->spare != SpareBits::kept) return;
+    take(end - begin, [&](std::span<const std::byte> bytes) {
+      use(begin, bytes);
+      begin += bytes.size();
+    });
+  });
 }
 
 }  // namespace tagrid

@@ -71,19 +71,22 @@ PlacedFile& RestoredFiles::open(std::size_t file) {
 void RestoredFiles::write(std::int64_t first, std::span<const std::byte> samples) {
   const std::int64_t in_slice = info().dims.x * info().dims.y;
   const std::size_t size = size_of(info().type);
+  const SliceRows rows = SampleShape{info().dims, info().type}.rows();
   while (!samples.empty()) {
     const std::int64_t z = first / in_slice, at = first % in_slice;
     const auto next =
         std::ranges::upper_bound(slices_, z, {}, [](const SlicesOfFile& s) { return s.slices.first_slice; });
     assert(next != slices_.begin());
     const auto& [file, slices] = *(next - 1);
-    const std::size_t n =
-        std::min(samples.size(), static_cast<std::size_t>(in_slice - at) * size);  // to the end of the slice
+    // To the end of the slice, or of the row.
+    const std::int64_t y = at / info().dims.x, x = at % info().dims.x;
+    const std::int64_t left = slices.run.row_step == 0 ? in_slice - at : info().dims.x - x;
+    const std::size_t n = std::min(samples.size(), static_cast<std::size_t>(left) * size);
     buffer_.assign(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(n));
     to_stored(slices, info().type, buffer_.data(), n / size);
     const std::uint64_t position = slices.run.offset +
                                    static_cast<std::uint64_t>(z - slices.first_slice) * slices.run.step +
-                                   static_cast<std::uint64_t>(at) * size;
+                                   place_of_row(slices.run, rows, y) + static_cast<std::uint64_t>(x) * size;
     if (slices.spare == SpareBits::kept) {
       spare_.resize(n);
       FileSource(staged(file)).read_at(position, spare_);

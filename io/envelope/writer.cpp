@@ -67,10 +67,12 @@ std::vector<std::byte> description_of(const EnvelopeFile& file) {
     out.put(static_cast<std::uint64_t>(run.slices));
     out.put(run.offset);
     out.put(run.step);
-    out.put(static_cast<std::uint8_t>((run.big_endian ? 1 : 0) | (run.stored.is_signed ? 2 : 0)));
+    out.put(static_cast<std::uint8_t>((run.big_endian ? 1 : 0) | (run.stored.is_signed ? 2 : 0) |
+                                      (run.row_step != 0 ? 4 : 0) | (run.bottom_up ? 8 : 0)));
     out.put(static_cast<std::uint8_t>(run.stored.bits));
     out.put(static_cast<std::uint8_t>(spare));
     out.put(run.stored.add);
+    if (run.row_step != 0) out.put(run.row_step);
   }
   return std::move(out.bytes());
 }
@@ -93,16 +95,15 @@ void look_at_content(SourceFiles& source, bool exact, std::size_t number) {
     return;
   RunningChecksum checksum;
   std::vector<SpareBitsSeen> seen(file.slices.size());
-  for_each_stretch(file, source.shape.slice_bytes(),
-                   [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
-                     read_stretch(content, begin, end, [&](std::span<std::byte> bytes) {
-                       checksum.add(bytes);
-                       if (slices == nullptr || !has_spare(*slices, size)) return;
-                       swap_if_not_native(bytes.data(), bytes.size() / size, size, slices->run.big_endian);
-                       look_at_spare(slices->run.stored, size, bytes,
-                                     seen[static_cast<std::size_t>(slices - file.slices.data())]);
-                     });
-                   });
+  for_each_stretch(file, source.shape, [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+    read_stretch(content, begin, end, [&](std::span<std::byte> bytes) {
+      checksum.add(bytes);
+      if (slices == nullptr || !has_spare(*slices, size)) return;
+      swap_if_not_native(bytes.data(), bytes.size() / size, size, slices->run.big_endian);
+      look_at_spare(slices->run.stored, size, bytes,
+                    seen[static_cast<std::size_t>(slices - file.slices.data())]);
+    });
+  });
   for (std::size_t i = 0; i < seen.size(); ++i)
     file.slices[i].spare = seen[i].zero ? SpareBits::zero : seen[i].sign ? SpareBits::sign : SpareBits::kept;
   if (exact) file.checksum = checksum.value();
@@ -119,19 +120,18 @@ void write_envelope(const SourceFiles& source, const PutBytes& put) {
     const EnvelopeFile& file = source.files[i];
     PlainBytes bytes_of_file(source.pieces[i], source.paths);
     put(description_of(file));
-    for_each_stretch(file, source.shape.slice_bytes(),
-                     [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
-                       if (slices != nullptr && slices->spare != SpareBits::kept) return;
-                       read_stretch(bytes_of_file, begin, end, [&](std::span<std::byte> bytes) {
-                         if (slices != nullptr) {
-                           const bool big_endian = slices->run.big_endian;
-                           swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
-                           leave_only_spare(slices->run.stored, size, bytes);
-                           swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
-                         }
-                         put(bytes);
-                       });
-                     });
+    for_each_stretch(file, source.shape, [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
+      if (slices != nullptr && slices->spare != SpareBits::kept) return;
+      read_stretch(bytes_of_file, begin, end, [&](std::span<std::byte> bytes) {
+        if (slices != nullptr) {
+          const bool big_endian = slices->run.big_endian;
+          swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
+          leave_only_spare(slices->run.stored, size, bytes);
+          swap_if_not_native(bytes.data(), bytes.size() / size, size, big_endian);
+        }
+        put(bytes);
+      });
+    });
   }
 }
 

@@ -10,18 +10,26 @@ namespace {
 
 constexpr std::int64_t most_added = std::int64_t{1} << 30;  // to a sample
 
+SliceRows rows_of(const VolumeInfo& info) {
+  return {*sample_bytes({info.dims.x, 1, 1}, info.type), info.dims.y};
+}
+
+bool flag_in(const Json& place, const char* key) {
+  const Json& flag = member(place, key);
+  if (!flag.is_null() && !flag.is_boolean())
+    throw WrongAnswer(fmt::format("\"{}\" is neither true nor false", key));
+  return flag.is_boolean() && flag.get<bool>();
+}
+
 StoredBits stored_bits_of(const Json& place, SampleType type) {
   StoredBits stored;
   const std::int64_t bits = count_in(place, "bits", 0, 0), add = count_in(place, "add", 0, -most_added);
-  const Json& is_signed = member(place, "signed");
-  if (!is_signed.is_null() && !is_signed.is_boolean())
-    throw WrongAnswer("\"signed\" is neither true nor false");
   const auto type_bits = static_cast<std::int64_t>(8 * size_of(type));
   if (bits > type_bits)
     throw WrongAnswer(fmt::format("\"bits\" is {}, but a sample has {}", bits, type_bits));
   if (add > most_added) throw WrongAnswer(fmt::format("\"add\" is {}, which is too much", add));
   stored.bits = bits == type_bits ? 0 : static_cast<int>(bits);
-  stored.is_signed = is_signed.is_boolean() && is_signed.get<bool>();
+  stored.is_signed = flag_in(place, "signed");
   stored.add = static_cast<std::int32_t>(add);
   if (!stored.changes_nothing() && (is_float_type(type) || type_bits > 32))
     throw WrongAnswer("only integers can have \"bits\" and \"add\"");
@@ -29,17 +37,20 @@ StoredBits stored_bits_of(const Json& place, SampleType type) {
 }
 
 SliceRun place_of(const Json& place, const VolumeInfo& info) {
-  const auto slice_bytes = static_cast<std::int64_t>(*sample_bytes({info.dims.x, info.dims.y, 1}, info.type));
   if (!place.is_object()) throw WrongAnswer("\"places\" is not a list of objects");
   SliceRun run;
   run.file = static_cast<std::size_t>(count_in(place, "file", 0, 0));
   run.offset = static_cast<std::uint64_t>(count_in(place, "offset", 0, 0));
   run.slices = count_in(place, "slices", 1, 1);
-  run.step = static_cast<std::uint64_t>(count_in(place, "step", slice_bytes, 0));
-  const Json& big_endian = member(place, "big_endian");
-  if (!big_endian.is_null() && !big_endian.is_boolean())
-    throw WrongAnswer("\"big_endian\" is neither true nor false");
-  run.big_endian = big_endian.is_boolean() && big_endian.get<bool>();
+  const auto row_bytes = static_cast<std::int64_t>(rows_of(info).bytes);
+  run.bottom_up = flag_in(place, "bottom_up");
+  if (run.bottom_up || place.contains("row_step"))
+    run.row_step = static_cast<std::uint64_t>(count_in(place, "row_step", row_bytes, row_bytes));
+  const auto span = span_of_slice(run, rows_of(info));
+  constexpr std::uint64_t most = std::uint64_t{1} << 62;
+  if (!span || *span > most) throw WrongAnswer("\"row_step\" is beyond all files");
+  run.step = static_cast<std::uint64_t>(count_in(place, "step", static_cast<std::int64_t>(*span), 0));
+  run.big_endian = flag_in(place, "big_endian");
   run.stored = stored_bits_of(place, info.type);
   return run;
 }
@@ -102,16 +113,13 @@ ReaderPlainFile plain_file_in(const Json& answer, std::size_t file, std::size_t 
   if (!plain.why_not.empty()) return plain;
   plain.compression = text_in(answer, "compression");
   for (const Json& piece : list_in(answer, "pieces")) plain.pieces.push_back(piece_in(piece, file, files));
-  const std::uint64_t size = size_of(plain.pieces),
-                      slice = *sample_bytes({info.dims.x, info.dims.y, 1}, info.type);
+  const std::uint64_t size = size_of(plain.pieces);
   for (const Json& place : list_in(answer, "places")) {
     NumberedRun numbered{0, place_of(place, info)};
     numbered.first = count_in(place, "first", -1, 0);
     SliceRun& run = numbered.run;
     run.file = file;
-    std::uint64_t last = 0;
-    if (__builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &last) ||
-        __builtin_add_overflow(last, run.offset, &last) || last > size || size - last < slice)
+    if (const auto end = end_of_run(run, rows_of(info)); !end || *end > size)
       throw WrongAnswer(fmt::format("a place of file {} lies beyond its end", file));
     plain.places.push_back(numbered);
   }
@@ -138,6 +146,8 @@ nlohmann::ordered_json json_of(const SliceRun& run) {
                                  {"slices", run.slices},
                                  {"step", run.step},
                                  {"big_endian", run.big_endian}};
+  if (run.row_step != 0) json["row_step"] = run.row_step;
+  if (run.bottom_up) json["bottom_up"] = true;
   if (run.stored.bits != 0) json["bits"] = run.stored.bits;
   if (run.stored.is_signed) json["signed"] = true;
   if (run.stored.add != 0) json["add"] = run.stored.add;

@@ -15,15 +15,6 @@
 namespace tagrid {
 namespace {
 
-/// The byte after the last sample of a run; nothing if that is beyond all files.
-std::optional<std::uint64_t> end_of(const SliceRun& run, std::uint64_t slice_bytes) {
-  std::uint64_t end = 0;
-  if (__builtin_mul_overflow(static_cast<std::uint64_t>(run.slices - 1), run.step, &end) ||
-      __builtin_add_overflow(end, run.offset, &end) || __builtin_add_overflow(end, slice_bytes, &end))
-    return std::nullopt;
-  return end;
-}
-
 class Placed final : public VolumeSource {
  public:
   explicit Placed(SourceFacts facts) : VolumeSource(with_traits(std::move(facts))) {
@@ -40,6 +31,9 @@ class Placed final : public VolumeSource {
 
  private:
   const std::vector<SliceRun>& runs() const { return facts().places; }
+  SliceRows rows() const {
+    return {static_cast<std::uint64_t>(info().dims.x) * size_of(info().type), info().dims.y};
+  }
 
   static SourceFacts with_traits(SourceFacts facts) {
     std::uint64_t names = 0;
@@ -55,7 +49,7 @@ class Placed final : public VolumeSource {
   void check_files() {
     for (const SliceRun& run : runs()) {
       const FileSource& source = file(run.file);
-      const auto end = end_of(run, slice_bytes());
+      const auto end = end_of_run(run, rows());
       if (!end || *end > source.size())
         throw BrokenInput(fmt::format("{}: has {} bytes, but its slices should end at byte {} ({})",
                                       source.name(), source.size(), end ? std::to_string(*end) : "2^64",
@@ -77,13 +71,15 @@ class Placed final : public VolumeSource {
       const std::int64_t z = first / slice_samples(), in_slice = first % slice_samples();
       const auto at = static_cast<std::size_t>(std::ranges::upper_bound(ends_, z) - ends_.begin());
       const SliceRun& run = runs()[at];
-      const bool is_gapless = run.step == slice_bytes();
-      const std::int64_t left = (is_gapless ? ends_[at] - z : 1) * slice_samples() - in_slice;
+      const bool has_rows = run.row_step != 0, is_gapless = !has_rows && run.step == slice_bytes();
+      const std::int64_t y = in_slice / info().dims.x, x = in_slice % info().dims.x;
+      const std::int64_t left =
+          has_rows ? info().dims.x - x : (is_gapless ? ends_[at] - z : 1) * slice_samples() - in_slice;
       const std::int64_t n = std::min(count, left);
       const std::span<std::byte> bytes(out, static_cast<std::size_t>(n) * sample);
       const auto in_run = static_cast<std::uint64_t>(z - (ends_[at] - run.slices));
-      file(run.file).read_at(run.offset + in_run * run.step + static_cast<std::uint64_t>(in_slice) * sample,
-                             bytes);
+      const std::uint64_t place = place_of_row(run, rows(), y) + static_cast<std::uint64_t>(x) * sample;
+      file(run.file).read_at(run.offset + in_run * run.step + place, bytes);
       bytes_read_ += bytes.size();
       swap_if_not_native(out, static_cast<std::size_t>(n), sample, run.big_endian);
       apply(run.stored, info().type, out, static_cast<std::size_t>(n));

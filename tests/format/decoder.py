@@ -212,7 +212,8 @@ def check_source_files(content, header):
         position += struct.calcsize(form)
         return fields
 
-    slice_bytes = header.dims[0] * header.dims[1] * header.type.size
+    row_bytes = header.dims[0] * header.type.size
+    slice_bytes = header.dims[1] * row_bytes
     places = [0] * header.dims[2]
     files, = take("<Q")
     require(1 <= files <= header.dims[2] + 1024, "an impossible number of source files")
@@ -236,11 +237,13 @@ def check_source_files(content, header):
         end, others, kept = 0, size, 0
         for _ in range(take("<I")[0]):
             first, count, offset, step, flags, bits, spare, add = take("<QQQQBBBi")
+            row_step, = take("<Q") if flags & 4 else (row_bytes,)
+            span = (header.dims[1] - 1) * row_step + row_bytes
             require(count >= 1 and first + count <= header.dims[2], "a slice does not exist")
-            require(offset >= end and step >= slice_bytes, "slices overlap")
-            require(flags <= 3 and spare <= 2 and bits <= 8 * header.type.size, "samples are stored in an impossible way")
+            require(offset >= end and step >= span and row_step >= row_bytes, "slices overlap")
+            require(flags <= 15 and flags & 12 != 8 and spare <= 2 and bits <= 8 * header.type.size, "samples are stored in an impossible way")
             require((bits or not spare) and (not header.type.is_float or not bits and not add), "impossible bits")
-            end = offset + (count - 1) * step + slice_bytes
+            end = offset + (count - 1) * step + span
             for z in range(first, first + count):
                 places[z] += 1
             others -= count * slice_bytes

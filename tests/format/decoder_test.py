@@ -221,6 +221,17 @@ def compressed(comparison, *options):
     return tag.read_bytes()
 
 
+def bottom_up(comparison):
+    """An encoding of a bitmap, whose rows are filled up and lie from the lower one to the upper one."""
+    source, tag = comparison.folder / "volume.bmp", comparison.folder / "volume.tag"
+    rows = b"".join(bytes((x * y) % 251 for x in range(9)) + b"\1\2\3" for y in range(8))
+    palette = b"".join(bytes([grey, grey, grey, 0]) for grey in range(256))
+    source.write_bytes(struct.pack("<2sIII IiiHHIIiiII", b"BM", 54 + 1024 + len(rows), 0, 54 + 1024, 40, 9, 8, 1, 8, 0, len(rows), 0, 0, 256, 0) + palette + rows)
+    encoded = comparison.run("encode", source, "-q", "-f", "-o", tag)
+    assert encoded.returncode == 0, encoded.stderr
+    return tag.read_bytes()
+
+
 def test_made(comparison):
     for case in MADE:
         assert comparison.compare(comparison.encode(*case), case), (case, "is refused")
@@ -228,6 +239,8 @@ def test_made(comparison):
         data = compressed(comparison, *options)
         assert comparison.compare(data, ("compressed", options)), (options, "is refused")
         assert decoder.compression_in(data) == b"gzip", options
+    data = bottom_up(comparison)
+    assert comparison.compare(data, "bottom up") and decoder.compression_in(data) == b""
 
 
 GOLDEN = pathlib.Path(__file__).parents[1] / "golden"

@@ -50,9 +50,33 @@ class Bmp(ReaderTest):
             self.assertEqual(info["geometry"]["spacing"], [17.25] * 3)
             self.assertEqual(info["geometry"]["units"], ["um"] * 3)
             self.assertEqual(info["source"]["pairs"]["skyscan_system/scanner"], "SkyScan1272")
+            self.assertTrue(info["restorable"])  # and all bytes came back
         self.assert_same(self.encoded("s/mouse_rec00000099.bmp")[0], truth[1:2])
         run = self.tagrid("verify", "out.tag", "--against", "s/mouse_rec00000099.bmp")
         self.assertEqual(run.returncode, 0, run.stderr)
+
+    def test_files_come_back_with_their_rows_from_the_bottom_up(self):
+        truth = self.volume((3, 19, 22))
+        for z, slice in enumerate(truth):
+            path = self.write(f"s/a{z}.bmp", slice)
+            data = bytearray(path.read_bytes())
+            for y in range(19):  # what fills rows up is no sample, and may be anything
+                data[1078 + 24 * y + 22:1078 + 24 * y + 24] = bytes([z, y])
+            path.write_bytes(data + b"notes")
+        before = {path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}
+        self.assert_same(self.encoded("s")[0], truth)
+        self.assertEqual(self.tagrid("encode", "s", "-o", "a.tag", "--max-error", "9").returncode, 0)
+        self.assertEqual(self.tagrid("restore", "a.tag", "-o", "r").returncode, 0)
+        for z, slice in enumerate(truth):
+            now = numpy.asarray(Image.open(self.folder / "r" / f"a{z}.bmp")).astype(int)
+            self.assertTrue(0 < numpy.abs(now - slice).max() <= 9)
+            again = (self.folder / "r" / f"a{z}.bmp").read_bytes()
+            self.assertEqual((again[:1078], again[1078 + 22:1078 + 24], again[-5:]), (before[f"a{z}.bmp"][:1078], bytes([z, 0]), b"notes"))
+        run = self.tagrid("encode", "s", "-o", "b.tag", "--resume", "--rm")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertFalse(any((self.folder / "s").iterdir()))
+        self.assertEqual(self.tagrid("restore", "b.tag", "-o", "s").returncode, 0)
+        self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}, before)
 
     def test_the_upper_row_may_come_first(self):
         truth = self.volume((3, 19, 24))

@@ -76,8 +76,8 @@ struct EncodeCommand {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));
       if (!result.why_not_restorable.empty())
-        say_line(fmt::format("{}: the files cannot be restored byte for byte: {}", input,
-                             result.why_not_restorable));
+        say_line(fmt::format("{}: the files cannot be restored byte for byte: {}",
+                             input == "-" ? "standard input" : input, result.why_not_restorable));
     }
     remove_files(removed_after);
   }

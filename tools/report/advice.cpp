@@ -49,7 +49,7 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::mesh_fills_no_space:
       return "; give --padded for the mesh of whole root cubes";
     case Problem::no_source_files:
-      return "; tagrid decode gives the volume";
+      return "; tagrid decode FILE.tag -o FILE.nrrd gives the volume, with all that is known of it";
     case Problem::slices_missing:
       return "; give --gaps-ok if it is meant to be so";
     case Problem::program_memory:

@@ -25,7 +25,6 @@ class Envelope : public TemporaryFolder {
 
   /// Files of random bytes with the slices of a volume at random places, in any order.
   SourceFacts random_source(const Index3& dims, SampleType type) {
-    const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type);
     SourceFacts facts{.info = {.dims = dims, .type = type, .geometry = {}, .nrrd_fields = ""}, .files = {}};
     bytes_.clear();
     for (std::int64_t z = 0; z < dims.z;) {
@@ -34,14 +33,20 @@ class Envelope : public TemporaryFolder {
       Content& file = bytes_.back();
       SliceRun run{.file = bytes_.size() - 1, .slices = 1 + static_cast<std::int64_t>(below(3))};
       run.slices = std::min(run.slices, dims.z - z);
-      run.step = slice + below(2) * below(9);
+      const std::uint64_t row = static_cast<std::uint64_t>(dims.x) * size_of(type);
+      if (below(2) == 0) {
+        run.row_step = row + below(2) * below(5);
+        run.bottom_up = below(2) == 0;
+      }
+      const std::uint64_t span = *span_of_slice(run, {row, dims.y});
+      run.step = span + below(2) * below(9);
       run.big_endian = below(2) == 0;
       if (!is_float_type(type) && size_of(type) <= 4 && below(2) == 0)
         run.stored = {.bits = static_cast<int>(1 + below(8 * size_of(type))),
                       .is_signed = below(2) == 0,
                       .add = static_cast<std::int32_t>(below(100)) - 50};
       run.offset = file.size() + below(20);
-      file.resize(run.offset + static_cast<std::uint64_t>(run.slices - 1) * run.step + slice + below(9));
+      file.resize(run.offset + static_cast<std::uint64_t>(run.slices - 1) * run.step + span + below(9));
       facts.places.push_back(run);
       z += run.slices;
     }
@@ -112,8 +117,11 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
                       samples.begin() + static_cast<std::ptrdiff_t>(
                                             static_cast<std::uint64_t>(slices.first_slice + i + 1) * slice));
           to_stored(slices, type, one.data(), one.size() / size_of(type));
-          std::byte* to = made.data() + slices.run.offset + static_cast<std::uint64_t>(i) * slices.run.step;
-          for (std::size_t b = 0; b < one.size(); ++b) to[b] |= one[b];
+          const std::uint64_t row = slice / static_cast<std::uint64_t>(dims.y);
+          for (std::size_t b = 0; b < one.size(); ++b)
+            made[slices.run.offset + static_cast<std::uint64_t>(i) * slices.run.step +
+                 place_of_row(slices.run, {row, dims.y}, static_cast<std::int64_t>(b / row)) + b % row] |=
+                one[b];
         }
       EXPECT_TRUE(made == bytes_[number]) << number;
     }

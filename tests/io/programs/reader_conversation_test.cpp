@@ -65,6 +65,11 @@ TEST_F(ReaderConversationTest, AVolumeHasWhatItsReaderSays) {
   EXPECT_THAT(volume.warnings, ElementsAre("take care"));
   EXPECT_THAT(volume.files, ElementsAre("a", "b"));
   EXPECT_THAT(volume.places, ElementsAre(SliceRun{1, 99, 2, 30, true}, SliceRun{0, 0, 3, 24, false}));
+  const ReaderVolume with_rows = described_with(
+      R"("places": [{"bottom_up": true}, {"row_step": 9, "slices": 3}, {"row_step": 11, "bottom_up": true, "step": 99}])");
+  EXPECT_THAT(with_rows.places, ElementsAre(SliceRun{.step = 24, .row_step = 8, .bottom_up = true},
+                                            SliceRun{.slices = 3, .step = 26, .row_step = 9},
+                                            SliceRun{.step = 99, .row_step = 11, .bottom_up = true}));
   EXPECT_FALSE(volume.any_order);
   EXPECT_EQ(volume.memory, 1000000000u);
 }
@@ -164,6 +169,9 @@ TEST_F(ReaderConversationTest, WrongDescriptionsNameTheFileAndTheReader) {
                               R"("places": [{"slices": 5, "file": -1}])",
                               R"("places": [{"slices": 5, "offset": -1}])",
                               R"("places": [{"slices": 5, "offset": 1e300}])",
+                              R"("places": [{"slices": 5, "row_step": 7}])",
+                              R"("places": [{"slices": 5, "row_step": 4611686018427387904}])",
+                              R"("places": [{"slices": 5, "bottom_up": 1}])",
                               R"("places": [{"slices": 5, "big_endian": 1}])"})
     EXPECT_THAT(wrong_with(members), StartsWith("scan.x: " + path("reader") + ": ")) << members;
 }

@@ -20,7 +20,8 @@ class Placed : public TemporaryFolder {
   static VolumeInfo info(Index3 dims, SampleType type) { return volume_info(dims, type, ""); }
 };
 
-/// A volume whose slices lie in several files, with gaps, in either byte order.
+/// A volume whose slices lie in several files, with gaps, in either byte order, also with gaps between rows and from the
+/// bottom up.
 TEST_F(Placed, AnyRowsAreWhatLiesThere) {
   std::mt19937_64 random(1);
   const auto below = [&](std::uint64_t n) { return static_cast<std::int64_t>(random() % n); };
@@ -35,11 +36,22 @@ TEST_F(Placed, AnyRowsAreWhatLiesThere) {
     for (std::int64_t z = 0; z < dims.z;) {
       SliceRun run{files.size(), random() % 50, 1 + below(static_cast<std::uint64_t>(dims.z - z)), 0,
                    random() % 2 == 0};
-      run.step = random() % 2 == 0 ? slice : slice + random() % 20;
+      const std::size_t row = static_cast<std::size_t>(dims.x) * sample;
+      if (random() % 2 == 0) {
+        run.row_step = row + random() % 5;
+        run.bottom_up = random() % 2 == 0;
+      }
+      const std::size_t between = run.row_step == 0 ? row : run.row_step;
+      const std::size_t span = between * static_cast<std::size_t>(dims.y - 1) + row;
+      run.step = random() % 2 == 0 ? span : span + random() % 20;
       std::string bytes(run.offset + static_cast<std::size_t>(run.slices) * run.step + 7, '\0');
       for (char& byte : bytes) byte = static_cast<char>(random());
       for (std::int64_t i = 0; i < run.slices; ++i) {
-        std::string there = bytes.substr(run.offset + static_cast<std::size_t>(i) * run.step, slice);
+        std::string there;
+        for (std::int64_t y = 0; y < dims.y; ++y)
+          there += bytes.substr(run.offset + static_cast<std::size_t>(i) * run.step +
+                                    static_cast<std::size_t>(run.bottom_up ? dims.y - 1 - y : y) * between,
+                                row);
         if (run.big_endian)
           swap_bytes_of_samples(reinterpret_cast<std::byte*>(there.data()), slice / sample, sample);
         truth += there;
@@ -81,6 +93,13 @@ TEST_F(Placed, FilesThatEndEarlyAreRefusedBeforeAnythingIsRead) {
   EXPECT_THROW(open({0, ~std::uint64_t{0}, 3, 20}), BrokenInput);
   EXPECT_THROW(open({0, 40, 3, ~std::uint64_t{0} / 2}), BrokenInput);
   EXPECT_THROW(open({0, ~std::uint64_t{0} - 30, 3, 0}), BrokenInput);
+  const auto with_rows = [](std::uint64_t offset, std::uint64_t row_step) {
+    return SliceRun{
+        .offset = offset, .slices = 3, .step = row_step + 10, .row_step = row_step, .bottom_up = true};
+  };
+  EXPECT_NO_THROW(open(with_rows(4, 22)));
+  EXPECT_THROW(open(with_rows(5, 22)), BrokenInput);
+  EXPECT_THROW(open(with_rows(4, ~std::uint64_t{0} - 3)), BrokenInput);
   std::filesystem::remove(name);
   EXPECT_THROW(open({0, 40, 3, 20}), WorldError);
 }

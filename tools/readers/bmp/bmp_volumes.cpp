@@ -22,9 +22,12 @@ class BmpSlices final : public ServedVolume {
       const BmpImage image = bmp_image(FileSource(files[z]));
       if (z == 0) first_ = image;
       require_like_first(z, image);
-      // Samples lie as in the volume only without filling, and with the upper row first.
-      is_plain = is_plain && image.is_top_down && image.width % 4 == 0 && image.greys == 256;
-      places.push_back({z, image.offset, 1, slice_bytes(), false});
+      // Samples of a shorter palette are checked as they are read.
+      is_plain = is_plain && image.greys == 256;
+      SliceRun run{z, image.offset, 1, image.row_bytes() * static_cast<std::uint64_t>(image.height)};
+      run.row_step = image.row_bytes();
+      run.bottom_up = !image.is_top_down;
+      places.push_back(run);
     }
     if (!is_plain) places.clear();
     dims = {first_.width, first_.height, static_cast<std::int64_t>(slices_)};

@@ -161,20 +161,30 @@ class PlainTiff {
     return layout;
   }
 
-  /// Copies a directory and those that follow it. Returns the place of the first one in the new file.
+  /// Copies a directory and those that follow it. Returns the place of the first one in the new file. Some programs chain
+  /// directories that a list names, too: what was copied before is linked to.
   std::uint64_t copy_chain(std::uint64_t place, int depth) {
     std::uint64_t first = 0;
     std::optional<NewFile::Later> link;
-    while (place != 0) {
-      if (depth > deepest || !seen_.insert(place).second)
+    for (std::set<std::uint64_t> chain; place != 0;) {
+      if (depth > deepest || !chain.insert(place).second)
         throw NoPlainTiff{"its directories lead in circles"};
-      const TiffDirectory old = old_.at(place);
-      std::vector<Entry> entries = entries_of(old, place, depth);
-      new_.align();
-      if (link) new_.set(*link, new_.size());
-      if (first == 0) first = new_.size();
-      link = write(entries);
-      place = old.next;
+      const auto known = copies_.find(place);
+      std::uint64_t copy = known == copies_.end() ? 0 : known->second, next = 0;
+      std::optional<NewFile::Later> next_link;
+      if (copy == 0) {
+        if (!begun_.insert(place).second) throw NoPlainTiff{"its directories lead in circles"};
+        const TiffDirectory old = old_.at(place);
+        const std::vector<Entry> entries = entries_of(old, place, depth);
+        new_.align();
+        copies_[place] = copy = new_.size();
+        next_link = write(entries);
+        next = old.next;
+      }
+      if (link) new_.set(*link, copy);
+      if (first == 0) first = copy;
+      link = next_link;
+      place = next;
     }
     return first;
   }
@@ -302,7 +312,8 @@ class PlainTiff {
   NewFile new_;
   std::map<std::uint64_t, PlainPage> slices_;  ///< by the places of their directories
   std::size_t seen_slices_ = 0;
-  std::set<std::uint64_t> seen_;  ///< directories
+  std::set<std::uint64_t> begun_;                  ///< directories of the old file
+  std::map<std::uint64_t, std::uint64_t> copies_;  ///< and their places in the new one
   std::uint64_t samples_at_ = 0;
 };
 
