@@ -128,7 +128,7 @@ class PlainForms(ReaderTest):
         for z, slice in enumerate(truth):
             numpy.testing.assert_array_equal(tifffile.imread(self.folder / "back" / f"{z}.tif"), slice)
         self.assertEqual((self.folder / "back" / "2.tif").read_bytes(), (self.folder / "s" / "2.tif").read_bytes())
-        # Previews, pyramids and other channels stay as they are stored.
+        # Previews and pyramids stay as they are stored.
         small = self.volume((5, 6), seed=2)
         with tifffile.TiffWriter(self.folder / "a.tif") as file:
             for slice in truth:
@@ -147,11 +147,8 @@ class PlainForms(ReaderTest):
             self.assertEqual(file.pages[4].compression, 34925)
         channels = numpy.stack([truth, truth[::-1] + 1])
         tifffile.imwrite(self.folder / "c.ome.tif", channels, compression="deflate", metadata={"axes": "CZYX"}, photometric="minisblack")
-        for number in (1, 2):
-            self.assert_same(self.back("c.ome.tif", "deflate", "--series", str(number)), channels[number - 1])
-            with tifffile.TiffFile(self.folder / "back" / "c.ome.tif") as file:
-                numpy.testing.assert_array_equal(file.asarray(), channels)
-                self.assertEqual([page.compression == 1 for page in file.pages], [(z < 4) == (number == 1) for z in range(8)])
+        # Many programs would misread pages of which some are compressed.
+        self.why_not("c.ome.tif", "c.ome.tif: it has samples of other volumes, which are compressed", "--series", "1")
 
     def test_a_plain_tiff_file_of_more_than_4_gib_is_big(self):
         """What the reader says: nothing of this size is written but holes."""
@@ -360,7 +357,8 @@ class PlainForms(ReaderTest):
             readers["s"] = lambda path: numpy.stack([pydicom.dcmread(path.parent / f"{z}.dcm").pixel_array for z in range(4)])
         for name, read in readers.items():
             options = ("--dataset", "/entry/data") if name == "a.h5" else ()
-            self.assert_refused(64, "and come back uncompressed", "encode", name, "--rm", "-f", "-o", "x.tag", *options)
+            if name != "a.nrrd":  # all that its header says is in the .tag file, and decode writes it
+                self.assert_refused(64, "and come back uncompressed", "encode", name, "--rm", "-f", "-o", "x.tag", *options)
             self.ok("encode", name, "-o", "x.tag", "-f", "--strip", *options)
             self.assert_refused(64, "holds no source files", "restore", "x.tag", "-o", "r")
             self.ok("encode", name, "-o", "x.tag", "-f", "--max-error", "20", *options)
@@ -371,9 +369,10 @@ class PlainForms(ReaderTest):
             # A list of one: its original stays.
             (self.folder / "list").write_text("\t".join([name, *(["dataset=/entry/data"] if options else [])]) + "\n")
             self.ok("convert", "--manifest", "list", "--output-dir", f"out {name}")
-            self.assertEqual(self.tagrid("convert", "--manifest", "list", "--output-dir", f"out {name}", "--remove-verified").returncode, 65)
-            self.assertTrue((self.folder / name).exists())
-            self.assertIn("come back uncompressed", (self.folder / f"out {name}" / "results.jsonl").read_text())
+            if name != "a.nrrd":
+                self.assertEqual(self.tagrid("convert", "--manifest", "list", "--output-dir", f"out {name}", "--remove-verified").returncode, 65)
+                self.assertTrue((self.folder / name).exists())
+                self.assertIn("come back uncompressed", (self.folder / f"out {name}" / "results.jsonl").read_text())
             # Damage is found, or harms nothing.
             if name == "s":
                 continue

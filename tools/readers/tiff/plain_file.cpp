@@ -71,7 +71,7 @@ class NewFile {
   void copy(std::uint64_t from, std::uint64_t count) {
     if (count == 0) return;
     pieces_.push_back(PlainPiece::stretch(number_, from, from + count));
-    given_ += sizeof(PlainPiece);
+    given_ += 4 * sizeof(PlainPiece);  // and its description
     if (given_ > most_given) throw NoPlainTiff{"its pages have too many strips"};
     size_ += count;
   }
@@ -193,6 +193,7 @@ class PlainTiff {
   std::vector<Entry> entries_of(const TiffDirectory& old, std::uint64_t place, int depth) {
     const auto slice = depth == 0 ? slices_.find(place) : slices_.end();
     const bool is_slice = slice != slices_.end();
+    if (depth == 0 && !is_slice) require_plain_or_small(old);
     std::vector<Entry> entries;
     for (const TiffField& field : old.fields) {
       if (is_one_of(tags_with_places, field.tag))
@@ -214,6 +215,17 @@ class PlainTiff {
     return entries;
   }
 
+  /// Many programs take the compression of the first page for that of all.
+  void require_plain_or_small(const TiffDirectory& page) const {
+    const auto number = [&](std::uint16_t tag, std::uint64_t otherwise) {
+      const auto field = std::ranges::find(page.fields, tag, &TiffField::tag);
+      return field == page.fields.end() || field->count != 1 ? otherwise : old_.numbers(*field).front();
+    };
+    const bool is_small = (number(TIFFTAG_SUBFILETYPE, 0) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) != 0;
+    if (!is_small && number(TIFFTAG_COMPRESSION, COMPRESSION_NONE) != COMPRESSION_NONE)
+      throw NoPlainTiff{"it has samples of other volumes, which are compressed"};
+  }
+
   std::uint16_t type_of_places() const { return new_.layout().is_big ? type_long8 : type_long; }
 
   Entry copied_below(const TiffField& field, int depth) {
@@ -229,9 +241,13 @@ class PlainTiff {
     Entry entry{field.tag, field.type, field.count, ""};
     const std::uint64_t bytes = field.bytes();
     if (bytes > new_.layout().place_bytes() && bytes >= long_values) {
-      new_.align();
-      new_.layout().put(entry.value, new_.size(), new_.layout().place_bytes());
-      new_.copy(field.at, bytes);
+      std::uint64_t& copy = long_values_[{field.at, bytes}];  // pages may share them
+      if (copy == 0) {
+        new_.align();
+        copy = new_.size();
+        new_.copy(field.at, bytes);
+      }
+      new_.layout().put(entry.value, copy, new_.layout().place_bytes());
     } else {
       place_value(entry, old_.bytes(field.at, bytes));
     }
@@ -314,6 +330,8 @@ class PlainTiff {
   std::size_t seen_slices_ = 0;
   std::set<std::uint64_t> begun_;                  ///< directories of the old file
   std::map<std::uint64_t, std::uint64_t> copies_;  ///< and their places in the new one
+  std::map<std::pair<std::uint64_t, std::uint64_t>, std::uint64_t>
+      long_values_;  ///< the same, by place and size
   std::uint64_t samples_at_ = 0;
 };
 
