@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstddef>
-#include <cstdio>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <span>
@@ -310,7 +310,7 @@ class Copy {
     switch (H5Tget_class(type)) {
       case H5T_REFERENCE:
         if (H5Tequal(type, H5T_STD_REF_OBJ) <= 0) throw NoPlainCopy{"it has references to regions"};
-        lead_to_copy(*reinterpret_cast<hobj_ref_t*>(value));
+        lead_to_copy(value);
         return;
       case H5T_COMPOUND:
         for (unsigned i = 0; i < static_cast<unsigned>(H5Tget_nmembers(type)); ++i) {
@@ -319,7 +319,8 @@ class Copy {
         }
         return;
       case H5T_VLEN: {
-        const auto& list = *reinterpret_cast<const hvl_t*>(value);
+        hvl_t list = {};
+        std::memcpy(&list, value, sizeof list);  // members of a compound lie at any byte
         lead_all_to_copies(type, static_cast<std::byte*>(list.p), list.len);
         return;
       }
@@ -337,14 +338,17 @@ class Copy {
     for (std::size_t i = 0; i < count; ++i) lead_to_copies(one.get(), values + i * H5Tget_size(one.get()));
   }
 
-  void lead_to_copy(hobj_ref_t& reference) {
+  void lead_to_copy(std::byte* value) {
+    hobj_ref_t reference = 0;
+    std::memcpy(&reference, value, sizeof reference);
     if (reference == 0) return;
     const Hdf5Handle object(H5Rdereference2(old_.get(), H5P_DEFAULT, H5R_OBJECT, &reference), H5Oclose);
     const auto found = object ? copies_.find(address_of(object.get())) : copies_.end();
-    reference = 0;  // what it led to is gone
-    if (found == copies_.end()) return;
-    require(H5Rcreate(&reference, new_.get(), found->second.c_str(), H5R_OBJECT, -1) >= 0,
-            "a reference of it");
+    reference = 0;  // for what is gone
+    if (found != copies_.end())
+      require(H5Rcreate(&reference, new_.get(), found->second.c_str(), H5R_OBJECT, -1) >= 0,
+              "a reference of it");
+    std::memcpy(value, &reference, sizeof reference);
   }
 
   Hdf5Handle old_;
