@@ -298,6 +298,41 @@ TAGRID_API void tagrid_mesh_options_init(tagrid_mesh_options* options);
 TAGRID_API tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
                                             const tagrid_mesh_sink* sink, const tagrid_call* call);
 
+/* Takes a surface, piece by piece; called by one thread at a time. Both functions return 0 to continue; any other
+ * value ends the call with TAGRID_CANCELLED. */
+typedef struct tagrid_surface_sink {
+  size_t struct_size;
+  void* user; /* passed to both functions */
+  /* Takes `count` more points: for each, three coordinates in the world. The very first point has the number 0. */
+  int (*points)(void* user, size_t count, const double* xyz);
+  /* Takes `count` more triangles: for each, the numbers of three points that came before. */
+  int (*triangles)(void* user, size_t count, const int64_t* points);
+} tagrid_surface_sink;
+
+TAGRID_API void tagrid_surface_sink_init(tagrid_surface_sink* sink);
+
+/* The part of the surface, and what its value means. */
+typedef struct tagrid_surface_options {
+  size_t struct_size;
+  int level; /* the grid up to this level, for a coarser surface; -1: all of it */
+  int close; /* 1: closed at the border of the volume, as if values outside were below `iso`, and around NaN */
+  int rescaled; /* 1: `iso` is slope * sample + intercept where the file has a slope, as for `tagrid surface`;
+                 * 0: `iso` is in the units of the samples */
+  const tagrid_box* box; /* only tetrahedra that meet the box, from sample low to high - 1; NULL: all */
+} tagrid_surface_options;
+
+TAGRID_API void tagrid_surface_options_init(tagrid_surface_options* options);
+
+/* Passes the isosurface of the piecewise linear field of the mesh to `sink`: the triangles between points with
+ * at least the value `iso`, which are inside, and all others. `options` may be NULL.
+ *
+ * Triangles are counterclockwise if seen from outside. Within the volume, every edge has exactly two triangles;
+ * every point comes once. A volume of one slice has no surface. With a box, only the bricks around it are read,
+ * and progress counts layers of bricks; without one, progress counts bytes of samples. */
+TAGRID_API tagrid_status tagrid_reader_surface(const tagrid_reader* reader, double iso,
+                                               const tagrid_surface_options* options,
+                                               const tagrid_surface_sink* sink, const tagrid_call* call);
+
 /* --------------------------------------------------------------------------------------------------- writing */
 
 /* How much time is spent to make the values of 8 and 16 bit samples smaller. */

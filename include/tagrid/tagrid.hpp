@@ -117,6 +117,24 @@ class CallForC {
   std::exception_ptr thrown_;
 };
 
+/// What a sink took so far, and the exception that ended it.
+template <class Whole>
+struct Taken {
+  template <class Add>
+  int add(Add more) noexcept {
+    try {
+      more(whole);
+      return 0;
+    } catch (...) {
+      thrown = std::current_exception();
+      return 1;
+    }
+  }
+
+  Whole whole;
+  std::exception_ptr thrown;
+};
+
 }  // namespace detail
 
 /// A place from which a .tag file can be read. Both functions may throw; read_at is called by several threads
@@ -136,6 +154,12 @@ struct Mesh {
   std::vector<T> values;                 ///< one per point
   std::vector<std::int64_t> tetrahedra;  ///< four point numbers for each
   std::vector<std::uint8_t> levels;      ///< one per tetrahedron
+};
+
+/// A surface of triangles, all of it in memory.
+struct Surface {
+  std::vector<double> points;           ///< x, y, z of each point, in the world
+  std::vector<std::int64_t> triangles;  ///< three point numbers for each
 };
 
 /// An open .tag file; see tagrid_reader.
@@ -234,15 +258,13 @@ class Reader {
   Mesh<T> mesh(const tagrid_mesh_options* options = nullptr, const Call& call = {}) const {
     if (info().type != type_of<T>())
       throw Error(TAGRID_INVALID_ARGUMENT, "the samples of the file are of another type");
-    struct Taken {
-      Mesh<T> mesh;
-      std::exception_ptr thrown;
-    } taken;
+    using Taken = detail::Taken<Mesh<T>>;
+    Taken taken;
     tagrid_mesh_sink sink;
     tagrid_mesh_sink_init(&sink);
     sink.user = &taken;
     sink.points = [](void* user, std::size_t count, const double* xyz, const void* values) noexcept {
-      return take(*static_cast<Taken*>(user), [&](Mesh<T>& mesh) {
+      return static_cast<Taken*>(user)->add([&](Mesh<T>& mesh) {
         mesh.points.insert(mesh.points.end(), xyz, xyz + 3 * count);
         const T* first = static_cast<const T*>(values);
         mesh.values.insert(mesh.values.end(), first, first + count);
@@ -250,19 +272,35 @@ class Reader {
     };
     sink.tetrahedra = [](void* user, std::size_t count, const std::int64_t* points,
                          const std::uint8_t* levels) noexcept {
-      return take(*static_cast<Taken*>(user), [&](Mesh<T>& mesh) {
+      return static_cast<Taken*>(user)->add([&](Mesh<T>& mesh) {
         mesh.tetrahedra.insert(mesh.tetrahedra.end(), points, points + 4 * count);
         mesh.levels.insert(mesh.levels.end(), levels, levels + count);
       });
     };
-    try {
-      run(call,
-          [&](const tagrid_call* settings) { return tagrid_reader_mesh(reader_, options, &sink, settings); });
-    } catch (const Error&) {
-      if (taken.thrown) std::rethrow_exception(taken.thrown);
-      throw;
-    }
-    return std::move(taken.mesh);
+    return all_of(taken, call, [&](const tagrid_call* settings) {
+      return tagrid_reader_mesh(reader_, options, &sink, settings);
+    });
+  }
+
+  /// The isosurface of a value; see tagrid_reader_surface() for the options.
+  Surface surface(double iso, const tagrid_surface_options* options = nullptr, const Call& call = {}) const {
+    using Taken = detail::Taken<Surface>;
+    Taken taken;
+    tagrid_surface_sink sink;
+    tagrid_surface_sink_init(&sink);
+    sink.user = &taken;
+    sink.points = [](void* user, std::size_t count, const double* xyz) noexcept {
+      return static_cast<Taken*>(user)->add(
+          [&](Surface& surface) { surface.points.insert(surface.points.end(), xyz, xyz + 3 * count); });
+    };
+    sink.triangles = [](void* user, std::size_t count, const std::int64_t* points) noexcept {
+      return static_cast<Taken*>(user)->add([&](Surface& surface) {
+        surface.triangles.insert(surface.triangles.end(), points, points + 3 * count);
+      });
+    };
+    return all_of(taken, call, [&](const tagrid_call* settings) {
+      return tagrid_reader_surface(reader_, iso, options, &sink, settings);
+    });
   }
 
  private:
@@ -274,15 +312,16 @@ class Reader {
     }
     return c;
   }
-  template <class Taken, class Take>
-  static int take(Taken& taken, Take add) noexcept {
+  // What a sink took during the work.
+  template <class Whole, class Work>
+  Whole all_of(detail::Taken<Whole>& taken, const Call& call, Work work) const {
     try {
-      add(taken.mesh);
-      return 0;
-    } catch (...) {
-      taken.thrown = std::current_exception();
-      return 1;
+      run(call, work);
+    } catch (const Error&) {
+      if (taken.thrown) std::rethrow_exception(taken.thrown);
+      throw;
     }
+    return std::move(taken.whole);
   }
   // The box is checked first, so that no arithmetic overflows and no memory is taken for a box outside the volume.
   std::size_t sample_count(const Box& box, const Point& step) const {

@@ -73,6 +73,19 @@ void tagrid_mesh_options_init(tagrid_mesh_options* options) {
   options->level = -1;
 }
 
+void tagrid_surface_sink_init(tagrid_surface_sink* sink) {
+  if (sink == nullptr) return;
+  *sink = {};
+  sink->struct_size = sizeof *sink;
+}
+
+void tagrid_surface_options_init(tagrid_surface_options* options) {
+  if (options == nullptr) return;
+  *options = {};
+  options->struct_size = sizeof *options;
+  options->level = -1;
+}
+
 void tagrid_encode_options_init(tagrid_encode_options* options) {
   if (options == nullptr) return;
   const EncodeOptions defaults;

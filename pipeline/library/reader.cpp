@@ -3,24 +3,15 @@
 #include <memory>
 
 #include "io/files/errors.h"
-#include "io/tag/bricks.h"
 #include "pipeline/library/calls.h"
+#include "pipeline/library/open_reader.h"
 #include "pipeline/library/volume.h"
-#include "pipeline/mesh/mesh_bricks.h"
 #include "pipeline/verify/active_points.h"
 #include "pipeline/verify/verify.h"
 #include "stages/grid/lattice.h"
 
 using namespace tagrid;
 using namespace tagrid::library;
-
-struct tagrid_reader {
-  std::shared_ptr<const ByteSource> source;
-  std::unique_ptr<TagBricks> file;  ///< Null if opening failed.
-  SharedMessage of_opening;         ///< Until the reader is open, only the thread that opens it has the
-                                    ///< handle.
-  mutable MessageOfEachThread messages;
-};
 
 namespace {
 
@@ -47,35 +38,6 @@ class CallbackSource : public ByteSource {
   std::uint64_t size_ = 0;
 };
 
-// Passes the mesh to the caller.
-class CallbackMesh : public MeshSink {
- public:
-  CallbackMesh(const tagrid_mesh_sink& sink, std::size_t sample_size) : sink_(sink), size_(sample_size) {}
-  void add_points(std::span<const double> xyz, std::span<const std::byte> values) override {
-    if (xyz.empty()) return;
-    if (sink_.points(sink_.user, values.size() / size_, xyz.data(), values.data()) != 0) throw Cancelled();
-  }
-  void add_tetrahedra(std::span<const std::int64_t> points, std::span<const std::uint8_t> levels) override {
-    if (levels.empty()) return;
-    if (sink_.tetrahedra(sink_.user, levels.size(), points.data(), levels.data()) != 0) throw Cancelled();
-  }
-
- private:
-  tagrid_mesh_sink sink_;
-  std::size_t size_;
-};
-
-MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& parameters) {
-  const tagrid_mesh_options options = taken_over(given, tagrid_mesh_options_init, sizeof *given);
-  const int deepest = max_level(parameters.cube_size);
-  require(options.level >= -1 && options.level <= deepest, "the grid has no such level");
-  MeshPart part = {options.level == -1 ? deepest : options.level, options.padded != 0};
-  if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
-  require(!is_flat(parameters, part),
-          "a volume of one slice or less fills no space; only its padded mesh, of whole root cubes, does");
-  return part;
-}
-
 template <class MakeSource>
 tagrid_status open_reader(tagrid_reader** reader, MakeSource make_source) noexcept {
   if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
@@ -84,16 +46,6 @@ tagrid_status open_reader(tagrid_reader** reader, MakeSource make_source) noexce
   return call((*reader)->of_opening, [&] {
     (*reader)->source = make_source();
     (*reader)->file = std::make_unique<TagBricks>((*reader)->source);
-  });
-}
-
-// Does the work of a call on a reader that is open.
-template <class Work>
-tagrid_status with_file(const tagrid_reader* reader, Work work) noexcept {
-  if (reader == nullptr) return TAGRID_INVALID_ARGUMENT;
-  return call(reader->messages, [&] {
-    require(reader->file != nullptr, "the reader is not open");
-    work(*reader->file);
   });
 }
 
@@ -190,24 +142,5 @@ tagrid_status tagrid_reader_levels(const tagrid_reader* reader, uint64_t* active
       counted = count_active_points(stream, resources_of(settings), progress_of(settings));
     }
     std::copy_n(counted.active.begin(), levels, active);
-  });
-}
-
-tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
-                                 const tagrid_mesh_sink* given_sink, const tagrid_call* given) {
-  return with_file(reader, [&](const TagBricks& file) {
-    require(given_sink != nullptr, "there is no sink for the mesh");
-    const tagrid_mesh_sink functions = taken_over(given_sink, tagrid_mesh_sink_init, sizeof *given_sink);
-    require(functions.points != nullptr && functions.tetrahedra != nullptr,
-            "the sink of a mesh needs functions for points and for tetrahedra");
-    const MeshPart part = part_of(options, file.parameters());
-    const tagrid_call settings = settings_of(given);
-    CallbackMesh sink(functions, size_of(file.parameters().type));
-    if (part.box) {
-      mesh_box(file, part, resources_of(settings), sink, progress_of(settings));
-    } else {
-      TagReader stream(std::make_unique<SourceStream>(reader->source));
-      mesh_all(stream, part, resources_of(settings), sink, progress_of(settings));
-    }
   });
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "tests/pipeline/library/c_caller.h"
@@ -73,6 +74,11 @@ TEST(TagridHpp, WhatIsWrittenIsRead) {
   EXPECT_EQ(mesh.points.size(), 3 * mesh.values.size());
   EXPECT_EQ(mesh.tetrahedra.size(), 4 * mesh.levels.size());
   EXPECT_FALSE(mesh.levels.empty());
+  const tagrid::Surface surface = reader.surface(100);
+  EXPECT_FALSE(surface.triangles.empty());
+  EXPECT_EQ(surface.triangles.size() % 3, 0u);
+  EXPECT_EQ(*std::max_element(surface.triangles.begin(), surface.triangles.end()) + 1,
+            static_cast<std::int64_t>(surface.points.size() / 3));
 }
 
 TEST(TagridHpp, MistakesAreExceptionsWithAStatus) {
@@ -118,6 +124,7 @@ TEST(TagridHpp, WhatCallbacksThrowIsThrownOn) {
   EXPECT_THROW(reader.read<std::int16_t>(reader.box(), {1, 1, 1}, call), Mine);
   EXPECT_THROW(reader.verify(call), Mine);
   EXPECT_THROW(reader.mesh<std::int16_t>(nullptr, call), Mine);
+  EXPECT_THROW(reader.surface(100, nullptr, call), Mine);
   EXPECT_THROW(
       {
         tagrid::Encoder encoder(options(), [](std::span<const std::byte>) { throw Mine(); });

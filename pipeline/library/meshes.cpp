@@ -1,0 +1,135 @@
+// The meshes and surfaces of a reader of the library.
+#include <array>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "io/mesh/mesh_sink.h"
+#include "io/surface/surface_sink.h"
+#include "pipeline/library/calls.h"
+#include "pipeline/library/open_reader.h"
+#include "pipeline/mesh/mesh_bricks.h"
+#include "pipeline/surface/surface_bricks.h"
+#include "stages/grid/lattice.h"
+
+using namespace tagrid;
+using namespace tagrid::library;
+
+namespace {
+
+// Passes the mesh to the caller.
+class CallbackMesh : public MeshSink {
+ public:
+  CallbackMesh(const tagrid_mesh_sink& sink, std::size_t sample_size) : sink_(sink), size_(sample_size) {}
+  void add_points(std::span<const double> xyz, std::span<const std::byte> values) override {
+    if (xyz.empty()) return;
+    if (sink_.points(sink_.user, values.size() / size_, xyz.data(), values.data()) != 0) throw Cancelled();
+  }
+  void add_tetrahedra(std::span<const std::int64_t> points, std::span<const std::uint8_t> levels) override {
+    if (levels.empty()) return;
+    if (sink_.tetrahedra(sink_.user, levels.size(), points.data(), levels.data()) != 0) throw Cancelled();
+  }
+
+ private:
+  tagrid_mesh_sink sink_;
+  std::size_t size_;
+};
+
+// Passes the surface to the caller.
+class CallbackSurface : public SurfaceSink {
+ public:
+  explicit CallbackSurface(const tagrid_surface_sink& sink) : sink_(sink) {}
+  void add(const SurfacePiece& piece) override {
+    xyz_.clear();
+    ids_.clear();
+    const std::int64_t known = points_;
+    for (std::size_t i = 0; i < piece.ids.size(); ++i) {
+      if (piece.ids[i] < known) continue;
+      const std::array<double, 3> place = piece.position(i);
+      xyz_.insert(xyz_.end(), place.begin(), place.end());
+      ++points_;
+    }
+    for (const auto& triangle : piece.triangles)
+      for (const std::uint32_t vertex : triangle) ids_.push_back(piece.ids[vertex]);
+    if (!xyz_.empty() && sink_.points(sink_.user, xyz_.size() / 3, xyz_.data()) != 0) throw Cancelled();
+    if (!ids_.empty() && sink_.triangles(sink_.user, ids_.size() / 3, ids_.data()) != 0) throw Cancelled();
+  }
+
+ private:
+  tagrid_surface_sink sink_;
+  std::int64_t points_ = 0;
+  std::vector<double> xyz_;
+  std::vector<std::int64_t> ids_;
+};
+
+int level_of(int level, const CodingParameters& parameters) {
+  const int deepest = max_level(parameters.cube_size);
+  require(level >= -1 && level <= deepest, "the grid has no such level");
+  return level == -1 ? deepest : level;
+}
+
+SurfacePart part_of_surface(const tagrid_surface_options& options, const CodingParameters& parameters) {
+  SurfacePart part;
+  part.level = level_of(options.level, parameters);
+  part.close = options.close != 0;
+  if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
+  require(!is_flat(parameters, {}), "a volume of one slice has no surface");
+  return part;
+}
+
+MeshPart part_of(const tagrid_mesh_options* given, const CodingParameters& parameters) {
+  const tagrid_mesh_options options = taken_over(given, tagrid_mesh_options_init, sizeof *given);
+  MeshPart part = {level_of(options.level, parameters), options.padded != 0};
+  if (options.box != nullptr) part.box = box_of(*options.box, parameters.dims);
+  require(!is_flat(parameters, part),
+          "a volume of one slice or less fills no space; only its padded mesh, of whole root cubes, does");
+  return part;
+}
+
+}  // namespace
+
+tagrid_status tagrid_reader_mesh(const tagrid_reader* reader, const tagrid_mesh_options* options,
+                                 const tagrid_mesh_sink* given_sink, const tagrid_call* given) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(given_sink != nullptr, "there is no sink for the mesh");
+    const tagrid_mesh_sink functions = taken_over(given_sink, tagrid_mesh_sink_init, sizeof *given_sink);
+    require(functions.points != nullptr && functions.tetrahedra != nullptr,
+            "the sink of a mesh needs functions for points and for tetrahedra");
+    const MeshPart part = part_of(options, file.parameters());
+    const tagrid_call settings = settings_of(given);
+    CallbackMesh sink(functions, size_of(file.parameters().type));
+    if (part.box) {
+      mesh_box(file, part, resources_of(settings), sink, progress_of(settings));
+    } else {
+      TagReader stream(std::make_unique<SourceStream>(reader->source));
+      mesh_all(stream, part, resources_of(settings), sink, progress_of(settings));
+    }
+  });
+}
+
+tagrid_status tagrid_reader_surface(const tagrid_reader* reader, double iso,
+                                    const tagrid_surface_options* given_options,
+                                    const tagrid_surface_sink* given_sink, const tagrid_call* given) {
+  return with_file(reader, [&](const TagBricks& file) {
+    require(given_sink != nullptr, "there is no sink for the surface");
+    const tagrid_surface_sink functions =
+        taken_over(given_sink, tagrid_surface_sink_init, sizeof *given_sink);
+    require(functions.points != nullptr && functions.triangles != nullptr,
+            "the sink of a surface needs functions for points and for triangles");
+    require(std::isfinite(iso), "the value of a surface must be a finite number");
+    const tagrid_surface_options options =
+        taken_over(given_options, tagrid_surface_options_init, sizeof *given_options);
+    const SurfacePart part = part_of_surface(options, file.parameters());
+    const SurfaceLevel level =
+        options.rescaled != 0 ? surface_level(iso, file.header(), file.name()) : SurfaceLevel{iso, false};
+    const tagrid_call settings = settings_of(given);
+    CallbackSurface sink(functions);
+    if (part.box) {
+      surface_of_box(file, part, level, resources_of(settings), sink, progress_of(settings));
+    } else {
+      TagReader stream(std::make_unique<SourceStream>(reader->source));
+      surface_of_all(stream, part, level, resources_of(settings), sink, progress_of(settings));
+    }
+  });
+}
