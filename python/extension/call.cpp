@@ -1,0 +1,149 @@
+#include "call.h"
+
+#include <pythread.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <optional>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace tagrid_python {
+namespace {
+
+constexpr std::chrono::milliseconds between_looks(50);
+
+bool is_main_thread() {
+  const py::object main = py::module_::import("threading").attr("main_thread")();
+  return main.attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
+}
+
+// The work on a thread of its own.
+class Background {
+ public:
+  explicit Background(const std::function<Outcome()>& work)
+      : thread_([this, &work] {
+          Outcome outcome = work();
+          const std::lock_guard lock(mutex_);
+          outcome_ = std::move(outcome);
+          ended_.notify_one();
+        }) {}
+  ~Background() { thread_.join(); }
+
+  bool ends_soon() {
+    std::unique_lock lock(mutex_);
+    return ended_.wait_for(lock, between_looks, [this] { return outcome_.has_value(); });
+  }
+  Outcome take() { return std::move(*outcome_); }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::optional<Outcome> outcome_;
+  std::thread thread_;
+};
+
+const char* class_of(tagrid_status status) {
+  switch (status) {
+    case TAGRID_INVALID_ARGUMENT:
+      return "ArgumentError";
+    case TAGRID_BROKEN_INPUT:
+      return "DamagedError";
+    case TAGRID_IO_ERROR:
+      return "InputError";
+    case TAGRID_MEMORY_LIMIT:
+    case TAGRID_OUT_OF_MEMORY:
+      return "MemoryLimitError";
+    default:
+      return "Error";
+  }
+}
+
+[[noreturn]] void raise_error(const char* name, const std::string& message) {
+  const py::object type = py::module_::import("tagrid._errors").attr(name);
+  // Messages name files, whose bytes need not be UTF-8.
+  const py::object text = py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "backslashreplace"));
+  PyErr_SetObject(type.ptr(), text.ptr());
+  throw py::error_already_set();
+}
+
+}  // namespace
+
+void Raised::keep(const py::error_already_set& error) {
+  if (value_) return;
+  value_ = error.value();
+  if (error.trace()) PyException_SetTraceback(value_.ptr(), error.trace().ptr());
+}
+
+void Raised::raise() const {
+  if (!value_) return;
+  PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(value_.ptr())), value_.ptr());
+  throw py::error_already_set();
+}
+
+Call::Call(int threads, std::uint64_t memory_limit, py::object progress) : progress_(std::move(progress)) {
+  tagrid_call_init(&call_);
+  if (threads < 0) raise_argument_error("threads must be 0, for all processors, or more");
+  call_.threads = threads;
+  call_.memory_limit = memory_limit;
+  call_.progress = tell;
+  call_.progress_user = this;
+}
+
+void Call::interrupt() {
+  raised_.keep(py::error_already_set());
+  stop_ = true;
+}
+
+int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
+  auto* call = static_cast<Call*>(self);
+  if (call->stop_) return 1;
+  if (call->progress_.is_none()) return 0;
+  const py::gil_scoped_acquire gil;
+  try {
+    call->progress_(done, total);
+    return 0;
+  } catch (const py::error_already_set& error) {
+    call->raised_.keep(error);
+    call->stop_ = true;
+    return 1;
+  } catch (...) {
+    return 1;
+  }
+}
+
+Outcome run(Call& call, const std::function<Outcome()>& work) {
+  std::optional<Background> background;
+  if (is_main_thread()) {
+    try {
+      background.emplace(work);
+    } catch (const std::system_error&) {
+      // There is no thread left: signals have to wait.
+    }
+  }
+  if (!background) {
+    const py::gil_scoped_release released;
+    return work();
+  }
+  while (true) {
+    bool ended = false;
+    {
+      const py::gil_scoped_release released;
+      ended = background->ends_soon();
+    }
+    if (ended) return background->take();
+    if (PyErr_CheckSignals() != 0) call.interrupt();
+  }
+}
+
+void raise_unless_ok(const Outcome& outcome) {
+  if (outcome.status == TAGRID_OK) return;
+  raise_error(class_of(outcome.status),
+              outcome.message.empty() ? tagrid_status_text(outcome.status) : outcome.message);
+}
+
+void raise_argument_error(const std::string& message) { raise_error("ArgumentError", message); }
+
+}  // namespace tagrid_python

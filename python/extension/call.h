@@ -1,0 +1,70 @@
+// Calls of libtagrid from Python: without the lock of the interpreter (GIL), with signals and exceptions.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "tagrid/tagrid.h"
+
+namespace tagrid_python {
+
+namespace py = pybind11;
+
+/// The first Python exception that a callback raised on a thread of the library. REQUIRES: the GIL, for every function.
+class Raised {
+ public:
+  /// Keeps the exception that is being handled; later ones are dropped until it is taken or cleared.
+  void keep(const py::error_already_set& error);
+  /// Raises it, if there is one.
+  void raise() const;
+  void clear() { value_ = py::object(); }
+
+ private:
+  py::object value_;
+};
+
+/// The limits of a call, and what may end it: the caller's progress function, or a signal such as Ctrl-C.
+class Call {
+ public:
+  /// `progress`: None, or a function of two numbers: the bytes of samples that are done, and their total.
+  Call(int threads, std::uint64_t memory_limit, py::object progress);
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
+  const tagrid_call* get() const { return &call_; }
+  /// Ends the call soon, with the exception that is set.
+  void interrupt();
+  bool is_interrupted() const { return stop_; }
+  const Raised& raised() const { return raised_; }
+
+ private:
+  static int tell(void* self, std::uint64_t done, std::uint64_t total) noexcept;
+
+  tagrid_call call_;
+  py::object progress_;
+  std::atomic<bool> stop_ = false;
+  Raised raised_;
+};
+
+/// How a call of the library ended.
+struct Outcome {
+  tagrid_status status = TAGRID_OK;
+  std::string message = {};
+};
+
+/// Does the work without the GIL. On Python's main thread, which alone handles signals, another thread works while this
+/// one looks for signals. The work must not use Python without taking the GIL.
+Outcome run(Call& call, const std::function<Outcome()>& work);
+
+/// Raises the exception of tagrid.Error's family that belongs to an outcome; returns if it is TAGRID_OK.
+void raise_unless_ok(const Outcome& outcome);
+
+/// Raises tagrid.ArgumentError.
+[[noreturn]] void raise_argument_error(const std::string& message);
+
+}  // namespace tagrid_python

@@ -1,0 +1,126 @@
+#include "encoder.h"
+
+#include <pybind11/stl.h>
+
+#include <array>
+#include <utility>
+
+#include "info.h"
+
+namespace tagrid_python {
+namespace {
+
+// Sets members that are given by name.
+class Given {
+ public:
+  explicit Given(const py::dict& options) : options_(options) {}
+  template <class T>
+  void set(const char* name, T& member) const {
+    if (options_.contains(name)) member = options_[name].cast<T>();
+  }
+  void set_flag(const char* name, int& member) const {
+    if (options_.contains(name)) member = options_[name].cast<bool>();
+  }
+
+ private:
+  const py::dict& options_;
+};
+
+}  // namespace
+
+Encoder::Encoder(const py::dict& given_options, py::function write, int threads, std::uint64_t memory_limit,
+                 py::object progress)
+    : call_(threads, memory_limit, std::move(progress)), write_(std::move(write)) {
+  tagrid_encode_options options;
+  tagrid_encode_options_init(&options);
+  const Given given(given_options);
+  const auto dims = given_options["dims"].cast<std::array<std::int64_t, 3>>();
+  for (std::size_t axis = 0; axis < 3; ++axis) options.dims[axis] = dims[axis];
+  options.type = type_ = type_of(py::dtype::from_args(given_options["dtype"]));
+  width_ = dims[0];
+  height_ = dims[1];
+  std::string metadata;
+  given.set("metadata", metadata);
+  options.metadata = metadata.c_str();
+  given.set_flag("grid_only", options.grid_only);
+  given.set_flag("grid_derived", options.grid_derived);
+  given.set("max_error", options.max_error);
+  given.set("surface_error", options.surface_error);
+  given.set("mesh_error", options.mesh_error);
+  int effort = TAGRID_EFFORT_DEFAULT;
+  given.set("effort", effort);
+  options.effort = static_cast<tagrid_effort>(effort);
+  given.set("accuracy", options.accuracy);
+  given.set("cube", options.cube);
+  given.set("brick", options.brick);
+  given.set("max_level", options.max_level);
+  given.set("field_scale", options.field_scale);
+  std::array<double, 2> range = {options.range[0], options.range[1]};
+  given.set("range", range);
+  options.range[0] = range[0];
+  options.range[1] = range[1];
+  try {
+    work([&] { return tagrid_encoder_open(&options, take, this, call_.get(), &encoder_); });
+  } catch (...) {
+    close();
+    throw;
+  }
+}
+
+Encoder::~Encoder() { close(); }
+
+int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
+  auto* encoder = static_cast<Encoder*>(self);
+  const py::gil_scoped_acquire gil;
+  try {
+    encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
+    return 0;
+  } catch (const py::error_already_set& error) {
+    encoder->raised_.keep(error);
+    return 1;
+  } catch (...) {
+    return 1;
+  }
+}
+
+template <class Work>
+void Encoder::work(Work do_it) {
+  const Outcome ended = run(call_, [&]() -> Outcome {
+    const std::lock_guard lock(turn_);
+    const tagrid_status status = do_it();
+    if (status == TAGRID_OK) return {};
+    return {status, encoder_ != nullptr ? tagrid_encoder_message(encoder_) : "the encoder is closed"};
+  });
+  if (ended.status == TAGRID_OK) return;
+  call_.raised().raise();
+  raised_.raise();
+  raise_unless_ok(ended);
+}
+
+void Encoder::write(const py::array& slices) {
+  if (slices.ndim() != 3 || slices.shape(1) != height_ || slices.shape(2) != width_)
+    raise_argument_error("slices must be an array of " + std::to_string(height_) + " x " +
+                         std::to_string(width_) + " samples each");
+  if (type_of(slices.dtype()) != type_)
+    throw py::type_error("the slices are of another type than the volume");
+  const std::array<std::int64_t, 3> strides = {slices.strides(2), slices.strides(1), slices.strides(0)};
+  const void* samples = slices.data();
+  const std::int64_t count = slices.shape(0);
+  work([&] { return tagrid_encoder_write(encoder_, samples, count, strides.data()); });
+}
+
+py::dict Encoder::finish() {
+  tagrid_info info;
+  tagrid_info_init(&info);
+  work([&] { return tagrid_encoder_finish(encoder_, &info); });
+  return dict_of(info);
+}
+
+void Encoder::close() {
+  // Its threads may be about to write, for which they need the GIL.
+  const py::gil_scoped_release released;
+  const std::lock_guard lock(turn_);
+  tagrid_encoder_close(std::exchange(encoder_, nullptr));
+}
+
+}  // namespace tagrid_python

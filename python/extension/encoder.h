@@ -1,0 +1,47 @@
+// An encoder, for Python.
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "call.h"
+#include "tagrid/tagrid.h"
+
+namespace tagrid_python {
+
+/// Threads may take turns. What `write` raises ends the encoding, and the call that waits for it raises it.
+class Encoder {
+ public:
+  /// `options`: the members of tagrid_encode_options by name; those that are missing have their defaults. `write` takes
+  /// the bytes of the file, in order.
+  Encoder(const py::dict& options, py::function write, int threads, std::uint64_t memory_limit,
+          py::object progress);
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+  ~Encoder();
+
+  /// Takes slices: an array (slices, y, x) of the type of the samples, with any strides.
+  void write(const py::array& slices);
+  /// Returns the information about the file, which is complete then.
+  py::dict finish();
+  /// Cancels the encoding if it is not finished.
+  void close();
+
+ private:
+  static int take(void* self, const void* bytes, std::size_t count) noexcept;
+  template <class Work>
+  void work(Work work);
+
+  Call call_;
+  py::function write_;
+  Raised raised_;
+  tagrid_type type_ = TAGRID_UINT8;
+  std::int64_t width_ = 0, height_ = 0;
+  std::mutex turn_;
+  tagrid_encoder* encoder_ = nullptr;
+};
+
+}  // namespace tagrid_python

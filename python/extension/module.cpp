@@ -1,0 +1,89 @@
+// The module tagrid._tagrid: libtagrid as it is. The package around it is what people use.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "encoder.h"
+#include "reader.h"
+#include "tagrid/tagrid.h"
+
+namespace {
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+using tagrid_python::Call;
+using tagrid_python::Corners;
+using tagrid_python::Encoder;
+using tagrid_python::Point;
+using tagrid_python::Reader;
+
+void bind_reader(py::module_& module) {
+  py::class_<Reader>(module, "Reader")
+      .def_static(
+          "of_path", [](const py::bytes& path) { return Reader::of_path(path); }, "path"_a)
+      .def_static("of_buffer", &Reader::of_buffer, "buffer"_a, "name"_a)
+      .def_static("of_object", &Reader::of_object, "read_at"_a, "size"_a, "name"_a)
+      .def("close", &Reader::close)
+      .def_property_readonly("closed", &Reader::is_closed)
+      .def("info", &Reader::info)
+      .def("metadata", &Reader::metadata)
+      .def("brick", &Reader::brick, "number"_a)
+      .def(
+          "read",
+          [](const Reader& reader, const Point& low, const Point& high, const Point& step, py::array out,
+             int threads, std::uint64_t memory_limit, py::object progress) {
+            Call call(threads, memory_limit, std::move(progress));
+            reader.read({low, high}, step, std::move(out), call);
+          },
+          "low"_a, "high"_a, "step"_a, py::arg("out").noconvert(), "threads"_a, "memory_limit"_a,
+          "progress"_a)
+      .def(
+          "verify",
+          [](const Reader& reader, int threads, std::uint64_t memory_limit, py::object progress) {
+            Call call(threads, memory_limit, std::move(progress));
+            reader.verify(call);
+          },
+          "threads"_a, "memory_limit"_a, "progress"_a)
+      .def(
+          "levels",
+          [](const Reader& reader, int threads, std::uint64_t memory_limit, py::object progress) {
+            Call call(threads, memory_limit, std::move(progress));
+            return reader.levels(call);
+          },
+          "threads"_a, "memory_limit"_a, "progress"_a)
+      .def(
+          "mesh",
+          [](const Reader& reader, int level, bool padded, const std::optional<Corners>& box, int threads,
+             std::uint64_t memory_limit, py::object progress) {
+            Call call(threads, memory_limit, std::move(progress));
+            return reader.mesh(level, padded, box, call);
+          },
+          "level"_a, "padded"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a)
+      .def(
+          "surface",
+          [](const Reader& reader, double iso, bool rescaled, int level, bool close,
+             const std::optional<Corners>& box, int threads, std::uint64_t memory_limit,
+             py::object progress) {
+            Call call(threads, memory_limit, std::move(progress));
+            return reader.surface(iso, rescaled, level, close, box, call);
+          },
+          "iso"_a, "rescaled"_a, "level"_a, "close"_a, "box"_a, "threads"_a, "memory_limit"_a, "progress"_a);
+}
+
+void bind_encoder(py::module_& module) {
+  py::class_<Encoder>(module, "Encoder")
+      .def(py::init<const py::dict&, py::function, int, std::uint64_t, py::object>(), "options"_a, "write"_a,
+           "threads"_a, "memory_limit"_a, "progress"_a)
+      .def("write", &Encoder::write, py::arg("slices").noconvert())
+      .def("finish", &Encoder::finish)
+      .def("close", &Encoder::close);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_tagrid, module) {
+  module.doc() = "libtagrid as it is; use the package tagrid.";
+  module.def("library_version", &tagrid_version);
+  bind_reader(module);
+  bind_encoder(module);
+}

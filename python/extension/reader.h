@@ -1,0 +1,57 @@
+// An open .tag file, for Python.
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "call.h"
+#include "source.h"
+#include "tagrid/tagrid.h"
+
+namespace tagrid_python {
+
+using Point = std::array<std::int64_t, 3>;  ///< x, y, z
+using Corners = std::pair<Point, Point>;    ///< low, and high, which is not part of the box
+
+/// Any number of threads may use one reader at once, and one may close it while others read.
+class Reader {
+ public:
+  static std::unique_ptr<Reader> of_path(const std::string& path);
+  static std::unique_ptr<Reader> of_buffer(const py::object& buffer, std::string name);
+  static std::unique_ptr<Reader> of_object(py::object read_at, std::uint64_t size, std::string name);
+
+  /// Calls that are running end as if it were open.
+  void close() { file_.reset(); }
+  bool is_closed() const { return !file_; }
+
+  py::dict info() const;
+  py::bytes metadata() const;
+  py::dict brick(std::int64_t number) const;
+  /// Fills `out`, an array of the shape (z, y, x) that the box has with this step.
+  void read(const Corners& box, const Point& step, py::array out, Call& call) const;
+  void verify(Call& call) const;
+  /// The number of active points of each level.
+  py::array levels(Call& call) const;
+  /// points (n, 3), values (n), cells (m, 4), levels (m).
+  py::tuple mesh(int level, bool padded, const std::optional<Corners>& box, Call& call) const;
+  /// points (n, 3), triangles (m, 3).
+  py::tuple surface(double iso, bool rescaled, int level, bool close, const std::optional<Corners>& box,
+                    Call& call) const;
+
+ private:
+  struct File;
+  explicit Reader(std::shared_ptr<File> file) : file_(std::move(file)) {}
+  static std::unique_ptr<Reader> open(std::unique_ptr<Source> source);
+
+  /// The file, for as long as a call needs it. Raises ArgumentError if the reader is closed.
+  std::shared_ptr<File> file() const;
+
+  std::shared_ptr<File> file_;
+};
+
+}  // namespace tagrid_python

@@ -1,0 +1,45 @@
+"""CT volumes in .tag files: read in parts, written from arrays, with meshes and surfaces.
+
+>>> import numpy as np, tagrid
+>>> scan = np.add.outer(np.arange(40), np.add.outer(np.arange(50), np.arange(60))).astype(np.int16)
+>>> volume = tagrid.open(tagrid.encode(scan, max_error=2, spacing=(2.5, 0.5, 0.5)))
+>>> volume
+<tagrid.Volume 'bytes' (40, 50, 60) int16, max_error 2>
+>>> volume.shape, volume.dtype, volume.spacing
+((40, 50, 60), dtype('int16'), (2.5, 0.5, 0.5))
+>>> part = volume[10:20, ::2, 5]
+>>> part.shape, bool(abs(part - scan[10:20, ::2, 5]).max() <= 2)
+((10, 25), True)
+
+Axes are z, y, x, as numpy has them; world coordinates are x, y, z; lengths are in the units of the scan, mostly mm.
+"""
+
+from typing import Any
+
+from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError
+from ._meshes import Mesh, Surface
+from ._tagrid import library_version
+from ._volume import Volume
+from ._writing import Writer, encode, verify
+
+__version__ = library_version()
+__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Surface", "Volume",
+           "Writer", "encode", "open", "verify"]
+
+
+def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()
+    """Opens a .tag file: its header and its index are read, and its samples when they are asked for.
+
+    source: a path; a binary file object that can seek, whose reads are guarded by a lock; bytes, bytearray or memoryview;
+        or any object with read_at(offset, size), which returns bytes and may be called by several threads at once, and
+        size, a number or a method.
+    threads: of each call, unless the call says it; 0: all processors that the process may use.
+
+    >>> import numpy, tagrid
+    >>> with tagrid.open(tagrid.encode(numpy.zeros((3, 4, 5), numpy.uint8))) as volume:
+    ...     volume[0, 0, 0]
+    0
+
+    DamagedError: it is damaged, or not a .tag file. OSError: it cannot be read. What read_at() raises is passed on.
+    """
+    return Volume(source, threads)

@@ -1,0 +1,80 @@
+"""Arrays of anybody, as slabs of slices that the encoder takes."""
+
+from __future__ import annotations
+
+from typing import Any, Iterator, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+
+TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
+#: Slabs that have to be copied or loaded are about this large, but at least one slice.
+_SLAB_BYTES = 1 << 24
+#: The usual edge of a brick: the encoder takes so many slices at a time anyway.
+_SLAB_SLICES = 64
+
+
+def checked_dtype(dtype: npt.DTypeLike) -> np.dtype[Any]:
+    """The type in the byte order of the machine. TypeError: a volume cannot have such samples."""
+    native = np.dtype(dtype).newbyteorder("=")
+    if native.name not in TYPES:
+        near = {"bool": "uint8", "int64": "int32", "uint64": "uint32", "float16": "float32"}.get(native.name, "float32")
+        raise TypeError(f"samples of the type {native.name} cannot be encoded; the types are {', '.join(TYPES)}. "
+                        f"Convert them, for example by array.astype(numpy.{near})")
+    return native
+
+
+def checked_shape(shape: Any) -> tuple[int, int, int]:
+    sizes = tuple(int(size) for size in shape)
+    if len(sizes) != 3:
+        raise ArgumentError(f"a volume has three axes z, y, x, but the shape is {sizes}")
+    if min(sizes) < 1:
+        raise ArgumentError(f"a volume has at least one sample along each axis, but the shape is {sizes}")
+    return sizes[0], sizes[1], sizes[2]
+
+
+def as_volume(data: Any) -> Any:
+    """An array, or an object with shape, dtype and slices that is loaded slab by slab (h5py, zarr, dask, Volume)."""
+    if isinstance(data, np.ma.MaskedArray):
+        raise TypeError("a masked array cannot be encoded; fill it first: array.filled(value)")
+    is_lazy = all(hasattr(data, name) for name in ("shape", "dtype", "__getitem__"))
+    array = data if is_lazy else np.asarray(data)
+    checked_dtype(array.dtype)
+    checked_shape(array.shape)
+    return array
+
+
+def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
+    """The slices in order. Arrays in the byte order of the machine are not copied."""
+    dtype = checked_dtype(volume.dtype)
+    slices = len(volume)
+    thickness = _thickness(volume, dtype)
+    for first in range(0, slices, thickness):
+        slab = np.asarray(volume[first:min(first + thickness, slices)])
+        yield slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
+
+
+def range_of(volume: Any) -> tuple[float, float]:
+    """The lowest and the highest finite sample; 0 and 1 if there is none."""
+    low: Optional[float] = None
+    high: Optional[float] = None
+    for slab in slabs_of(volume):
+        finite = slab if slab.dtype.kind != "f" else slab[np.isfinite(slab)]
+        if finite.size:
+            low = float(finite.min()) if low is None else min(low, float(finite.min()))
+            high = float(finite.max()) if high is None else max(high, float(finite.max()))
+    return (0.0, 1.0) if low is None or high is None else (low, high)
+
+
+def _thickness(volume: Any, dtype: np.dtype[Any]) -> int:
+    if isinstance(volume, np.ndarray) and volume.dtype.isnative:
+        return _SLAB_SLICES
+    chunks = getattr(volume, "chunks", None)
+    if chunks:
+        # Whole chunks, so that none is loaded twice: a number, or dask's numbers of each chunk.
+        along_z = chunks[0]
+        return max(1, int(along_z if isinstance(along_z, (int, np.integer)) else max(along_z)))
+    slice_bytes = volume.shape[1] * volume.shape[2] * dtype.itemsize
+    return int(max(1, min(_SLAB_SLICES, _SLAB_BYTES // max(1, slice_bytes))))

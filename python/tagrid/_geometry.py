@@ -1,0 +1,111 @@
+"""The place of samples in the world, and the lines of an NRRD header in which a .tag file keeps it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+
+Metadata = Union[str, Mapping[str, str]]
+
+#: Fields that say where samples are; what they say is in Volume.spacing and Volume.affine.
+_PLACES = ("spacings", "space directions", "space origin", "space dimension")
+#: Other fields of an NRRD header that a .tag file keeps. All other names are keys of the source.
+_FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "centers", "centerings", "thicknesses",
+           "sample units", "measurement frame", "axis mins", "axis maxs")
+
+
+def affine_of(info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
+    """The 4 x 4 matrix from voxels (x, y, z, 1) to the world; steps that are unknown are 1, and origins 0."""
+    affine = np.eye(4)
+    affine[:3, :3] = np.array(info["directions"], dtype=float).T
+    affine[:3, 3] = info["origin"] if info["has_origin"] else 0
+    return affine
+
+
+def metadata_of(header: str) -> dict[str, str]:
+    """The lines of an NRRD header as a dictionary, without those that say where samples are."""
+    found: dict[str, str] = {}
+    for line in header.split("\n"):
+        pair, field = line.find(":="), line.find(": ")
+        if line.startswith("#"):
+            continue
+        if pair >= 0 and (field < 0 or pair < field):
+            found[line[:pair]] = line[pair + 2:].replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\")
+        elif field >= 0 and line[:field].strip().lower() not in _PLACES:
+            found.setdefault(line[:field].strip().lower(), line[field + 2:].strip())
+    return found
+
+
+def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike],
+              metadata: Optional[Metadata]) -> str:
+    """The header lines for a spacing (z, y, x), an affine matrix of voxels x, y, z, and metadata: a dictionary, or
+    header lines as Volume.header gives them."""
+    steps = _checked_spacing(spacing)
+    if isinstance(metadata, str):
+        return _places(steps, affine, "space:" in metadata.lower()) + metadata
+    pairs = {str(key): str(value) for key, value in (metadata or {}).items()}
+    space = next((pairs.pop(key) for key in list(pairs) if key.lower() == "space"), None)
+    lines = "" if space is None else _field("space", space)
+    return lines + _places(steps, affine, space is not None) + "".join(map(_line, pairs.items()))
+
+
+def _checked_spacing(spacing: Optional[Sequence[float]]) -> Optional[list[float]]:
+    if spacing is None:
+        return None
+    steps = [float(step) for step in spacing]
+    if len(steps) != 3:
+        raise ArgumentError(f"spacing must be three numbers (z, y, x), not {spacing!r}")
+    if all(math.isnan(step) for step in steps):
+        return None
+    return steps[::-1]
+
+
+def _checked_affine(affine: npt.ArrayLike, steps: Optional[list[float]]) -> npt.NDArray[np.float64]:
+    matrix = np.asarray(affine, dtype=float)
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
+        raise ArgumentError("affine must be a 4 x 4 matrix of finite numbers with the last row 0, 0, 0, 1")
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    if steps is not None and not np.allclose(lengths, np.abs(steps), rtol=1e-5):
+        raise ArgumentError(f"spacing {steps[::-1]} contradicts affine, whose steps along z, y and x are "
+                            f"{lengths[::-1].tolist()}; give one of them")
+    return matrix
+
+
+def _vector(numbers: Any) -> str:
+    return "(" + ",".join(repr(float(number)) for number in numbers) + ")"
+
+
+def _places(steps: Optional[list[float]], affine: Optional[npt.ArrayLike], has_space: bool) -> str:
+    dimension = "" if has_space else "space dimension: 3\n"
+    if affine is not None:
+        matrix = _checked_affine(affine, steps)
+        directions = " ".join(_vector(matrix[:3, axis]) for axis in range(3))
+        return f"{dimension}space directions: {directions}\nspace origin: {_vector(matrix[:3, 3])}\n"
+    if steps is None:
+        return ""
+    if has_space and not any(math.isnan(step) for step in steps):
+        return "space directions: " + " ".join(_vector(row) for row in np.diag(steps)) + "\n"
+    return "spacings: " + " ".join(repr(step) for step in steps) + "\n"
+
+
+def _field(name: str, value: str) -> str:
+    if "\n" in value or "\r" in value:
+        raise ArgumentError(f"metadata: {name!r} must be one line")
+    return f"{name}: {value}\n"
+
+
+def _line(pair: tuple[str, str]) -> str:
+    key, value = pair
+    if key.lower() in _PLACES:
+        raise ArgumentError(f"metadata: {key!r} is given by spacing and affine")
+    if key.lower() in _FIELDS:
+        return _field(key, value)
+    if not key or key.startswith("#") or any(part in key for part in (":", "\n", "\r")):
+        raise ArgumentError(f"metadata: {key!r} cannot be a key")
+    text = value.replace("\\", "\\\\").replace("\n", "\\n").replace("\r", " ")
+    return f"{key}:={text}\n"

@@ -1,0 +1,43 @@
+"""Meshes and surfaces: what Volume.mesh() and Volume.surface() return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh:
+    """A conforming mesh of tetrahedra: every point exists once, and neighbours share whole faces."""
+
+    #: (n, 3) float64: x, y, z of each point in the world.
+    points: npt.NDArray[np.float64]
+    #: (m, 4) int64: the numbers of the points of each tetrahedron, in positive order.
+    cells: npt.NDArray[np.int64]
+    #: (n,) of the volume's type: the value of each point.
+    values: npt.NDArray[Any]
+    #: (m,) uint8: the level of each tetrahedron in the grid; 0 is the coarsest.
+    levels: npt.NDArray[np.uint8]
+
+    @property
+    def types(self) -> npt.NDArray[np.uint8]:
+        """(m,) uint8: the type of each cell as VTK numbers them: 10, a tetrahedron."""
+        return np.full(len(self.cells), 10, np.uint8)
+
+    def __repr__(self) -> str:
+        return f"<tagrid.Mesh of {len(self.points)} points and {len(self.cells)} tetrahedra>"
+
+
+class Surface(NamedTuple):
+    """An oriented surface of triangles: every point exists once."""
+
+    #: (n, 3) float64: x, y, z of each point in the world.
+    points: npt.NDArray[np.float64]
+    #: (m, 3) int64: the numbers of the points of each triangle, counterclockwise if seen from outside.
+    triangles: npt.NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        return f"<tagrid.Surface of {len(self.points)} points and {len(self.triangles)} triangles>"

@@ -1,0 +1,91 @@
+"""Where a .tag file is: a path, a file object, memory, or any object that is read at an offset."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import Any
+
+from ._errors import InputError
+from ._tagrid import Reader
+
+
+def describe(source: Any) -> str:
+    """A source in a word, for messages and repr()."""
+    if isinstance(source, (str, bytes, os.PathLike)) and not _is_memory(source):
+        return os.fsdecode(source)
+    name = getattr(source, "name", None)
+    return name if isinstance(name, str) else type(source).__name__
+
+
+def open_reader(source: Any) -> Reader:
+    """Opens a source: see tagrid.open()."""
+    if isinstance(source, (str, os.PathLike)):
+        return _open_path(os.fspath(source))
+    if _is_memory(source):
+        # A memoryview of anything but bytes is cast: an array's buffer is its bytes.
+        return Reader.of_buffer(memoryview(source).cast("B"), describe(source))
+    if hasattr(source, "read_at") and hasattr(source, "size"):
+        size = source.size() if callable(source.size) else source.size
+        return Reader.of_object(source.read_at, _checked_size(size), describe(source))
+    if hasattr(source, "read") and hasattr(source, "seek"):
+        file = _FileObject(source)
+        return Reader.of_object(file.read_at, file.size, describe(source))
+    raise TypeError(
+        f"cannot open {type(source).__name__!r}: give a path, bytes, a binary file that can seek, or an object with "
+        "read_at(offset, size) and size")
+
+
+def is_path(source: Any) -> bool:
+    return isinstance(source, (str, os.PathLike))
+
+
+def _is_memory(source: Any) -> bool:
+    return isinstance(source, (bytes, bytearray, memoryview))
+
+
+def _checked_size(size: Any) -> int:
+    if not isinstance(size, int) or size < 0:
+        raise TypeError(f"size must be the number of bytes, not {size!r}")
+    return size
+
+
+def _open_path(path: str | bytes) -> Reader:
+    name = os.fsencode(path)
+    if b"\0" in name:
+        raise ValueError("embedded null byte")
+    try:
+        return Reader.of_path(name)
+    except InputError:
+        # Python's own exceptions tell a missing file from one that must not be read.
+        with open(name, "rb"):
+            raise
+
+
+class _FileObject:
+    """A file whose position is shared by all threads: one of them seeks and reads at a time."""
+
+    def __init__(self, file: Any):
+        self._file = file
+        self._turn = threading.Lock()
+        with self._turn:
+            end = file.seek(0, os.SEEK_END)
+            self.size = _checked_size(file.tell() if end is None else end)
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        with self._turn:
+            self._file.seek(offset)
+            data = self._file.read(size)
+            if isinstance(data, str):
+                raise TypeError("the file must be opened in binary mode")
+            if data is None or len(data) in (0, size):
+                return data or b""
+            # A raw file may return less than it has.
+            parts, missing = [data], size - len(data)
+            while missing > 0:
+                data = self._file.read(missing)
+                if not data:
+                    break
+                parts.append(data)
+                missing -= len(data)
+            return b"".join(parts)

@@ -1,0 +1,317 @@
+"""Volumes in .tag files, read in parts."""
+
+from __future__ import annotations
+
+import html
+import math
+import os
+from itertools import product
+from typing import Any, Callable, Iterator, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+from ._geometry import affine_of, metadata_of
+from ._meshes import Mesh, Surface
+from ._selection import Run, Selection, select
+from ._sources import describe, is_path, open_reader
+
+Progress = Optional[Callable[[int, int], object]]
+#: ((z0, z1), (y0, y1), (x0, x1)): samples from z0 up to, but not including, z1. None stands for the end of the volume.
+Region = Sequence[Sequence[Optional[int]]]
+
+
+class Volume:
+    """An open .tag file, which tagrid.open() returns. It looks like an array of samples; only the bricks that a slice
+    meets are read and decoded.
+
+    Axes are z, y, x, as numpy has them: v[z, y, x]. World coordinates are x, y, z. Samples are those that were encoded,
+    each within max_error of the original. Any number of threads may use one volume.
+    """
+
+    def __init__(self, source: Any, threads: int = 0):
+        self._reader = open_reader(source)
+        self._source = os.path.abspath(source) if is_path(source) else source
+        self._name = describe(source)
+        self._threads = threads
+        self._info = self._reader.info()
+        self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
+
+    # ---- what it is
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Samples along z, y and x."""
+        x, y, z = self._info["dims"]
+        return z, y, x
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The type of the samples: an integer of 8, 16 or 32 bits, float32 or float64."""
+        dtype: np.dtype[Any] = self._info["dtype"]
+        return dtype
+
+    ndim = 3
+
+    @property
+    def size(self) -> int:
+        """The number of samples."""
+        return math.prod(self.shape)
+
+    @property
+    def nbytes(self) -> int:
+        """The bytes of all samples once they are decoded. The file has info["file_bytes"]."""
+        return self.size * self.dtype.itemsize
+
+    @property
+    def chunks(self) -> tuple[int, int, int]:
+        """The size of a brick along z, y and x; the last one along an axis may be smaller. Slices along the borders of
+        bricks are the quickest. dask uses it."""
+        edge = self._info["brick_edge"]
+        return edge, edge, edge
+
+    @property
+    def spacing(self) -> tuple[float, float, float]:
+        """The distances of neighbouring samples along z, y and x, in the units of the scan, mostly mm. NaN where it is
+        unknown."""
+        x, y, z = self._info["spacing"] if self._info["has_spacing"] else (math.nan,) * 3
+        return z, y, x
+
+    @property
+    def affine(self) -> npt.NDArray[np.float64]:
+        """4 x 4: affine @ (x, y, z, 1) is the place of sample v[z, y, x] in the world. Where the file does not say it,
+        samples are 1 apart and the first one is at 0."""
+        return affine_of(self._info)
+
+    @property
+    def max_error(self) -> float:
+        """The bound: no sample is further than this from the original. 0: lossless. inf: the file has no bound."""
+        bound: float = self._info["max_error"]
+        return math.inf if math.isnan(bound) else bound
+
+    @property
+    def achieved(self) -> dict[str, float]:
+        """The errors that were measured when the file was made: max_error, rmse, psnr (in dB) and mesh_error. NaN where
+        one is unknown."""
+        return {name: self._info[f"achieved_{name}"] for name in ("max_error", "rmse", "psnr", "mesh_error")}
+
+    @property
+    def levels(self) -> int:
+        """The deepest level of the grid: levels are 0, the coarsest, up to this one."""
+        levels: int = self._info["levels"]
+        return levels
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """What else the file says of its source: names and texts."""
+        return metadata_of(self._header)
+
+    @property
+    def header(self) -> str:
+        """All that the file says of its source, as lines of an NRRD header."""
+        return self._header
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """Everything that is known without decoding. The keys are the members of tagrid_info in tagrid.h; three numbers
+        are x, y, z here."""
+        return dict(self._info)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __repr__(self) -> str:
+        closed = ", closed" if self._reader.closed else ""
+        return f"<tagrid.Volume {self._name!r} {self.shape} {self.dtype}, {self._bound_in_words()}{closed}>"
+
+    def _repr_html_(self) -> str:
+        rows = {"shape (z, y, x)": " × ".join(map(str, self.shape)), "type": str(self.dtype),
+                "spacing (z, y, x)": " × ".join(f"{step:g}" for step in self.spacing),
+                "error": self._bound_in_words(), "achieved": f"{self.achieved['max_error']:g}",
+                "bytes": f"{self._info['file_bytes']:,} of {self.nbytes:,}"}
+        cells = "".join(f"<tr><th>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
+        return f"<table><caption>tagrid: {html.escape(self._name)}</caption>{cells}</table>"
+
+    def _bound_in_words(self) -> str:
+        bound = self.max_error
+        return "lossless" if bound == 0 else "no bound" if math.isinf(bound) else f"max_error {bound:g}"
+
+    # ---- samples
+
+    def __getitem__(self, key: Any) -> Any:
+        """The samples v[z, y, x], with numpy's rules: integers, slices with any steps, Ellipsis, None, and an array of
+        integers, or of one bool for each position, along one axis. Decodes just the bricks that hold them.
+
+        IndexError: a position is outside the volume, or the index is of another kind.
+        """
+        selection = select(key, self.shape, self._info["brick_edge"])
+        samples = np.empty(selection.shape, self.dtype)
+        self._fill(samples, selection)
+        return samples[selection.key]
+
+    def __iter__(self) -> Iterator[npt.NDArray[Any]]:
+        """Slices along z. Each brick is decoded once: a layer of bricks is in memory."""
+        edge = self._info["brick_edge"]
+        for first in range(0, len(self), edge):
+            yield from self[first:first + edge]
+
+    def __array__(self, dtype: npt.DTypeLike = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
+        """All samples, for np.asarray(v) and np.array(v, dtype). There is always a copy: copy=False is a ValueError."""
+        if copy is False:
+            raise ValueError("the samples of a volume must be decoded, which makes a copy")
+        samples = np.empty(self.shape, self.dtype if dtype is None else dtype)
+        if samples.dtype == self.dtype:
+            self.read(out=samples)
+        else:
+            edge = self._info["brick_edge"]
+            for first in range(0, len(self), edge):
+                samples[first:first + edge] = self[first:first + edge]
+        return samples
+
+    def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1,
+             out: Any = None, *, threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Progress = None) -> npt.NDArray[Any]:
+        """Reads the samples of a region, ((z0, z1), (y0, y1), (x0, x1)), the second of each not included; None: all.
+
+        step: every how manieth sample, for all axes or for each (z, y, x).
+        out: a writable array of the same shape and dtype, with any strides, which is filled and returned.
+        threads: 0 for all processors; None for those of tagrid.open(). memory_limit: bytes for the work, without the
+        result; 0: no limit. progress(done, total): called now and then with bytes of samples; what it raises ends the
+        call.
+
+        ArgumentError: the region is not within the volume, or `out` does not fit. TypeError: `out` is no array, or of
+        another type. DamagedError, InputError, MemoryLimitError: see there.
+        """
+        runs = self._runs_of(region, step)
+        shape = tuple(run.count for run in runs)
+        target = np.empty(shape, self.dtype) if out is None else self._checked_out(out, shape)
+        self._read_runs(runs, target, threads, memory_limit, progress)
+        return target if out is None else out
+
+    def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
+        """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
+        first thing that is wrong."""
+        self._reader.verify(self._threads_of(threads), memory_limit, progress)
+
+    # ---- the grid
+
+    def active_points(self, *, threads: Optional[int] = None, memory_limit: int = 0,
+                      progress: Progress = None) -> npt.NDArray[np.uint64]:
+        """The number of vertices of the grid on each level, 0 up to `levels`. If the file does not store its grid, all
+        of it is decoded."""
+        return self._reader.levels(self._threads_of(threads), memory_limit, progress)
+
+    def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
+             threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> Mesh:
+        """The tetrahedra of the grid, in the world.
+
+        level: the grid up to this level, for a coarser mesh. region: only tetrahedra that meet it, as in read(); only
+        bricks around it are read. padded: whole root cubes, instead of ending at the first and last samples.
+        """
+        points, values, cells, levels = self._reader.mesh(
+            self._checked_level(level), padded, self._box_of(region), self._threads_of(threads), memory_limit, progress)
+        return Mesh(points, cells, values, levels)
+
+    def surface(self, iso: float, level: Optional[int] = None, region: Optional[Region] = None, close: bool = False, *,
+                rescaled: bool = False, threads: Optional[int] = None, memory_limit: int = 0,
+                progress: Progress = None) -> Surface:
+        """The isosurface between samples of at least `iso`, which are inside, and all others: points and triangles.
+
+        iso: in the units of the samples; rescaled: in those of slope * sample + intercept, as `tagrid surface` has it.
+        level, region: as in mesh(). close: closed at the border of the volume, as if samples outside were below `iso`.
+        Within the volume, every edge has exactly two triangles.
+        """
+        points, triangles = self._reader.surface(
+            float(iso), rescaled, self._checked_level(level), close, self._box_of(region), self._threads_of(threads),
+            memory_limit, progress)
+        return Surface(points, triangles)
+
+    # ---- opening and closing
+
+    def close(self) -> None:
+        """Ends the use of the file. Calls of other threads that are running come to their end. A file object that was
+        given to tagrid.open() stays open."""
+        self._reader.close()
+
+    def __enter__(self) -> Volume:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __reduce__(self) -> Any:
+        if not isinstance(self._source, (str, bytes, bytearray)):
+            raise TypeError(f"a volume from {type(self._source).__name__!r} cannot be pickled; open it by its path")
+        return Volume, (self._source, self._threads)
+
+    def __dask_tokenize__(self) -> Any:
+        """Names of dask's tasks are the same as long as the file is."""
+        if not is_path(self._source):
+            return "tagrid.Volume", id(self), self._name
+        status = os.stat(self._source)
+        return "tagrid.Volume", os.fsdecode(self._source), status.st_mtime_ns, status.st_size
+
+    # ---- arguments
+
+    def _threads_of(self, threads: Optional[int]) -> int:
+        return self._threads if threads is None else threads
+
+    def _checked_level(self, level: Optional[int]) -> int:
+        if level is None:
+            return -1
+        if not 0 <= level <= self.levels:
+            raise ArgumentError(f"the grid has the levels 0 to {self.levels}, not {level}")
+        return level
+
+    def _runs_of(self, region: Optional[Region], step: Union[int, Sequence[int]]) -> tuple[Run, Run, Run]:
+        pairs = ((None, None),) * 3 if region is None else tuple(map(tuple, region))
+        if len(pairs) != 3 or any(len(pair) != 2 for pair in pairs):
+            raise ArgumentError(f"a region is ((z0, z1), (y0, y1), (x0, x1)), not {region!r}")
+        steps = (step,) * 3 if isinstance(step, (int, np.integer)) else tuple(step)
+        if len(steps) != 3 or min(steps) < 1:
+            raise ArgumentError(f"a step is a number of at least 1, or three (z, y, x), not {step!r}")
+        runs = []
+        for name, (low, high), size, every in zip("zyx", pairs, self.shape, steps):
+            low, high = 0 if low is None else int(low), size if high is None else int(high)
+            if not 0 <= low < high <= size:
+                raise ArgumentError(f"the region has {low}:{high} along {name}, where the volume has 0:{size}; a region "
+                                    "must be within the volume, and not empty")
+            runs.append(Run(low, high, min(int(every), size)))
+        return runs[0], runs[1], runs[2]
+
+    def _box_of(self, region: Optional[Region]) -> Any:
+        if region is None:
+            return None
+        z, y, x = self._runs_of(region, 1)
+        return (x.start, y.start, z.start), (x.stop, y.stop, z.stop)
+
+    def _checked_out(self, out: Any, shape: tuple[int, ...]) -> npt.NDArray[Any]:
+        try:
+            target = np.asarray(out if isinstance(out, np.ndarray) else memoryview(out))
+        except TypeError:
+            raise TypeError(f"out must be an array that can be filled, not {type(out).__name__!r}") from None
+        if target.dtype != self.dtype or not target.dtype.isnative:
+            raise TypeError(f"out has the type {target.dtype.str!r}, and the volume {self.dtype.str!r}")
+        if target.shape != shape:
+            raise ArgumentError(f"out has the shape {target.shape}, and the region {shape}")
+        if not target.flags.writeable:
+            raise ArgumentError("out is read-only")
+        return target
+
+    # ---- work
+
+    def _read_runs(self, runs: Sequence[Run], out: npt.NDArray[Any], threads: Optional[int] = None,
+                   memory_limit: int = 0, progress: Progress = None) -> None:
+        z, y, x = runs
+        self._reader.read((x.start, y.start, z.start), (x.stop, y.stop, z.stop), (x.step, y.step, z.step), out,
+                          self._threads_of(threads), memory_limit, progress)
+
+    def _fill(self, samples: npt.NDArray[Any], selection: Selection) -> None:
+        if samples.size == 0 and self._reader.closed:
+            raise ArgumentError("the volume is closed")
+        starts = [np.cumsum([0] + [run.count for run in runs]) for runs in selection.runs]
+        for numbers in product(*(range(len(runs)) for runs in selection.runs)):
+            runs = [selection.runs[axis][number] for axis, number in enumerate(numbers)]
+            place = tuple(slice(starts[axis][n], starts[axis][n + 1]) for axis, n in enumerate(numbers))
+            self._read_runs(runs, samples[place])

@@ -1,0 +1,243 @@
+"""Writes .tag files: from arrays, and slice by slice."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+from typing import Any, Callable, Optional, Sequence, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arrays import as_volume, checked_dtype, checked_shape, range_of, slabs_of
+from ._errors import ArgumentError, DamagedError
+from ._files import NewFile
+from ._geometry import Metadata, header_of
+from ._tagrid import Encoder
+from ._volume import Progress, Volume
+
+_EFFORTS = {"default": 0, "fast": 1, "best": 2}
+
+
+class Writer:
+    """Writes a .tag file from slices, which it takes as they come:
+
+        with tagrid.Writer("scan.tag", shape=(900, 512, 512), dtype="int16", max_error=5) as writer:
+            for slices in source:
+                writer.write(slices)
+
+    The file appears under its name at the end of the block, complete and on the disk. An exception in the block, or too
+    few slices, leave nothing behind, and a file that had the name before stays. Memory does not grow with the number of
+    slices.
+
+    out: a path, or an object with write(), which gets the bytes as they are made.
+    shape: samples along z, y and x. dtype: one of the eight types of samples.
+    The other arguments are those of encode(). For samples of 32 and 64 bits, value_range or field_scale must be given.
+    """
+
+    def __init__(self, out: Any, *, shape: Sequence[int], dtype: npt.DTypeLike, max_error: Optional[float] = 0,
+                 spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
+                 metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0,
+                 surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+                 grid_only: bool = False, value_range: Optional[Sequence[float]] = None,
+                 field_scale: Optional[float] = None, max_level: Optional[int] = None, cube: Optional[int] = None,
+                 brick: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0,
+                 progress: Progress = None):
+        self._shape = checked_shape(shape)
+        self._dtype = checked_dtype(dtype)
+        if effort not in _EFFORTS:
+            raise ArgumentError(f"effort is one of {', '.join(_EFFORTS)}, not {effort!r}")
+        if grid not in ("stored", "derived"):
+            raise ArgumentError(f"grid is 'stored' or 'derived', not {grid!r}")
+        if self._dtype.itemsize > 2 and value_range is None and field_scale is None:
+            raise ArgumentError(f"{self._dtype.name} samples have no usual range: give value_range=(low, high), the span of "
+                                "values that matters, or field_scale")
+        z, y, x = self._shape
+        options: dict[str, Any] = {
+            "dims": (x, y, z), "dtype": self._dtype, "effort": _EFFORTS[effort], "grid_derived": grid == "derived",
+            "grid_only": grid_only, "metadata": header_of(spacing, affine, metadata)}
+        given = {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "range": value_range,
+                 "field_scale": field_scale, "max_level": max_level, "cube": cube, "brick": brick,
+                 "accuracy": accuracy}
+        options.update((name, value) for name, value in given.items() if value is not None)
+        self._file = NewFile(out) if _is_path(out) else None
+        self._written = 0
+        self._info: Optional[dict[str, Any]] = None
+        self._encoder: Optional[Encoder] = None
+        try:
+            self._encoder = Encoder(options, _write_of(out) if self._file is None else self._file.write, threads,
+                                    memory_limit, progress)
+        except BaseException:
+            self.abort()
+            raise
+
+    def write(self, slices: npt.ArrayLike) -> None:
+        """Takes the next slices: an array (y, x) or (slices, y, x) of the volume's type, with any strides."""
+        encoder = self._open_encoder()
+        array = np.asarray(slices)
+        if array.ndim == 2:
+            array = array[np.newaxis]
+        if array.dtype.newbyteorder("=") != self._dtype:
+            raise TypeError(f"the slices are {array.dtype.name}, and the volume is {self._dtype.name}; convert them first")
+        if array.ndim != 3 or array.shape[1:] != self._shape[1:]:
+            raise ArgumentError(f"slices have the shape {self._shape[1:]}, but an array of {np.shape(slices)} was given")
+        if self._written + len(array) > self._shape[0]:
+            raise ArgumentError(f"there are {self._shape[0]} slices; {self._written} were written, and {len(array)} more "
+                                "are too many")
+        encoder.write(array if array.dtype.isnative else array.astype(self._dtype))
+        self._written += len(array)
+
+    def close(self) -> None:
+        """Waits until the file is complete, and gives it its name. The end of a with block does this. If slices are
+        missing, this is an ArgumentError and nothing is left."""
+        if self._encoder is None:
+            return
+        try:
+            if self._written < self._shape[0]:
+                raise ArgumentError(f"{self._shape[0] - self._written} of {self._shape[0]} slices are missing; no file was "
+                                    "written")
+            self._info = self._encoder.finish()
+        except BaseException:
+            self.abort()
+            raise
+        self._encoder.close()
+        self._encoder = None
+        if self._file is not None:
+            self._file.commit()
+
+    def abort(self) -> None:
+        """Ends the work. Nothing is left of the file."""
+        encoder, self._encoder = self._encoder, None
+        if encoder is not None:
+            encoder.close()
+        if self._file is not None:
+            self._file.discard()
+
+    @property
+    def info(self) -> dict[str, Any]:
+        """What Volume.info says of the file. It is known once the file is complete."""
+        if self._info is None:
+            raise ArgumentError("the file is not complete yet")
+        return dict(self._info)
+
+    def __enter__(self) -> Writer:
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+    def __del__(self) -> None:
+        # A writer that was not closed has no file.
+        if getattr(self, "_encoder", None) is not None:
+            self.abort()
+
+    def _open_encoder(self) -> Encoder:
+        if self._encoder is None:
+            raise ArgumentError("the writer is closed")
+        return self._encoder
+
+
+def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
+           spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
+           metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
+           max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> Optional[bytes]:
+    """Encodes a volume as a .tag file. Returns its bytes if `out` is None.
+
+    array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
+        and byte order; or anything with shape, dtype and slices, which is loaded slab by slab (h5py, zarr, dask); or an
+        open Volume or the path of a .tag file, whose place and metadata are kept. The program `tagrid encode` reads
+        scans: DICOM, TIFF, NRRD, NIfTI and others.
+    out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
+        object with write().
+    max_error: no sample is further than this from the original, in units of the samples; 0: lossless. None, with
+        grid_only: no bound.
+    spacing: the distances of samples along z, y and x, mostly in mm.
+    affine: 4 x 4: from voxels (x, y, z, 1) to the world, as Volume.affine.
+    metadata: names and texts to keep, as Volume.metadata; or lines of an NRRD header, as Volume.header.
+    effort: "fast", "default" or "best": time that is spent to make the file smaller.
+    threads: 0: all processors that the process may use.
+    surface_error, mesh_error: bounds of the active points and of the mesh.
+    grid: "stored", or "derived": it is computed from the decoded samples when it is needed. grid_only: only the grid is
+        stored, and samples are interpolated.
+    value_range: (low, high), the span of values that matters for the grid; by default that of the type, or of the samples
+        for types of 32 and 64 bits. field_scale, max_level, accuracy, cube (the edge of a root cube), brick (root cubes along the edge
+        of a brick): see docs/manual.md.
+    memory_limit: bytes for the work. progress(done, total): called now and then with bytes of samples; what it raises
+        ends the encoding.
+
+    TypeError: samples of another type. ArgumentError: settings that cannot be, or contradict each other. InputError,
+    OSError: reading or writing failed. Then nothing is left under the name.
+    """
+    volume, opened = _opened(array_or_path)
+    try:
+        if isinstance(volume, Volume):
+            if metadata is None:
+                kept_places = spacing is None and affine is None
+                metadata = volume.header if kept_places else volume.metadata
+        elif value_range is None and field_scale is None and volume.dtype.itemsize > 2:
+            value_range = range_of(volume)
+        if isinstance(volume, Volume) and value_range is None and field_scale is None and volume.dtype.itemsize > 2:
+            value_range = volume.info["low"], volume.info["high"]
+        memory = io.BytesIO() if out is None else None
+        with Writer(memory or out, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
+                    affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,
+                    mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
+                    field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, accuracy=accuracy,
+                    memory_limit=memory_limit, progress=progress) as writer:
+            for slab in slabs_of(volume):
+                writer.write(slab)
+    finally:
+        if opened:
+            volume.close()
+    return None if memory is None else memory.getvalue()
+
+
+def verify(source: Any, *, threads: int = 0, memory_limit: int = 0, progress: Progress = None) -> None:
+    """Decodes a whole .tag file and checks everything that can be checked without the original: checksums, that every
+    brick decodes, that the grid has no crack, and the statistics. `source`: whatever tagrid.open() takes, or a Volume.
+
+    DamagedError names the first thing that is wrong.
+    """
+    if isinstance(source, Volume):
+        source.verify(threads=threads, memory_limit=memory_limit, progress=progress)
+        return
+    with Volume(source) as volume:
+        volume.verify(threads=threads, memory_limit=memory_limit, progress=progress)
+
+
+def _is_path(out: Any) -> bool:
+    return isinstance(out, (str, bytes, os.PathLike))
+
+
+def _write_of(out: Any) -> Callable[[bytes], object]:
+    write = getattr(out, "write", None)
+    if not callable(write):
+        raise TypeError(f"out must be a path, or have write(), not {type(out).__name__!r}")
+
+    def write_all(data: bytes) -> None:
+        # A raw file may take less than it is given.
+        taken = write(data)
+        while isinstance(taken, int) and 0 < taken < len(data):
+            data = data[taken:]
+            taken = write(data)
+
+    return write_all
+
+
+def _opened(array_or_path: Any) -> tuple[Any, bool]:
+    """The samples, and whether they have to be closed."""
+    if not _is_path(array_or_path):
+        return as_volume(array_or_path), False
+    try:
+        return Volume(array_or_path), True
+    except DamagedError as error:
+        raise ArgumentError(
+            f"{error}\nOnly .tag files are read here. The program reads scans: tagrid encode "
+            f"{os.fsdecode(array_or_path)} -o OUTPUT.tag") from error

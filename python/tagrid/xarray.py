@@ -1,0 +1,71 @@
+"""xarray.open_dataset("scan.tag") opens .tag files lazily, with coordinates."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Iterable, Optional
+
+import numpy as np
+import xarray
+from xarray.backends import BackendArray, BackendEntrypoint
+from xarray.core import indexing
+
+from ._volume import Volume
+
+
+class VolumeArray(BackendArray):  # type: ignore[misc]
+    """The samples of a volume, decoded when they are used."""
+
+    def __init__(self, volume: Volume):
+        self.volume = volume
+        self.shape = volume.shape
+        self.dtype = volume.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR,
+                                                  self.volume.__getitem__)
+
+
+class TagridBackend(BackendEntrypoint):  # type: ignore[misc]
+    """engine="tagrid": a dataset with the variable "volume" (z, y, x), and coordinates in the units of the scan, mostly
+    mm: in the world if the axes of the scan are those of the world, otherwise distances from the first sample. Attributes
+    have the affine matrix, the bound and the errors that were achieved."""
+
+    description = "CT volumes in .tag files"
+    url = "docs/python.md"
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "threads")
+
+    def open_dataset(self, filename_or_obj: Any, *, drop_variables: Optional[Iterable[str]] = None,
+                     threads: int = 0) -> xarray.Dataset:
+        volume = Volume(filename_or_obj, threads)
+        attributes: dict[str, Any] = {
+            "max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"],
+            "affine": volume.affine.ravel().tolist(), **volume.metadata}
+        data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
+                               {"preferred_chunks": dict(zip("zyx", volume.chunks))})
+        variables = {"volume": data}
+        variables.update({name: coordinate_of(volume, axis) for axis, name in enumerate("zyx")})
+        dropped = {drop_variables} if isinstance(drop_variables, str) else set(drop_variables or ())
+        kept = {name: variable for name, variable in variables.items() if name not in dropped}
+        dataset = xarray.Dataset({name: kept[name] for name in kept if name == "volume"},
+                                 {name: kept[name] for name in kept if name != "volume"})
+        dataset.set_close(volume.close)
+        return dataset
+
+    def guess_can_open(self, filename_or_obj: Any) -> bool:
+        return isinstance(filename_or_obj, (str, os.PathLike)) and os.fspath(filename_or_obj).endswith(".tag")
+
+
+def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:
+    """The coordinates of the samples along axis 0 (z), 1 (y) or 2 (x)."""
+    name, count, spacing = "zyx"[axis], volume.shape[axis], volume.spacing[axis]
+    numbers = np.arange(count)
+    if np.isnan(spacing):
+        return xarray.Variable((name,), numbers, {"units": "1", "long_name": "sample"})
+    directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
+    if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
+        places, meaning = origin[2 - axis] + numbers * directions[2 - axis, 2 - axis], "position in the world"
+    else:
+        places, meaning = numbers * spacing, "distance from the first sample"
+    units = volume.metadata.get("space units", "").replace('"', "").split()
+    return xarray.Variable((name,), places, {"units": units[2 - axis] if len(units) == 3 else "mm", "long_name": meaning})

@@ -1,0 +1,18 @@
+"""Volumes for the tests of the Python package, made at once."""
+
+import numpy as np
+
+TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
+
+
+def blobs(shape, dtype="int16", seed=1):
+    """Smooth values with some noise, (z, y, x), that use some of the range of the type."""
+    random = np.random.default_rng(seed)
+    z, y, x = np.meshgrid(*(np.linspace(0, 3, n) for n in shape), indexing="ij")
+    field = np.sin(2 * x + 1) * np.cos(3 * y) + np.sin(z * y) + random.normal(0, 0.01, shape)
+    dtype = np.dtype(dtype)
+    if dtype.kind == "f":
+        return (100 * field).astype(dtype)
+    high = min(np.iinfo(dtype).max, 2000)
+    low = max(np.iinfo(dtype).min, -1000)
+    return (low + (field + 2.2) / 4.4 * (high - low)).astype(dtype)
