@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import accumulate, pairwise
 from typing import Any, Iterator, Optional
 
 import numpy as np
 import numpy.typing as npt
 
 from ._errors import ArgumentError
+from ._volume import Volume
 
 TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 #: Slabs that have to be copied or loaded are about this large, but at least one slice.
@@ -49,15 +51,15 @@ def as_volume(data: Any) -> Any:
 def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
     """The slices in order. Arrays in the byte order of the machine are not copied."""
     dtype = checked_dtype(volume.dtype)
-    slices = len(volume)
-    thickness = _thickness(volume, dtype)
-    for first in range(0, slices, thickness):
-        slab = np.asarray(volume[first:min(first + thickness, slices)])
+    for first, last in pairwise(_borders(volume, dtype)):
+        slab = np.asarray(volume[first:last])
         yield slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
 
 
 def range_of(volume: Any) -> tuple[float, float]:
-    """The lowest and the highest finite sample; 0 and 1 if there is none."""
+    """The lowest and the highest finite sample; 0 and 0 if there is none."""
+    if isinstance(volume, Volume) and volume.info["low"] <= volume.info["high"]:
+        return volume.info["low"], volume.info["high"]
     low: Optional[float] = None
     high: Optional[float] = None
     for slab in slabs_of(volume):
@@ -65,16 +67,21 @@ def range_of(volume: Any) -> tuple[float, float]:
         if finite.size:
             low = float(finite.min()) if low is None else min(low, float(finite.min()))
             high = float(finite.max()) if high is None else max(high, float(finite.max()))
-    return (0.0, 1.0) if low is None or high is None else (low, high)
+    return (0.0, 0.0) if low is None or high is None else (low, high)
 
 
-def _thickness(volume: Any, dtype: np.dtype[Any]) -> int:
-    if isinstance(volume, np.ndarray) and volume.dtype.isnative:
-        return _SLAB_SLICES
+def _borders(volume: Any, dtype: np.dtype[Any]) -> list[int]:
+    """Where slabs begin and end. Chunks of others are loaded once each."""
+    size = int(volume.shape[0])
+    if isinstance(volume, Volume):
+        return [0, *accumulate(volume.aligned_chunks(1)[0])]
     chunks = getattr(volume, "chunks", None)
-    if chunks:
-        # Whole chunks, so that none is loaded twice: a number, or dask's numbers of each chunk.
-        along_z = chunks[0]
-        return max(1, int(along_z if isinstance(along_z, (int, np.integer)) else max(along_z)))
-    slice_bytes = volume.shape[1] * volume.shape[2] * dtype.itemsize
-    return int(max(1, min(_SLAB_SLICES, _SLAB_BYTES // max(1, slice_bytes))))
+    if chunks and not isinstance(chunks[0], (int, np.integer)):
+        return [0, *accumulate(map(int, chunks[0]))]
+    if isinstance(volume, np.ndarray) and volume.dtype.isnative:
+        thickness = _SLAB_SLICES
+    elif chunks:
+        thickness = int(chunks[0])
+    else:
+        thickness = min(_SLAB_SLICES, _SLAB_BYTES // (volume.shape[1] * volume.shape[2] * dtype.itemsize))
+    return [*range(0, size, max(1, thickness)), size]

@@ -118,7 +118,9 @@ def _along_array(array: np.ndarray[Any, Any], brick: int) -> tuple[list[Run], np
     never leave a brick."""
     positions = np.unique(array)
     runs: list[Run] = []
-    for group in np.split(positions, np.flatnonzero(np.diff(positions // brick)) + 1):
+    # A brick begins after the sample on its low face, except for the first one.
+    numbers = np.maximum(positions - 1, 0) // brick
+    for group in np.split(positions, np.flatnonzero(np.diff(numbers)) + 1):
         if len(group):
             step = int(np.gcd.reduce(np.diff(group))) if len(group) > 1 else 1
             runs.append(Run(int(group[0]), int(group[-1]) + 1, step))

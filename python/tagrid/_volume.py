@@ -66,10 +66,25 @@ class Volume:
 
     @property
     def chunks(self) -> tuple[int, int, int]:
-        """The size of a brick along z, y and x; the last one along an axis may be smaller. Slices along the borders of
-        bricks are the quickest. dask uses it."""
+        """The size of a brick along z, y and x, (64, 64, 64) by default. Bricks begin after the samples on their low
+        faces: along an axis, the first one holds samples 0 to 64, the next one 65 to 128. See aligned_chunks()."""
         edge = self._info["brick_edge"]
         return edge, edge, edge
+
+    def aligned_chunks(self, bricks: int = 4) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
+        """The sizes of chunks along z, y and x that consist of so many whole bricks along each axis. With these no
+        brick is decoded twice:
+
+            dask.array.from_array(volume, chunks=volume.aligned_chunks())
+        """
+        if bricks < 1:
+            raise ArgumentError(f"a chunk has at least one brick along each axis, not {bricks}")
+        z, y, x = (tuple(np.diff(self._borders(axis, bricks)).tolist()) for axis in range(3))
+        return z, y, x
+
+    def _borders(self, axis: int, bricks: int = 1) -> list[int]:
+        size, edge = self.shape[axis], bricks * self._info["brick_edge"]
+        return [0, *range(edge + 1, size, edge), size]
 
     @property
     def spacing(self) -> tuple[float, float, float]:
@@ -152,9 +167,12 @@ class Volume:
 
     def __iter__(self) -> Iterator[npt.NDArray[Any]]:
         """Slices along z. Each brick is decoded once: a layer of bricks is in memory."""
-        edge = self._info["brick_edge"]
-        for first in range(0, len(self), edge):
-            yield from self[first:first + edge]
+        for layer in self._layers():
+            yield from self[layer]
+
+    def _layers(self) -> Iterator[slice]:
+        borders = self._borders(0)
+        return map(slice, borders[:-1], borders[1:])
 
     def __array__(self, dtype: npt.DTypeLike = None, copy: Optional[bool] = None) -> npt.NDArray[Any]:
         """All samples, for np.asarray(v) and np.array(v, dtype). There is always a copy: copy=False is a ValueError."""
@@ -164,9 +182,8 @@ class Volume:
         if samples.dtype == self.dtype:
             self.read(out=samples)
         else:
-            edge = self._info["brick_edge"]
-            for first in range(0, len(self), edge):
-                samples[first:first + edge] = self[first:first + edge]
+            for layer in self._layers():
+                samples[layer] = self[layer]
         return samples
 
     def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1,

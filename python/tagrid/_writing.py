@@ -177,14 +177,12 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
     """
     volume, opened = _opened(array_or_path)
     try:
-        if isinstance(volume, Volume):
-            if metadata is None:
-                kept_places = spacing is None and affine is None
-                metadata = volume.header if kept_places else volume.metadata
-        elif value_range is None and field_scale is None and volume.dtype.itemsize > 2:
-            value_range = range_of(volume)
-        if isinstance(volume, Volume) and value_range is None and field_scale is None and volume.dtype.itemsize > 2:
-            value_range = volume.info["low"], volume.info["high"]
+        if isinstance(volume, Volume) and metadata is None:
+            metadata = volume.header if spacing is None and affine is None else volume.metadata
+        if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
+            low, high = range_of(volume)
+            # A constant has no range, and every scale gives the same grid.
+            value_range, field_scale = ((low, high), None) if low < high else (None, 1.0)
         memory = io.BytesIO() if out is None else None
         with Writer(memory or out, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
                     affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,

@@ -42,7 +42,7 @@ class TagridBackend(BackendEntrypoint):  # type: ignore[misc]
             "max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"],
             "affine": volume.affine.ravel().tolist(), **volume.metadata}
         data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
-                               {"preferred_chunks": dict(zip("zyx", volume.chunks))})
+                               {"preferred_chunks": dict(zip("zyx", volume.aligned_chunks()))})
         variables = {"volume": data}
         variables.update({name: coordinate_of(volume, axis) for axis, name in enumerate("zyx")})
         dropped = {drop_variables} if isinstance(drop_variables, str) else set(drop_variables or ())

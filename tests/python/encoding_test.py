@@ -1,0 +1,293 @@
+"""Arrays of any kind become files, whole or not at all."""
+
+import io
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import tagrid
+
+from volumes import TYPES, blobs
+
+PROGRAM = sys.argv.pop(1)
+SHAPE = (70, 20, 30)
+AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
+
+
+class Loaded:
+    """Like a data set of h5py: an array that is loaded slice by slice."""
+
+    def __init__(self, array, chunks=None):
+        self.array, self.shape, self.dtype, self.loaded = array, array.shape, array.dtype, []
+        if chunks:
+            self.chunks = chunks
+
+    def __getitem__(self, key):
+        self.loaded.append((key.start, key.stop))
+        return self.array[key]
+
+
+class Encoding(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def left(self):
+        return sorted(path.name for path in self.folder.iterdir())
+
+    def test_every_sample_is_within_the_bound(self):
+        for dtype in TYPES:
+            samples = blobs(SHAPE, dtype)
+            for bound in (0, 3):
+                got = np.asarray(tagrid.open(tagrid.encode(samples, max_error=bound)))
+                self.assertLessEqual(np.abs(got.astype(float) - samples).max(), bound)
+
+    def test_strides_and_byte_order_do_not_matter(self):
+        for dtype in ("uint8", "int16", "float32"):
+            samples = blobs(SHAPE, dtype)
+            expected = tagrid.encode(samples)
+            wide = np.zeros((2 * SHAPE[0], SHAPE[1], 3 * SHAPE[2]), dtype)[::2, :, ::3]
+            wide[:] = samples
+            shifted = np.frombuffer(b"x" + samples.tobytes(), "u1")[1:].view(dtype).reshape(SHAPE)
+            for array in (np.asfortranarray(samples), samples[::-1, :, ::-1].copy()[::-1, :, ::-1], wide, shifted,
+                          samples.astype(samples.dtype.newbyteorder(">")), Loaded(samples), Loaded(samples, (13, 5, 5)),
+                          Loaded(samples, ((50, 20), (20,), (30,))), Loaded(samples.astype(samples.dtype.newbyteorder(">")))):
+                self.assertEqual(tagrid.encode(array), expected)
+
+    def test_chunks_of_others_are_loaded_once(self):
+        array = Loaded(blobs(SHAPE), (13, 20, 30))
+        tagrid.encode(array)
+        self.assertEqual(array.loaded, [(z, min(z + 13, 70)) for z in range(0, 70, 13)])
+
+    def test_bytes_do_not_depend_on_threads_and_are_those_of_the_program(self):
+        for dtype in ("int16", "float32"):
+            samples = blobs(SHAPE, dtype)
+            raw = self.folder / "v.raw"
+            raw.write_bytes(samples.tobytes())
+            header = self.folder / "v.nhdr"
+            kind = {"int16": "short", "float32": "float"}[dtype]
+            header.write_text(f"NRRD0004\ntype: {kind}\ndimension: 3\nsizes: 30 20 70\nspacings: 0.5 0.5 2.0\nendian: little\n"
+                              "encoding: raw\ndata file: v.raw\n")
+            subprocess.run([PROGRAM, "encode", header, "--max-error", "2", "--strip", "-q", "-f", "-o", self.folder / "v.tag"], check=True)
+            data = (self.folder / "v.tag").read_bytes()
+            with tagrid.open(data) as volume:
+                self.assertEqual(volume.spacing, (2, 0.5, 0.5))
+            for threads in (1, 3):
+                self.assertEqual(tagrid.encode(samples, max_error=2, spacing=(2, 0.5, 0.5), threads=threads), data)
+
+    def test_other_types_and_shapes_are_refused_and_the_message_helps(self):
+        for array, error, words in ((np.zeros((3, 4, 5)).astype("i8"), TypeError, "astype"), (np.zeros((3, 4, 5), bool), TypeError, "uint8"),
+                                    (np.zeros((3, 4, 5), "f2"), TypeError, "float32"), (np.zeros((3, 4, 5), complex), TypeError, "types are"),
+                                    (np.array([["a"]]), TypeError, "types are"), (np.zeros((4, 5), "u1"), ValueError, "three axes"),
+                                    (np.zeros((0, 4, 5), "u1"), ValueError, "at least one"), (np.ma.zeros((3, 4, 5), "u1"), TypeError, "filled"),
+                                    (np.zeros((3, 4, 5), "V2"), TypeError, "types are")):
+            with self.subTest(repr(array)[:40]), self.assertRaisesRegex(error, words):
+                tagrid.encode(array, self.folder / "v.tag")
+        self.assertEqual(self.left(), [])
+
+    def test_settings_that_cannot_be_are_refused_and_leave_nothing(self):
+        samples = blobs((9, 10, 11))
+        for settings in ({"max_error": -1}, {"effort": "more"}, {"grid": "no"}, {"spacing": (1, 2)}, {"spacing": (1, 2, 0)},
+                         {"affine": np.eye(3)}, {"affine": np.diag([1, 1, 0, 1])}, {"affine": np.diag([1, 1, 1, 2])},
+                         {"affine": np.diag([1, 1, np.nan, 1])}, {"spacing": (1, 1, 2), "affine": np.eye(4)},
+                         {"metadata": {"a:b": "c"}}, {"metadata": {"space": "a\nb"}}, {"metadata": {"spacings": "1 2 3"}},
+                         {"metadata": {"": "c"}}, {"cube": 5}, {"brick": -1}, {"accuracy": 0}, {"threads": -2}, {"max_level": -3},
+                         {"value_range": (3, 1)}, {"surface_error": 5}, {"grid": "derived", "grid_only": True},
+                         {"metadata": "type: short\n"}, {"metadata": "no line"}):
+            with self.subTest(settings), self.assertRaises(tagrid.ArgumentError):
+                tagrid.encode(samples, self.folder / "v.tag", **settings)
+        self.assertEqual(self.left(), [])
+
+    def test_place_and_metadata_come_back(self):
+        samples = blobs((9, 10, 11))
+        for settings in ({}, {"spacing": (2.5, 0.1, 1 / 3)}, {"affine": AFFINE}, {"affine": AFFINE, "spacing": (2, 0.5, 0.25)},
+                         {"affine": AFFINE, "metadata": {"space": "LPS", "a key": "text\\n\n:=x", "kVp": "120", "#5": "x"}},
+                         {"spacing": (1, 2, 3), "metadata": {"space": "right-anterior-superior", "space units": '"mm" "mm" "mm"'}}):
+            with self.subTest(settings):
+                if "#5" in settings.get("metadata", {}):
+                    self.assertRaises(tagrid.ArgumentError, tagrid.encode, samples, **settings)
+                    del settings["metadata"]["#5"]
+                volume = tagrid.open(tagrid.encode(samples, **settings))
+                self.assertEqual(volume.metadata, settings.get("metadata", {}))
+                if "affine" in settings:
+                    np.testing.assert_array_equal(volume.affine, AFFINE)
+                    self.assertEqual(volume.spacing, (2, 0.5, 0.25))
+                elif "spacing" in settings:
+                    self.assertEqual(volume.spacing, settings["spacing"])
+                again = tagrid.open(tagrid.encode(volume))
+                self.assertEqual(again.header, volume.header)
+                np.testing.assert_array_equal(np.asarray(again), samples)
+                moved = tagrid.open(tagrid.encode(volume, spacing=(4, 5, 6)))
+                self.assertEqual((moved.spacing, moved.metadata), ((4, 5, 6), volume.metadata))
+
+    def test_a_tag_file_is_encoded_again_and_scans_are_for_the_program(self):
+        samples = blobs(SHAPE, "float32")
+        tagrid.encode(samples, self.folder / "a.tag")
+        tagrid.encode(self.folder / "a.tag", self.folder / "b.tag", max_error=1)
+        with tagrid.open(self.folder / "b.tag") as volume:
+            self.assertEqual(volume.max_error, 1)
+            self.assertLessEqual(np.abs(np.asarray(volume) - samples).max(), 1)
+        scan = self.folder / "scan.nrrd"
+        scan.write_text("NRRD0004\n")
+        with self.assertRaisesRegex(ValueError, r"tagrid encode .*scan\.nrrd"):
+            tagrid.encode(scan, self.folder / "c.tag")
+        self.assertRaises(FileNotFoundError, tagrid.encode, self.folder / "none.tag")
+        self.assertEqual(self.left(), ["a.tag", "b.tag", "scan.nrrd"])
+
+    def test_floats_that_are_not_finite_come_back(self):
+        samples = blobs((9, 10, 11), "float32")
+        samples[0, 0, :3] = np.nan, np.inf, -np.inf
+        for array in (samples, np.full((4, 5, 6), np.nan), np.zeros((3, 4, 5))):
+            np.testing.assert_array_equal(np.asarray(tagrid.open(tagrid.encode(array))), array)
+
+    def test_grids_and_efforts(self):
+        samples = blobs((40, 50, 60))
+        sizes = {effort: len(tagrid.encode(samples, effort=effort)) for effort in ("fast", "default", "best")}
+        self.assertGreater(sizes["fast"], sizes["best"])
+        derived = tagrid.open(tagrid.encode(samples, grid="derived"))
+        self.assertEqual(sum(derived.active_points()), sum(tagrid.open(tagrid.encode(samples)).active_points()))
+        self.assertLess(len(tagrid.encode(samples, grid_only=True, max_error=None)), sizes["best"])
+
+    def test_a_file_appears_when_it_is_complete(self):
+        samples = blobs(SHAPE)
+        path = self.folder / "v.tag"
+        for out in (path, str(path), os.fsencode(path)):
+            self.assertIsNone(tagrid.encode(samples, out))
+            self.assertEqual(path.read_bytes(), tagrid.encode(samples))
+        mask = os.umask(0)
+        os.umask(mask)
+        self.assertEqual(path.stat().st_mode & 0o777, 0o666 & ~mask)
+        link = self.folder / "link.tag"
+        link.symlink_to("v.tag")
+        tagrid.encode(samples, link, max_error=9)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(tagrid.open(path).max_error, 9)
+        self.assertEqual(self.left(), ["link.tag", "v.tag"])
+        self.assertRaises(IsADirectoryError, tagrid.encode, samples, self.folder)
+        self.assertRaises(FileNotFoundError, tagrid.encode, samples, self.folder / "none" / "v.tag")
+        self.assertRaises(TypeError, tagrid.encode, samples, 3)
+
+    def test_an_object_takes_the_bytes(self):
+        class Slow(io.RawIOBase):
+            data = b""
+
+            def write(self, more):
+                self.data += more[:100]
+                return len(more[:100])
+
+        samples, slow, plain = blobs(SHAPE), Slow(), io.BytesIO()
+        tagrid.encode(samples, slow)
+        tagrid.encode(samples, plain)
+        self.assertEqual(slow.data, tagrid.encode(samples))
+        self.assertEqual(plain.getvalue(), slow.data)
+
+        class Full:
+            def write(self, more):
+                raise OSError(28, "No space left on device")
+
+        with self.assertRaisesRegex(OSError, "No space left") as caught:
+            tagrid.encode(samples, Full())
+        self.assertEqual(caught.exception.errno, 28)
+
+    def test_an_array_that_fails_leaves_the_file_that_was_there(self):
+        path = self.folder / "v.tag"
+        path.write_text("before")
+
+        class Failing(Loaded):
+            def __getitem__(self, key):
+                if key.start > 0:
+                    raise ZeroDivisionError("no luck")
+                return self.array[key]
+
+        self.assertRaises(ZeroDivisionError, tagrid.encode, Failing(blobs(SHAPE), (20, 20, 30)), path)
+        self.assertRaises(ZeroDivisionError, tagrid.encode, blobs(SHAPE), path, progress=lambda *_: 1 / 0)
+        self.assertEqual((path.read_text(), self.left()), ("before", ["v.tag"]))
+
+
+class Writing(unittest.TestCase):
+    setUp, left = Encoding.setUp, Encoding.left
+
+    def test_slices_are_taken_as_they_come(self):
+        samples = blobs(SHAPE)
+        path = self.folder / "v.tag"
+        with tagrid.Writer(path, shape=SHAPE, dtype="int16", max_error=2) as writer:
+            writer.write(samples[0])
+            writer.write(samples[1:1])
+            writer.write(samples[1:40])
+            self.assertNotIn("v.tag", self.left())
+            writer.write(samples[40:].astype(">i2"))
+        self.assertEqual(path.read_bytes(), tagrid.encode(samples, max_error=2))
+        self.assertEqual(writer.info["dims"], (30, 20, 70))
+        self.assertLessEqual(writer.info["achieved_max_error"], 2)
+        writer.close()
+        self.assertRaises(tagrid.ArgumentError, writer.write, samples)
+
+    def test_an_exception_in_the_block_leaves_nothing(self):
+        samples = blobs(SHAPE)
+        path = self.folder / "v.tag"
+        for error in (ZeroDivisionError, KeyboardInterrupt):
+            with self.assertRaises(error):
+                with tagrid.Writer(path, shape=SHAPE, dtype="int16") as writer:
+                    writer.write(samples)
+                    raise error
+            self.assertEqual(self.left(), [])
+        self.assertRaises(tagrid.ArgumentError, lambda: writer.info)
+
+    def test_too_few_or_too_many_slices_are_errors(self):
+        samples = blobs(SHAPE)
+        path = self.folder / "v.tag"
+        with self.assertRaisesRegex(tagrid.ArgumentError, "30 of 70 slices are missing"):
+            with tagrid.Writer(path, shape=SHAPE, dtype="int16") as writer:
+                writer.write(samples[:40])
+        with self.assertRaisesRegex(tagrid.ArgumentError, "too many"):
+            with tagrid.Writer(path, shape=SHAPE, dtype="int16") as writer:
+                writer.write(samples)
+                writer.write(samples[0])
+        self.assertEqual(self.left(), [])
+
+    def test_slices_of_another_shape_or_type_are_refused(self):
+        with tagrid.Writer(io.BytesIO(), shape=(1, 3, 4), dtype=np.float32, value_range=(0, 1)) as writer:
+            for slices, error in ((np.zeros((4, 3), "f4"), ValueError), (np.zeros((3, 4), "f8"), TypeError),
+                                  (np.zeros(12, "f4"), ValueError), (np.zeros((1, 1, 3, 4), "f4"), ValueError), ([[1]], TypeError)):
+                self.assertRaises(error, writer.write, slices)
+            writer.write(np.zeros((3, 4), "f4"))
+        with self.assertRaisesRegex(tagrid.ArgumentError, "value_range"):
+            tagrid.Writer(io.BytesIO(), shape=(1, 3, 4), dtype=np.float32)
+        with self.assertRaisesRegex(TypeError, "int32"):
+            tagrid.Writer(io.BytesIO(), shape=(1, 3, 4), dtype=np.int64)
+
+    def test_a_writer_that_is_dropped_leaves_nothing(self):
+        writer = tagrid.Writer(self.folder / "v.tag", shape=SHAPE, dtype="int16")
+        writer.write(blobs(SHAPE)[:40])
+        del writer
+        self.assertEqual(self.left(), [])
+
+    def test_threads_may_take_turns(self):
+        samples = blobs(SHAPE)
+        memory = io.BytesIO()
+        with tagrid.Writer(memory, shape=SHAPE, dtype="int16") as writer:
+            for first in range(0, 70, 10):
+                thread = threading.Thread(target=writer.write, args=(samples[first:first + 10],))
+                thread.start()
+                thread.join()
+        self.assertEqual(memory.getvalue(), tagrid.encode(samples))
+
+    def test_many_encodings_at_once_give_the_same_bytes(self):
+        samples = blobs(SHAPE)
+        expected, results = tagrid.encode(samples), []
+        threads = [threading.Thread(target=lambda: results.append(tagrid.encode(samples, threads=2))) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(results, [expected] * 4)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,153 @@
+"""dask and xarray read volumes lazily and in parallel. Skipped, with a message, where they are missing."""
+
+import os
+import pathlib
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import tagrid
+
+from volumes import blobs
+
+SHAPE = (70, 90, 150)
+
+
+class Counting:
+    """A file in memory that counts the reads and the threads at once."""
+
+    def __init__(self, data):
+        self.data, self.size, self.reads, self.now, self.most = data, len(data), 0, 0, 0
+        self.lock = threading.Lock()
+
+    def read_at(self, offset, size):
+        with self.lock:
+            self.reads += 1
+            self.now += 1
+            self.most = max(self.most, self.now)
+        threading.Event().wait(0.005)
+        with self.lock:
+            self.now -= 1
+        return self.data[offset:offset + size]
+
+
+class Libraries(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.samples = blobs(SHAPE)
+        cls.bytes = tagrid.encode(cls.samples, spacing=(2, 0.5, 0.25), cube=8, brick=4)
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.path = pathlib.Path(folder.name) / "scan.tag"
+        cls.path.write_bytes(cls.bytes)
+
+
+class Dask(Libraries):
+    def setUp(self):
+        try:
+            import dask.array
+        except ImportError:
+            self.skipTest("there is no dask")
+        self.da = dask.array
+
+    def test_a_volume_is_an_array_of_chunks(self):
+        volume = tagrid.open(self.path)
+        array = self.da.from_array(volume)
+        self.assertEqual((array.shape, array.dtype), (SHAPE, np.int16))
+        np.testing.assert_array_equal(array.compute(), self.samples)
+        self.assertEqual(array[3:9, ::2, -1].sum().compute(), self.samples[3:9, ::2, -1].sum())
+        np.testing.assert_array_equal(self.da.from_array(volume, chunks=volume.chunks)[5].compute(), self.samples[5])
+        np.testing.assert_array_equal(array[[3, 60, 5]].compute(), self.samples[[3, 60, 5]])
+
+    def test_aligned_chunks_are_read_in_parallel_and_once(self):
+        source = Counting(self.bytes)
+        volume = tagrid.open(source, threads=1)
+        source.reads = source.most = 0
+        array = self.da.from_array(volume, chunks=volume.aligned_chunks(1))
+        self.assertEqual(array.max(axis=0).compute(scheduler="threads", num_workers=4).max(), self.samples.max())
+        self.assertEqual(source.reads, np.prod(volume.info["bricks"]))
+        self.assertGreater(source.most, 1)
+
+    def test_names_are_the_same_as_long_as_the_file_is(self):
+        def name():
+            return self.da.from_array(tagrid.open(self.path)).name
+
+        first = name()
+        self.assertEqual(name(), first)
+        os.utime(self.path, ns=(1, 1))
+        self.assertNotEqual(name(), first)
+
+    def test_processes_open_the_file_themselves(self):
+        array = self.da.from_array(tagrid.open(self.path))
+        self.assertEqual(array.sum().compute(scheduler="processes", num_workers=1), self.samples.sum())
+
+
+class Xarray(Libraries):
+    def setUp(self):
+        try:
+            import xarray
+        except ImportError:
+            self.skipTest("there is no xarray")
+        self.xarray = xarray
+
+    def open(self, data, **options):
+        """As xarray.open_dataset() does by the entry point, which only an installed package has."""
+        from tagrid.xarray import TagridBackend
+        return self.xarray.open_dataset(data, engine=TagridBackend, **options)
+
+    def test_it_has_coordinates_in_mm(self):
+        with self.open(self.path) as data:
+            self.assertEqual(data.volume.dims, ("z", "y", "x"))
+            np.testing.assert_array_equal(data.z, 2.0 * np.arange(70))
+            np.testing.assert_array_equal(data.x, 0.25 * np.arange(150))
+            self.assertEqual((data.y.attrs["units"], data.volume.attrs["max_error"]), ("mm", 0))
+            np.testing.assert_array_equal(data.volume, self.samples)
+            np.testing.assert_array_equal(data.volume.sel(x=slice(10, 20), z=4), self.samples[2, :, 40:81])
+            np.testing.assert_array_equal(data.volume.isel(z=[3, 1], y=slice(None, None, -2), x=[0, 5]),
+                                          self.samples[[3, 1]][:, ::-2][:, :, [0, 5]])
+            np.testing.assert_array_equal(data.volume.isel(z=-1, x=slice(3, 30, 4)), self.samples[-1, :, 3:30:4])
+
+    def test_it_is_lazy(self):
+        source = Counting(self.bytes)
+        with self.open(source) as data:
+            source.reads = 0
+            part = data.volume.isel(z=slice(0, 5), y=slice(0, 5), x=slice(0, 5))
+            self.assertEqual(source.reads, 0)
+            np.testing.assert_array_equal(part, self.samples[:5, :5, :5])
+            self.assertEqual(source.reads, 1)
+        self.assertRaises(ValueError, lambda: data.volume.isel(y=3).values)
+
+    def test_chunks_are_whole_bricks(self):
+        try:
+            import dask.array  # noqa: F401
+        except ImportError:
+            self.skipTest("there is no dask")
+        with self.open(self.path, chunks={}) as data:
+            self.assertEqual(data.volume.chunks, tagrid.open(self.path).aligned_chunks())
+            np.testing.assert_array_equal(data.volume.mean("z"), self.samples.mean(axis=0))
+
+    def test_a_place_in_the_world_is_one_only_where_axes_agree(self):
+        affine = np.array([[-0.5, 0, 0, 10], [0, 0.5, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]])
+        samples = self.samples[:5, :6, :7]
+        data = self.open(tagrid.encode(samples, affine=affine))
+        np.testing.assert_array_equal(data.x, 10 - 0.5 * np.arange(7))
+        np.testing.assert_array_equal(data.z, 30 + 2 * np.arange(5))
+        turned = affine[[1, 0, 2, 3]]
+        data = self.open(tagrid.encode(samples, affine=turned))
+        np.testing.assert_array_equal(data.x, 0.5 * np.arange(7))
+        np.testing.assert_array_equal(np.reshape(data.volume.attrs["affine"], (4, 4)), turned)
+        data = self.open(tagrid.encode(samples), drop_variables="y")
+        self.assertEqual((data.x.attrs["units"], "y" in data.coords), ("1", False))
+
+    def test_files_are_known_by_their_name(self):
+        from tagrid.xarray import TagridBackend
+        backend = TagridBackend()
+        self.assertEqual([backend.guess_can_open(name) for name in ("a.tag", self.path, "a.nc", b"x", 3)],
+                         [True, True, False, False, False])
+
+
+if __name__ == "__main__":
+    print("modules:", ", ".join(name for name in ("dask", "xarray") if name in sys.modules))
+    unittest.main()
