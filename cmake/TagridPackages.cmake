@@ -23,6 +23,9 @@ set(CPACK_COMPONENTS_ALL tagrid tagrid-readers tagrid-openvdb libtagrid libtagri
 if(TARGET tagrid_hdf5_plugin)
   list(APPEND CPACK_COMPONENTS_ALL tagrid-hdf5)
 endif()
+if(TARGET tagrid_python)
+  list(APPEND CPACK_COMPONENTS_ALL python3-tagrid)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENT_TAGRID_DESCRIPTION
     "CT volumes as one file\n tagrid turns a CT volume into one .tag file and back: every voxel within a bound, and a\n crack-free tetrahedral grid that is fine where the volume bends.")
@@ -36,6 +39,8 @@ set(CPACK_COMPONENT_LIBTAGRID_DESCRIPTION
     "CT volumes as one file, shared library\n libtagrid reads parts of .tag files, and writes .tag files from slices.")
 set(CPACK_COMPONENT_LIBTAGRID-DEV_DESCRIPTION
     "CT volumes as one file, files to develop with\n Headers for C and C++, a static library, a CMake package, pkg-config's file and examples.")
+set(CPACK_COMPONENT_PYTHON3-TAGRID_DESCRIPTION
+    "CT volumes as one file, Python package\n .tag files as arrays that are read in parts, written from arrays, with meshes and surfaces.")
 
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -61,4 +66,11 @@ set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_DEPENDS "libtagrid (= ${PROJECT_VERSION})")
 # Only programs linked with libtagrid.a need them.
 set(CPACK_DEBIAN_LIBTAGRID-DEV_PACKAGE_RECOMMENDS "libtbb-dev, libfmt-dev, libzstd-dev, libxxhash-dev")
+set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_NAME python3-tagrid)
+set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_DEPENDS
+    "libtagrid (= ${PROJECT_VERSION}), python3 (>= ${TAGRID_PYTHON_VERSION}), python3 (<< ${TAGRID_PYTHON_VERSION}.99), python3-numpy")
+set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_SUGGESTS "python3-dask, python3-xarray")
+# Its library is libtagrid of the same build, which no installed package has.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
 include(CPack)

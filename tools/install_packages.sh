@@ -1,29 +1,32 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, fuzzing, comparing with
 # other codecs, and making the pictures of the documents.
-#   tools/install_packages.sh build|mpi|test|fuzz|bench|pictures
+#   tools/install_packages.sh build|mpi|python|test|fuzz|bench|pictures
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
   libtiff-dev libpugixml-dev libdcmtk-dev libopenjp2-7-dev libhdf5-dev pkgconf
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
-test=("${mpi[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
+python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
+test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
-  python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 libopenjp2-tools)
+  python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 libopenjp2-tools
+  python3-dask python3-xarray python3-meshio)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
-pictures=(python3 python3-numpy python3-pil)
+pictures=("${python[@]}" python3-pil python3-matplotlib)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;
   mpi) wanted=("${mpi[@]}") ;;
+  python) wanted=("${python[@]}") ;;
   test) wanted=("${test[@]}") ;;
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
   pictures) wanted=("${pictures[@]}") ;;
-  *) echo "usage: $0 build|mpi|test|fuzz|bench|pictures" >&2; exit 64 ;;
+  *) echo "usage: $0 build|mpi|python|test|fuzz|bench|pictures" >&2; exit 64 ;;
 esac
 
 missing=()

@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/install_packages.sh test
-cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_MPI=ON -DTAGRID_HDF5=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
+cmake --preset release -DTAGRID_TESTS=ON -DTAGRID_MPI=ON -DTAGRID_HDF5=ON -DTAGRID_PYTHON=ON ${TAGRID_CMAKE_OPTIONS:-} >/dev/null
 cmake --build --preset release
 # Many tests wait for processes that they have started.
 ctest --preset release -j "$((2 * $(nproc)))"

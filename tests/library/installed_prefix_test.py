@@ -157,7 +157,8 @@ class InstalledLibrary(unittest.TestCase):
         run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
         packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
         plugins = {"tagrid-hdf5"} if (BUILD / "hdf5_plugins").exists() else set()
-        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"} | plugins)
+        with_python = {"python3-tagrid"} if next(BUILD.glob("python/tagrid/_tagrid.*.so"), None) else set()
+        self.assertEqual(set(packages), {"tagrid", "tagrid-readers", "tagrid-openvdb", "libtagrid", "libtagrid-dev"} | plugins | with_python)
         content = {name: run("dpkg-deb", "--contents", file) for name, file in packages.items()}
         field = {name: run("dpkg-deb", "--field", file) for name, file in packages.items()}
         for path in ("/usr/bin/tagrid\n", "man1/tagrid.1", "bash-completion/completions/tagrid"):
@@ -182,6 +183,10 @@ class InstalledLibrary(unittest.TestCase):
         for name in ("tagrid", "libtagrid"):
             self.assertRegex(field[name], r"Depends: .*libtbb")
         self.assertRegex(field["libtagrid-dev"], r"Depends: .*libtagrid \(= ")
+        for package in with_python:
+            for path in ("/tagrid/__init__.py\n", "/tagrid/_tagrid.cpython", "/tagrid/py.typed\n", ".dist-info/entry_points.txt\n"):
+                self.assertIn(path, content[package])
+            self.assertRegex(field[package], r"Depends: .*libtagrid \(= .*python3-numpy")
         architecture = run("dpkg-architecture", "-qDEB_HOST_MULTIARCH").strip()
         self.assertIn(f"./usr/lib/{architecture}/libtagrid.so.0 ->", content["libtagrid"])
         for path in ("libtagrid.a", "pkgconfig/tagrid.pc", "cmake/tagrid/tagridConfig.cmake"):

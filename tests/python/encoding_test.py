@@ -14,7 +14,7 @@ import tagrid
 
 from volumes import TYPES, blobs
 
-PROGRAM = sys.argv.pop(1)
+PROGRAM = sys.argv[1]
 SHAPE = (70, 20, 30)
 AFFINE = np.array([[0, 0.5, 0, 3], [-0.25, 0, 0, -4], [0, 0, 2, 5.5], [0, 0, 0, 1.0]])
 
@@ -290,4 +290,4 @@ class Writing(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

@@ -2,6 +2,7 @@
 
 import itertools
 import random
+import sys
 import unittest
 
 import numpy as np
@@ -165,4 +166,4 @@ class Reading(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 
-PROGRAM = sys.argv.pop(1)
+PROGRAM = sys.argv[1]
 MB = 1_000_000
 
 # The peak is that of a process of its own, above what it had before.
@@ -71,4 +71,4 @@ class Memory(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

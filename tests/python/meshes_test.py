@@ -1,5 +1,6 @@
 """Meshes and surfaces: where the world is, what their laws are, and that others take them."""
 
+import sys
 import unittest
 
 import numpy as np
@@ -141,4 +142,4 @@ class Meshes(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

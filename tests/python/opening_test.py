@@ -9,6 +9,7 @@ import signal
 import tempfile
 import threading
 import time
+import sys
 import unittest
 
 import numpy as np
@@ -325,4 +326,4 @@ class Opening(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1])

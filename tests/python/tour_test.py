@@ -1,0 +1,103 @@
+"""The code of docs/python.md works as it is shown, and so do the examples of docstrings."""
+
+import contextlib
+import doctest
+import http.server
+import io
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+import tagrid
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = os.path.abspath(sys.argv[1])
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+class RangeHandler(http.server.SimpleHTTPRequestHandler):
+    """Sends the parts that are asked for, and counts them."""
+
+    parts = []
+
+    def do_GET(self):
+        first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
+        data = pathlib.Path(self.translate_path(self.path)).read_bytes()[first:last + 1]
+        self.parts.append(len(data))
+        self.send_response(206)
+        self.send_header("Content-Length", str(len(data)))
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_message(self, *_):
+        pass
+
+
+@contextlib.contextmanager
+def served_folder():
+    server = http.server.ThreadingHTTPServer(("localhost", 0), RangeHandler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://localhost:{server.server_port}"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+class Tour(unittest.TestCase):
+    def test_the_code_of_the_document_runs(self):
+        text = (ROOT / "docs/python.md").read_text()
+        names, said = {}, io.StringIO()
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), served_folder() as url:
+            subprocess.run([PROGRAM, "phantom", "--dims", "160,160,96", "-q", "-o", "p.nhdr"], check=True)
+            subprocess.run([PROGRAM, "encode", "p.nhdr", "--max-error", "5", "-q", "-o", "scan.tag"], check=True)
+            for match in BLOCK.finditer(text):
+                line = text[:match.start()].count("\n") + 2
+                code = match[1].replace("http://localhost:8000", url)
+                # Without installing there are no entry points.
+                code = code.replace('engine="tagrid"', "engine=__import__('tagrid.xarray').xarray.TagridBackend")
+                packages = set(re.findall(r"^(?:import|from) (\w+)", code, re.MULTILINE))
+                if "meshio" in packages and not importable("meshio"):
+                    continue
+                with self.subTest(line=line), contextlib.redirect_stdout(said):
+                    exec(compile("\n" * (line - 1) + code, "docs/python.md", "exec"), names)
+        self.assertIn("<tagrid.Volume 'scan.tag' (96, 160, 160) int16, max_error 5>", said.getvalue())
+        self.assertIn("(21, 90, 100)", said.getvalue())
+        self.assertIn("100 %", said.getvalue())
+        np.testing.assert_array_equal(names["everything"][48], names["slice_"])
+        np.testing.assert_array_equal(names["box"], names["everything"][40:60, 10:74, 10:74])
+        # The header and the index, and one brick.
+        self.assertLess(len(RangeHandler.parts), 8)
+
+    def test_examples_of_docstrings_say_the_truth(self):
+        failed, tried = doctest.testmod(tagrid)
+        self.assertEqual(failed, 0)
+        self.assertGreater(tried, 6)
+
+    def test_everything_public_is_described(self):
+        for name in tagrid.__all__:
+            thing = getattr(tagrid, name)
+            self.assertTrue(thing.__doc__, name)
+            for member, value in vars(thing).items() if isinstance(thing, type) else ():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    self.assertTrue(value.__doc__, f"{name}.{member}")
+
+
+def importable(name):
+    try:
+        __import__(name)
+        return True
+    except ImportError:
+        return False
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
