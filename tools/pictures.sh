@@ -18,3 +18,8 @@ tools/pictures/slice_and_grid.py "$folder/phantom.nhdr" "$folder/phantom.vtu" 64
 echo 'units: "mm" "mm" "mm"' >> "$folder/phantom.nhdr"
 "$tagrid" encode "$folder/phantom.nhdr" --max-error 5 -o "$folder/chest.tag" --quiet
 "$tagrid" preview "$folder/chest.tag" -o docs/images/preview.png --force --quiet
+
+"$tagrid" phantom --dims 160,160,96 -o "$folder/scan.nhdr"
+"$tagrid" encode "$folder/scan.nhdr" --max-error 5 -o "$folder/scan.tag" --quiet
+# The package is beside the program where it was built with -DTAGRID_PYTHON=ON.
+PYTHONPATH=${tagrid%/*}/python tools/pictures/python_tour.py "$folder/scan.tag" docs/images

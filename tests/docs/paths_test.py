@@ -8,7 +8,7 @@ import re
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("include", "stages", "io", "pipeline", "tools", "tests", "docs", "cmake", "examples")
+FOLDERS = ("include", "stages", "io", "pipeline", "tools", "tests", "docs", "cmake", "examples", "python")
 SOURCES = {".h", ".cpp", ".py", ".sh", ".cmake", ".sbatch", ".txt"}
 ENDINGS = ("", ".h", ".cpp", ".py", ".md")
 

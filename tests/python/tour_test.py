@@ -54,13 +54,14 @@ def served_folder():
 
 class Tour(unittest.TestCase):
     def test_the_code_of_the_document_runs(self):
-        text = (ROOT / "docs/python.md").read_text()
+        # The example of README.md comes first.
+        text = (ROOT / "README.md").read_text().split("## What it saves")[0] + (ROOT / "docs/python.md").read_text()
         names, said = {}, io.StringIO()
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), served_folder() as url:
             subprocess.run([PROGRAM, "phantom", "--dims", "160,160,96", "-q", "-o", "p.nhdr"], check=True)
             subprocess.run([PROGRAM, "encode", "p.nhdr", "--max-error", "5", "-q", "-o", "scan.tag"], check=True)
             for match in BLOCK.finditer(text):
-                line = text[:match.start()].count("\n") + 2
+                line = text[:match.start()].count("\n") + 2  # in both documents
                 code = match[1].replace("http://localhost:8000", url)
                 # Without installing there are no entry points.
                 code = code.replace('engine="tagrid"', "engine=__import__('tagrid.xarray').xarray.TagridBackend")
