@@ -19,7 +19,7 @@ class Run(NamedTuple):
     step: int
 
     @property
-    def count(self) -> int:
+    def length(self) -> int:
         return len(range(self.start, self.stop, self.step))
 
 
@@ -48,7 +48,7 @@ def select(key: Any, shape: Sequence[int], brick: int) -> Selection:
             raise IndexError(f"a volume is indexed with arrays along one axis only; supported are {SUPPORTED}")
         runs.append(found)
         rest.append(later)
-    z, y, x = (sum(run.count for run in along) for along in runs)
+    z, y, x = (sum(run.length for run in along) for along in runs)
     return Selection((runs[0], runs[1], runs[2]), (z, y, x), tuple(rest))
 
 

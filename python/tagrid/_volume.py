@@ -201,10 +201,11 @@ class Volume:
         another type. DamagedError, InputError, MemoryLimitError: see there.
         """
         runs = self._runs_of(region, step)
-        shape = tuple(run.count for run in runs)
+        shape = tuple(run.length for run in runs)
         target = np.empty(shape, self.dtype) if out is None else self._checked_out(out, shape)
         self._read_runs(runs, target, threads, memory_limit, progress)
-        return target if out is None else out
+        result: npt.NDArray[Any] = target if out is None else out
+        return result
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
@@ -282,15 +283,15 @@ class Volume:
         return level
 
     def _runs_of(self, region: Optional[Region], step: Union[int, Sequence[int]]) -> tuple[Run, Run, Run]:
-        pairs = ((None, None),) * 3 if region is None else tuple(map(tuple, region))
+        pairs: list[Sequence[Optional[int]]] = [(None, None)] * 3 if region is None else [tuple(pair) for pair in region]
         if len(pairs) != 3 or any(len(pair) != 2 for pair in pairs):
             raise ArgumentError(f"a region is ((z0, z1), (y0, y1), (x0, x1)), not {region!r}")
         steps = (step,) * 3 if isinstance(step, (int, np.integer)) else tuple(step)
         if len(steps) != 3 or min(steps) < 1:
             raise ArgumentError(f"a step is a number of at least 1, or three (z, y, x), not {step!r}")
         runs = []
-        for name, (low, high), size, every in zip("zyx", pairs, self.shape, steps):
-            low, high = 0 if low is None else int(low), size if high is None else int(high)
+        for name, (first, last), size, every in zip("zyx", pairs, self.shape, steps):
+            low, high = 0 if first is None else int(first), size if last is None else int(last)
             if not 0 <= low < high <= size:
                 raise ArgumentError(f"the region has {low}:{high} along {name}, where the volume has 0:{size}; a region "
                                     "must be within the volume, and not empty")
@@ -327,7 +328,7 @@ class Volume:
     def _fill(self, samples: npt.NDArray[Any], selection: Selection) -> None:
         if samples.size == 0 and self._reader.closed:
             raise ArgumentError("the volume is closed")
-        starts = [np.cumsum([0] + [run.count for run in runs]) for runs in selection.runs]
+        starts = [np.cumsum([0] + [run.length for run in runs]) for runs in selection.runs]
         for numbers in product(*(range(len(runs)) for runs in selection.runs)):
             runs = [selection.runs[axis][number] for axis, number in enumerate(numbers)]
             place = tuple(slice(starts[axis][n], starts[axis][n + 1]) for axis, n in enumerate(numbers))

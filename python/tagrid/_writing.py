@@ -215,9 +215,9 @@ def _is_path(out: Any) -> bool:
 
 
 def _write_of(out: Any) -> Callable[[bytes], object]:
-    write = getattr(out, "write", None)
-    if not callable(write):
+    if not callable(getattr(out, "write", None)):
         raise TypeError(f"out must be a path, or have write(), not {type(out).__name__!r}")
+    write: Callable[[bytes], Any] = out.write
 
     def write_all(data: bytes) -> None:
         # A raw file may take less than it is given.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Iterable, Optional
+from typing import Any, Iterable, Union
 
 import numpy as np
 import xarray
@@ -13,7 +13,7 @@ from xarray.core import indexing
 from ._volume import Volume
 
 
-class VolumeArray(BackendArray):  # type: ignore[misc]
+class VolumeArray(BackendArray):
     """The samples of a volume, decoded when they are used."""
 
     def __init__(self, volume: Volume):
@@ -26,7 +26,7 @@ class VolumeArray(BackendArray):  # type: ignore[misc]
                                                   self.volume.__getitem__)
 
 
-class TagridBackend(BackendEntrypoint):  # type: ignore[misc]
+class TagridBackend(BackendEntrypoint):
     """engine="tagrid": a dataset with the variable "volume" (z, y, x), and coordinates in the units of the scan, mostly
     mm: in the world if the axes of the scan are those of the world, otherwise distances from the first sample. Attributes
     have the affine matrix, the bound and the errors that were achieved."""
@@ -35,7 +35,7 @@ class TagridBackend(BackendEntrypoint):  # type: ignore[misc]
     url = "docs/python.md"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "threads")
 
-    def open_dataset(self, filename_or_obj: Any, *, drop_variables: Optional[Iterable[str]] = None,
+    def open_dataset(self, filename_or_obj: Any, drop_variables: Union[str, Iterable[str], None] = None,
                      threads: int = 0) -> xarray.Dataset:
         volume = Volume(filename_or_obj, threads)
         attributes: dict[str, Any] = {

@@ -1,0 +1,163 @@
+"""A .tag file as a Zarr array of several resolutions (Zarr 2, OME-Zarr 0.4), without a copy."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections import OrderedDict
+from itertools import product
+from typing import Any, Iterator, MutableMapping, Optional, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+from ._volume import Volume
+
+_Index = tuple[int, int, int]
+
+
+class Store(MutableMapping[str, bytes]):
+    """A read-only store for zarr.open_group(): the arrays "0", "1", "2" ... have every 1st, 2nd, 4th ... sample along
+    each axis, down to one chunk. Chunks have 64 samples along each edge, and are decoded when they are read.
+
+    source: whatever tagrid.open() takes, or a Volume. chunk: samples along the edge of a chunk.
+    cache_bytes: memory for bricks that were decoded, since a chunk has samples of up to 8 bricks (see
+        Volume.aligned_chunks()).
+
+    Levels are samples of the volume, not means: all begin at the same sample, so their translations are equal. Places are
+    those of the world where the axes of the scan are those of the world, otherwise distances from the first sample.
+    """
+
+    def __init__(self, source: Any, *, chunk: int = 64, threads: int = 0, cache_bytes: int = 1 << 27):
+        if chunk < 1:
+            raise ArgumentError(f"a chunk has at least one sample along each edge, not {chunk}")
+        self.volume = source if isinstance(source, Volume) else Volume(source, threads)
+        self._chunk = chunk
+        self._bricks = _Bricks(self.volume, cache_bytes)
+        longest = max(self.volume.shape)
+        self._levels = 1 + max(0, math.ceil(math.log2(longest / chunk)))
+        self._texts = {name: json.dumps(value).encode() for name, value in self._descriptions().items()}
+
+    def _descriptions(self) -> dict[str, Any]:
+        found: dict[str, Any] = {".zgroup": {"zarr_format": 2}, ".zattrs": {"multiscales": [self._multiscales()]}}
+        for level in range(self._levels):
+            found[f"{level}/.zarray"] = {
+                "zarr_format": 2, "shape": self._shape(level), "chunks": [self._chunk] * 3, "dtype": self.volume.dtype.str,
+                "compressor": None, "filters": None, "fill_value": 0, "order": "C", "dimension_separator": "/"}
+            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": ["z", "y", "x"]}
+        return found
+
+    def _multiscales(self) -> dict[str, Any]:
+        spacing, origin = _places(self.volume)
+        datasets = [{"path": str(level), "coordinateTransformations": [
+            {"type": "scale", "scale": [step * 2**level for step in spacing]},
+            {"type": "translation", "translation": origin}]} for level in range(self._levels)]
+        axes = [{"name": name, "type": "space", "unit": "millimeter"} for name in "zyx"]
+        return {"version": "0.4", "axes": axes, "datasets": datasets, "type": "subsampled"}
+
+    def _shape(self, level: int) -> list[int]:
+        return [-(-size // 2**level) for size in self.volume.shape]
+
+    def _counts(self, level: int) -> list[int]:
+        return [-(-size // self._chunk) for size in self._shape(level)]
+
+    def _samples(self, level: int, index: _Index) -> npt.NDArray[Any]:
+        """The samples of a chunk; beyond the volume it is filled with zeros."""
+        step, shape = 2**level, self._shape(level)
+        lows = [number * self._chunk for number in index]
+        highs = [min(low + self._chunk, size) for low, size in zip(lows, shape)]
+        chunk = np.zeros((self._chunk,) * 3, self.volume.dtype)
+        part = chunk[tuple(slice(high - low) for low, high in zip(lows, highs))]
+        if level == 0:
+            self._bricks.copy(lows, highs, part)
+        else:
+            region = [(low * step, (high - 1) * step + 1) for low, high in zip(lows, highs)]
+            self.volume.read(region, step, part)
+        return chunk
+
+    def _chunk_of(self, key: str) -> Optional[tuple[int, _Index]]:
+        parts = key.split("/")
+        if len(parts) != 4 or not all(part.isascii() and part.isdigit() for part in parts):
+            return None
+        level, z, y, x = map(int, parts)
+        if level >= self._levels or any(n >= count for n, count in zip((z, y, x), self._counts(level))):
+            return None
+        return level, (z, y, x)
+
+    def __getitem__(self, key: str) -> bytes:
+        if key in self._texts:
+            return self._texts[key]
+        found = self._chunk_of(key)
+        if found is None:
+            raise KeyError(key)
+        return self._samples(*found).tobytes()
+
+    def __contains__(self, key: object) -> bool:
+        return isinstance(key, str) and (key in self._texts or self._chunk_of(key) is not None)
+
+    def __iter__(self) -> Iterator[str]:
+        yield from self._texts
+        for level in range(self._levels):
+            for index in product(*map(range, self._counts(level))):
+                yield "/".join(map(str, (level, *index)))
+
+    def __len__(self) -> int:
+        return len(self._texts) + sum(math.prod(self._counts(level)) for level in range(self._levels))
+
+    def __setitem__(self, key: str, value: Union[bytes, Any]) -> None:
+        raise PermissionError("the store of a .tag file is read-only")
+
+    def __delitem__(self, key: str) -> None:
+        raise PermissionError("the store of a .tag file is read-only")
+
+    def close(self) -> None:
+        self.volume.close()
+
+
+class _Bricks:
+    """The bricks that were decoded last."""
+
+    def __init__(self, volume: Volume, most_bytes: int):
+        self._volume = volume
+        self._borders = [np.cumsum((0, *sizes)).tolist() for sizes in volume.aligned_chunks(1)]
+        edge = volume.chunks[0] + 1
+        self._most = max(8, most_bytes // (edge**3 * volume.dtype.itemsize))
+        self._kept: OrderedDict[_Index, npt.NDArray[Any]] = OrderedDict()
+        self._turn = threading.Lock()
+
+    def copy(self, lows: list[int], highs: list[int], out: npt.NDArray[Any]) -> None:
+        """Copies the samples from lows up to highs."""
+        met = [range(int(np.searchsorted(borders, low, "right")) - 1, int(np.searchsorted(borders, high, "left")))
+               for borders, low, high in zip(self._borders, lows, highs)]
+        for z, y, x in product(*met):
+            samples = self._brick((z, y, x))
+            here, there = [], []
+            for axis, number in enumerate((z, y, x)):
+                begin, end = self._borders[axis][number:number + 2]
+                low, high = max(begin, lows[axis]), min(end, highs[axis])
+                here.append(slice(low - begin, high - begin))
+                there.append(slice(low - lows[axis], high - lows[axis]))
+            out[tuple(there)] = samples[tuple(here)]
+
+    def _brick(self, index: _Index) -> npt.NDArray[Any]:
+        with self._turn:
+            if index in self._kept:
+                self._kept.move_to_end(index)
+                return self._kept[index]
+        # Without the lock, so that threads decode at once.
+        samples = self._volume.read([self._borders[axis][n:n + 2] for axis, n in enumerate(index)])
+        with self._turn:
+            self._kept[index] = samples
+            while len(self._kept) > self._most:
+                self._kept.popitem(last=False)
+        return samples
+
+
+def _places(volume: Volume) -> tuple[list[float], list[float]]:
+    """The scale and the translation along z, y and x."""
+    directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
+    if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
+        return np.diag(directions)[::-1].tolist(), origin[::-1].tolist()
+    return [1.0 if math.isnan(step) else step for step in volume.spacing], [0.0, 0.0, 0.0]

@@ -1,0 +1,137 @@
+"""A .tag file is a Zarr store, and chunks of Zarr arrays are .tag files."""
+
+import os
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+import tagrid
+
+from volumes import TYPES, blobs
+
+try:
+    import numcodecs
+    import zarr
+    from tagrid.numcodecs import Tagrid
+    from tagrid.zarr import Store
+    MISSING = False
+except ImportError:
+    MISSING = True
+
+SHAPE = (70, 90, 150)
+
+
+class Counting:
+    """A file in memory that counts its reads."""
+
+    def __init__(self, data):
+        self.data, self.size, self.reads = data, len(data), 0
+
+    def read_at(self, offset, size):
+        self.reads += 1
+        return self.data[offset:offset + size]
+
+
+@unittest.skipIf(MISSING, "there is no zarr")
+class Stores(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.samples = blobs(SHAPE)
+        cls.bytes = tagrid.encode(cls.samples, spacing=(2, 0.5, 0.25), cube=8, brick=4)
+        cls.store = Store(cls.bytes, chunk=32)
+        cls.group = zarr.open_group(cls.store, mode="r")
+
+    def test_every_level_has_every_so_manieth_sample(self):
+        self.assertEqual(sorted(self.group.array_keys()), ["0", "1", "2", "3"])
+        for name, array in self.group.arrays():
+            step = 2 ** int(name)
+            np.testing.assert_array_equal(array[:], self.samples[::step, ::step, ::step])
+            np.testing.assert_array_equal(array[3:8, ::2, 5], self.samples[::step, ::step, ::step][3:8, ::2, 5])
+        self.assertEqual(self.group["0"].chunks, (32, 32, 32))
+        self.assertLessEqual(max(self.group["3"].shape), 32)
+
+    def test_levels_are_where_their_samples_are(self):
+        for affine, scale, translation in (
+                (np.array([[-0.5, 0, 0, 10], [0, 0.5, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]]), [2, 0.5, -0.5], [30, 20, 10]),
+                (np.array([[0, 0.5, 0, 20], [-0.5, 0, 0, 10], [0, 0, 2, 30], [0, 0, 0, 1]]), [2, 0.5, 0.5], [0, 0, 0])):
+            store = Store(tagrid.encode(self.samples[:40, :40, :40], affine=affine), chunk=16)
+            (multiscales,) = zarr.open_group(store, mode="r").attrs["multiscales"]
+            self.assertEqual([axis["name"] for axis in multiscales["axes"]], ["z", "y", "x"])
+            self.assertEqual(len(multiscales["datasets"]), 3)
+            for level, dataset in enumerate(multiscales["datasets"]):
+                scales, translations = dataset["coordinateTransformations"]
+                self.assertEqual((dataset["path"], scales["scale"], translations["translation"]),
+                                 (str(level), [step * 2**level for step in scale], translation))
+
+    def test_it_is_a_mapping_that_cannot_be_changed(self):
+        keys = list(self.store)
+        self.assertEqual(len(keys), len(self.store))
+        self.assertTrue(all(key in self.store for key in keys))
+        for key in ("0/0/0/5", "4/0/0/0", "0/-1/0/0", "0/0/0", "a", "0/0/0/\u0660", 3, "0/0/0/0/0"):
+            self.assertNotIn(key, self.store)
+        self.assertRaises(KeyError, lambda: self.store["0/9/0/0"])
+        self.assertRaises(PermissionError, self.store.update, {"0/0/0/0": b""})
+        self.assertRaises(PermissionError, self.store.pop, "0/0/0/0")
+        self.assertRaises(tagrid.ArgumentError, Store, self.bytes, chunk=0)
+
+    def test_a_brick_is_decoded_once_although_chunks_have_other_borders(self):
+        source = Counting(self.bytes)
+        store = Store(source, chunk=32)
+        source.reads = 0
+        np.testing.assert_array_equal(zarr.open_group(store, mode="r")["0"][:], self.samples)
+        self.assertEqual(source.reads, np.prod(store.volume.info["bricks"]))
+        small = Store(source, chunk=64, cache_bytes=0)
+        np.testing.assert_array_equal(zarr.open_group(small, mode="r")["0"][:], self.samples)
+        self.assertLessEqual(len(small._bricks._kept), 8)
+
+    def test_dask_reads_it(self):
+        try:
+            import dask.array as da
+        except ImportError:
+            self.skipTest("there is no dask")
+        np.testing.assert_array_equal(da.from_zarr(self.group["1"]).compute(), self.samples[::2, ::2, ::2])
+
+
+@unittest.skipIf(MISSING, "there is no zarr")
+class Codecs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        # An installed package has an entry point for it.
+        numcodecs.register_codec(Tagrid)
+
+    def test_arrays_of_every_type_and_order_come_back(self):
+        for dtype in (*TYPES, ">i2", ">f4"):
+            for order in "CF":
+                samples = blobs((20, 30, 25), np.dtype(dtype).newbyteorder("=")).astype(dtype)
+                array = zarr.array(samples, chunks=(16, 16, 16), order=order, compressor=Tagrid())
+                np.testing.assert_array_equal(array[:], samples)
+                self.assertEqual(array.dtype, samples.dtype)
+
+    def test_axes_of_one_sample_do_not_count(self):
+        samples = blobs((20, 30, 25)).reshape(1, 20, 30, 1, 25)
+        np.testing.assert_array_equal(zarr.array(samples, chunks=(1, 16, 16, 1, 16), compressor=Tagrid())[:], samples)
+        flat = blobs((1, 1, 100)).ravel()
+        np.testing.assert_array_equal(zarr.array(flat, compressor=Tagrid())[:], flat)
+        self.assertRaises(TypeError, zarr.array, np.zeros((2, 2, 2, 2), "u1"), compressor=Tagrid())
+        self.assertRaises(TypeError, zarr.array, np.zeros((2, 2, 2), "i8"), compressor=Tagrid())
+
+    def test_an_array_on_disk_is_read_by_its_metadata_and_keeps_the_bound(self):
+        samples = blobs((40, 50, 60), "float32")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "a.zarr")
+            zarr.save_array(path, samples, compressor=Tagrid(max_error=0.5, effort="fast"), chunks=(32, 32, 32))
+            again = zarr.open_array(path, mode="r")
+            self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
+            self.assertLessEqual(abs(again[:] - samples).max(), 0.5)
+            self.assertLess(sum(f.stat().st_size for f in pathlib.Path(path).iterdir()), samples.nbytes / 2)
+
+    def test_damaged_chunks_are_an_error(self):
+        data = Tagrid().encode(blobs((9, 9, 9)))
+        self.assertRaises(tagrid.DamagedError, Tagrid().decode, data[:-3])
+        out = np.empty(729, "i2")
+        np.testing.assert_array_equal(Tagrid().decode(data, out), Tagrid().decode(data))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=["zarr_test"])
