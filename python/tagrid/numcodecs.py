@@ -7,6 +7,7 @@ from typing import Any, Optional
 import numpy as np
 from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
+from numcodecs.registry import register_codec
 
 from ._volume import Volume
 from ._writing import encode
@@ -55,3 +56,7 @@ class Tagrid(Codec):
         if order:
             samples = samples.astype(samples.dtype.newbyteorder(order))
         return ndarray_copy(samples.ravel(), out) if out is not None else samples.ravel()
+
+
+# Entry points do the same once the package is installed.
+register_codec(Tagrid)

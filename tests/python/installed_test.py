@@ -24,6 +24,7 @@ except ImportError:
 for options in ({"engine": "tagrid"}, {}):
     data = xarray.open_dataset(sys.argv[2], **options)
     assert float(data.volume.sel(z=18.0).max()) == 2999
+assert "tagrid" in {point.name for point in importlib.metadata.entry_points(group="numcodecs.codecs")}
 """
 
 

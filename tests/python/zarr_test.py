@@ -11,7 +11,6 @@ import tagrid
 from volumes import TYPES, blobs
 
 try:
-    import numcodecs
     import zarr
     from tagrid.numcodecs import Tagrid
     from tagrid.zarr import Store
@@ -95,11 +94,6 @@ class Stores(unittest.TestCase):
 
 @unittest.skipIf(MISSING, "there is no zarr")
 class Codecs(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        # An installed package has an entry point for it.
-        numcodecs.register_codec(Tagrid)
-
     def test_arrays_of_every_type_and_order_come_back(self):
         for dtype in (*TYPES, ">i2", ">f4"):
             for order in "CF":
