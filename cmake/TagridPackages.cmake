@@ -71,6 +71,4 @@ set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_DEPENDS
     "libtagrid (= ${PROJECT_VERSION}), python3 (>= ${TAGRID_PYTHON_VERSION}), python3 (<< ${TAGRID_PYTHON_VERSION}.99), python3-numpy")
 set(CPACK_DEBIAN_PYTHON3-TAGRID_PACKAGE_SUGGESTS "python3-dask, python3-xarray, python3-zarr")
-# Its library is libtagrid of the same build, which no installed package has.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
 include(CPack)
