@@ -91,7 +91,7 @@ void Encoder::work(Work do_it) {
     if (status == TAGRID_OK) return {};
     return {status, encoder_ != nullptr ? tagrid_encoder_message(encoder_) : "the encoder is closed"};
   });
-  if (ended.status == TAGRID_OK) return;
+  // Also if the work was complete before it noticed.
   call_.raised().raise();
   raised_.raise();
   raise_unless_ok(ended);

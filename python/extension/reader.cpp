@@ -38,7 +38,7 @@ struct Reader::File {
       }
     } const count(*this);
     const Outcome ended = run(call, [&] { return outcome(do_it()); });
-    if (ended.status == TAGRID_OK) return;
+    // Also if the work was complete before it noticed.
     call.raised().raise();
     if (ended.status == TAGRID_IO_ERROR && source) source->raised().raise();
     raise_unless_ok(ended);

@@ -275,6 +275,8 @@ class Opening(unittest.TestCase):
         for work in (volume.read, volume.verify, volume.mesh, lambda **k: volume.surface(100, **k)):
             with self.assertRaises(ZeroDivisionError):
                 work(progress=lambda done, total: 1 / 0)
+            with self.assertRaises(ZeroDivisionError):
+                work(progress=lambda done, total: 1 / (total - done))
 
     def test_memory_limits_are_kept_or_refused(self):
         with self.assertRaises(MemoryError) as caught:
