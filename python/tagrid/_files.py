@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 from typing import IO, Optional
+
+from ._errors import ArgumentError
 
 
 class NewFile:
@@ -14,7 +17,10 @@ class NewFile:
     def __init__(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]):
         self._path = os.path.realpath(os.fsdecode(path))
         if os.path.isdir(self._path):
-            raise IsADirectoryError(f"{self._path!r} is a directory")
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), self._path)
+        if os.path.exists(self._path) and not os.path.isfile(self._path):
+            # Devices and pipes must not become files.
+            raise ArgumentError(f"{self._path!r} is not a file; open it, and give what open() returned")
         folder, name = os.path.split(self._path)
         while True:
             self._temporary = os.path.join(folder, f".{name[:200]}.new-{secrets.token_hex(6)}")

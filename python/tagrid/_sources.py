@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import threading
 from typing import Any
 
@@ -57,9 +59,19 @@ def _open_path(path: str | bytes) -> Reader:
     try:
         return Reader.of_path(name)
     except InputError:
-        # Python's own exceptions tell a missing file from one that must not be read.
-        with open(name, "rb"):
-            raise
+        _raise_what_python_knows(path)
+        raise
+
+
+def _raise_what_python_knows(path: str | bytes) -> None:
+    """Python's own exceptions tell a missing file from one that must not be read."""
+    # A pipe would wait for its writer.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fsdecode(path))
+    finally:
+        os.close(descriptor)
 
 
 class _FileObject:

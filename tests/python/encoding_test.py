@@ -173,6 +173,15 @@ class Encoding(unittest.TestCase):
         self.assertRaises(FileNotFoundError, tagrid.encode, samples, self.folder / "none" / "v.tag")
         self.assertRaises(TypeError, tagrid.encode, samples, 3)
 
+    def test_a_pipe_or_a_device_is_not_replaced(self):
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        self.assertRaises(tagrid.ArgumentError, tagrid.encode, blobs(SHAPE), pipe)
+        self.assertTrue(pipe.is_fifo())
+        self.assertRaises(tagrid.ArgumentError, tagrid.encode, blobs(SHAPE), "/dev/null")
+        with open("/dev/null", "wb") as null:
+            tagrid.encode(blobs(SHAPE), null)
+
     def test_an_object_takes_the_bytes(self):
         class Slow(io.RawIOBase):
             data = b""

@@ -151,6 +151,10 @@ class Opening(unittest.TestCase):
         self.assertRaises(FileNotFoundError, tagrid.open, self.path + "x")
         self.assertRaises(IsADirectoryError, tagrid.open, self.folder.name)
         self.assertRaises(ValueError, tagrid.open, "a\0b")
+        pipe = os.path.join(self.folder.name, "pipe")
+        os.mkfifo(pipe)
+        with self.assertRaises((tagrid.InputError, tagrid.DamagedError, tagrid.ArgumentError)):
+            tagrid.open(pipe)
 
     def test_truncated_and_random_bytes_are_damaged(self):
         random = np.random.default_rng(1)
