@@ -14,12 +14,11 @@ import numpy.typing as npt
 from ._errors import ArgumentError
 from ._geometry import affine_of, metadata_of
 from ._meshes import Mesh, Surface
+from ._regions import Region, checked_out, runs_of
 from ._selection import Run, Selection, select
 from ._sources import describe, is_path, open_reader
 
 Progress = Optional[Callable[[int, int], object]]
-#: ((z0, z1), (y0, y1), (x0, x1)): samples from z0 up to, but not including, z1. None stands for the end of the volume.
-Region = Sequence[Sequence[Optional[int]]]
 
 
 class Volume:
@@ -200,9 +199,9 @@ class Volume:
         ArgumentError: the region is not within the volume, or `out` does not fit. TypeError: `out` is no array, or of
         another type. DamagedError, InputError, MemoryLimitError: see there.
         """
-        runs = self._runs_of(region, step)
+        runs = runs_of(region, step, self.shape)
         shape = tuple(run.length for run in runs)
-        target = np.empty(shape, self.dtype) if out is None else self._checked_out(out, shape)
+        target = np.empty(shape, self.dtype) if out is None else checked_out(out, shape, self.dtype)
         self._read_runs(runs, target, threads, memory_limit, progress)
         result: npt.NDArray[Any] = target if out is None else out
         return result
@@ -282,40 +281,11 @@ class Volume:
             raise ArgumentError(f"the grid has the levels 0 to {self.levels}, not {level}")
         return level
 
-    def _runs_of(self, region: Optional[Region], step: Union[int, Sequence[int]]) -> tuple[Run, Run, Run]:
-        pairs: list[Sequence[Optional[int]]] = [(None, None)] * 3 if region is None else [tuple(pair) for pair in region]
-        if len(pairs) != 3 or any(len(pair) != 2 for pair in pairs):
-            raise ArgumentError(f"a region is ((z0, z1), (y0, y1), (x0, x1)), not {region!r}")
-        steps = (step,) * 3 if isinstance(step, (int, np.integer)) else tuple(step)
-        if len(steps) != 3 or min(steps) < 1:
-            raise ArgumentError(f"a step is a number of at least 1, or three (z, y, x), not {step!r}")
-        runs = []
-        for name, (first, last), size, every in zip("zyx", pairs, self.shape, steps):
-            low, high = 0 if first is None else int(first), size if last is None else int(last)
-            if not 0 <= low < high <= size:
-                raise ArgumentError(f"the region has {low}:{high} along {name}, where the volume has 0:{size}; a region "
-                                    "must be within the volume, and not empty")
-            runs.append(Run(low, high, min(int(every), size)))
-        return runs[0], runs[1], runs[2]
-
     def _box_of(self, region: Optional[Region]) -> Any:
         if region is None:
             return None
-        z, y, x = self._runs_of(region, 1)
+        z, y, x = runs_of(region, 1, self.shape)
         return (x.start, y.start, z.start), (x.stop, y.stop, z.stop)
-
-    def _checked_out(self, out: Any, shape: tuple[int, ...]) -> npt.NDArray[Any]:
-        try:
-            target = np.asarray(out if isinstance(out, np.ndarray) else memoryview(out))
-        except TypeError:
-            raise TypeError(f"out must be an array that can be filled, not {type(out).__name__!r}") from None
-        if target.dtype != self.dtype or not target.dtype.isnative:
-            raise TypeError(f"out has the type {target.dtype.str!r}, and the volume {self.dtype.str!r}")
-        if target.shape != shape:
-            raise ArgumentError(f"out has the shape {target.shape}, and the region {shape}")
-        if not target.flags.writeable:
-            raise ArgumentError("out is read-only")
-        return target
 
     # ---- work
 

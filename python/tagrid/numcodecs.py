@@ -54,7 +54,7 @@ class Tagrid(Codec):
             samples = np.asarray(volume)
             order = volume.metadata.get(_ORDER)
         if order:
-            samples = samples.astype(samples.dtype.newbyteorder(order))
+            samples = samples.astype(samples.dtype.newbyteorder(">" if order == ">" else "<"))
         return ndarray_copy(samples.ravel(), out) if out is not None else samples.ravel()
 
 
