@@ -13,7 +13,7 @@ from ._volume import Volume
 
 TYPES = ("uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64")
 #: Slabs that have to be copied or loaded are about this large, but at least one slice.
-_SLAB_BYTES = 1 << 24
+_SLAB_BYTES = 1 << 22
 #: The usual edge of a brick: the encoder takes so many slices at a time anyway.
 _SLAB_SLICES = 64
 
