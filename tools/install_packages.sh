@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, fuzzing, comparing with
-# other codecs, and making the pictures of the documents.
-#   tools/install_packages.sh build|mpi|python|test|fuzz|bench|pictures
+# other codecs, and making the pictures of the documents and the report of the paper.
+#   tools/install_packages.sh build|mpi|python|test|fuzz|bench|pictures|paper
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
@@ -12,11 +12,12 @@ python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
 test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
-  python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 libopenjp2-tools
+  python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb libgl1-mesa-dri libopenjp2-tools
   python3-dask python3-xarray python3-zarr python3-meshio)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
+paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
 
 case "${1:-}" in
   build) wanted=("${build[@]}") ;;
@@ -26,7 +27,8 @@ case "${1:-}" in
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
   pictures) wanted=("${pictures[@]}") ;;
-  *) echo "usage: $0 build|mpi|python|test|fuzz|bench|pictures" >&2; exit 64 ;;
+  paper) wanted=("${paper[@]}") ;;
+  *) echo "usage: $0 build|mpi|python|test|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()
