@@ -1,0 +1,12 @@
+#!/usr/bin/env bash
+# Follows docs/paraview.md in ParaView, checks what it shows, and draws the pictures in docs/paraview again.
+#   tools/paraview.sh [--tagrid PROGRAM] [--output FOLDER]
+# Needs pvpython and Xvfb (Debian: python3-paraview, python3-pil, xvfb, xauth). They are not installed here, because on Debian 12
+# python3-paraview and python3-vtk9, which the tests need, exclude each other.
+set -euo pipefail
+sources=$(dirname "$(dirname "$(realpath "$0")")")
+
+for program in "${PVPYTHON:=pvpython}" xvfb-run; do
+  command -v "$program" >/dev/null || { echo "tools/paraview.sh: $program is not installed" >&2; exit 74; }
+done
+exec xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" "$PVPYTHON" "$sources/tools/pictures/paraview_page.py" "$@"
