@@ -25,11 +25,11 @@ setup(
     version=pkg_config("--modversion")[0],
     description="CT volumes as .tag files: read in parts, written from arrays, with meshes and surfaces",
     license="Apache-2.0",
-    packages=["tagrid"],
+    packages=["tagrid", "tagrid.paraview"],
     package_data={"tagrid": ["py.typed", "*.pyi"]},
     python_requires=">=3.10",
     install_requires=["numpy"],
-    extras_require={"dask": ["dask[array]"], "xarray": ["xarray"]},
+    extras_require={"dask": ["dask[array]"], "xarray": ["xarray"], "hdf5": ["h5py"]},
     entry_points=open("entry_points.txt").read(),
     ext_modules=[Extension(
         "tagrid._tagrid", sorted(glob.glob("extension/*.cpp")), depends=glob.glob("extension/*.h"), language="c++",

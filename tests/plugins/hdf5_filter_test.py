@@ -4,6 +4,7 @@
         PLUGINS: the folder with the plugin
 """
 
+import importlib.util
 import itertools
 import os
 import pathlib
@@ -231,8 +232,11 @@ class FilterTest(unittest.TestCase):
 
     def test_the_examples_of_the_document_work(self):
         text = (pathlib.Path(__file__).resolve().parents[2] / "docs/hdf5.md").read_text()
-        python = "".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
-        self.assertIn("create_dataset", python)
+        blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+        if importlib.util.find_spec("tagrid") is None:
+            blocks = [block for block in blocks if "import tagrid" not in block]
+        self.assertGreaterEqual(len(blocks), 2)
+        python = "".join(blocks)
         subprocess.run([sys.executable, "-c", python], check=True, cwd=self.folder)
         with h5py.File(self.folder / "plain.h5", "w") as file, h5py.File(self.folder / "scan.h5") as packed:
             file["scan"] = packed["scan"][...]

@@ -1,0 +1,150 @@
+"""HDF5: the filter's options for h5py, and chunks that several threads encode and decode.
+
+    with h5py.File("scan.h5", "w") as file:
+        file.create_dataset("scan", data=scan, chunks=(64, 64, 64), **tagrid.hdf5.Filter(max_error=2))
+
+Reading needs h5py and the plugin alone, not this module: see docs/hdf5.md.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+from ._volume import Volume
+from ._writing import encode
+
+__all__ = ["FILTER_ID", "Filter", "read", "write"]
+
+#: The number of the filter, unless the plugin was built with another one.
+FILTER_ID = 33184
+
+_EFFORTS = ("default", "fast", "best")
+
+
+class Filter(Mapping):  # type: ignore[type-arg]
+    """Options of h5py's create_dataset() that compress a data set: create_dataset(..., **Filter(max_error=2)).
+
+    max_error: no sample is further than this from the original, in units of the samples; 0: lossless.
+    effort: "fast", "default" or "best": time that is spent to make chunks smaller.
+
+    Chunks of 64 x 64 x 64 are best. The filter must be the first one: not together with shuffle.
+    """
+
+    def __init__(self, max_error: float = 0, effort: str = "default"):
+        if not (max_error >= 0 and max_error < float("inf")):
+            raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
+        if effort not in _EFFORTS:
+            raise ArgumentError(f"effort is one of {', '.join(_EFFORTS)}, not {effort!r}")
+        self.max_error, self.effort = float(max_error), effort
+
+    @property
+    def filter_id(self) -> int:
+        return FILTER_ID
+
+    @property
+    def filter_options(self) -> tuple[int, ...]:
+        """The numbers (cd_values) that HDF5 hands to the filter."""
+        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), _EFFORTS.index(self.effort))
+
+    def __getitem__(self, key: str) -> Any:
+        return {"compression": self.filter_id, "compression_opts": self.filter_options}[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(("compression", "compression_opts"))
+
+    def __len__(self) -> int:
+        return 2
+
+    def __repr__(self) -> str:
+        return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r})"
+
+
+def filter_of(dataset: Any) -> Filter:
+    """The filter of a data set. ArgumentError: it has none, or others beside it."""
+    properties = dataset.id.get_create_plist()
+    if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
+        raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
+    low, high, effort = properties.get_filter(0)[2][:3]
+    return Filter(struct.unpack("<d", struct.pack("<2I", low, high))[0], _EFFORTS[effort])
+
+
+def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
+    """Writes all of a data set that has the filter; several threads encode chunks, where HDF5 itself uses one.
+
+    array: of the shape of the data set; its samples are converted to the type of the data set. threads: 0 for all
+    processors that the process may use.
+    """
+    settings = filter_of(dataset)
+    samples = np.asarray(array)
+    if samples.shape != dataset.shape:
+        raise ArgumentError(f"the array has the shape {samples.shape}, and the data set {dataset.shape}")
+
+    def encoded(place: tuple[int, ...]) -> Optional[bytes]:
+        # HDF5's chunks are whole, even where the data set ends before.
+        chunk = np.full(dataset.chunks, dataset.fillvalue, dataset.dtype)
+        part = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
+        chunk[tuple(map(slice, part.shape))] = part
+        return encode(_as_volume(chunk), max_error=settings.max_error, effort=settings.effort, grid="derived", threads=1)
+
+    for place, chunk in _in_order(encoded, _places(dataset), threads):
+        dataset.id.write_direct_chunk(place, chunk)
+
+
+def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
+    """Reads all of a data set that has the filter; several threads decode chunks, where HDF5 itself uses one."""
+    filter_of(dataset)
+    samples = np.full(dataset.shape, dataset.fillvalue, dataset.dtype)
+
+    def decoded(item: tuple[tuple[int, ...], bytes]) -> None:
+        place, file = item
+        with Volume(file, threads=1) as volume:
+            chunk = volume.read().reshape(dataset.chunks)
+        target = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
+        target[...] = chunk[tuple(map(slice, target.shape))]
+
+    stored = ((place, dataset.id.read_direct_chunk(place)[1]) for place in _stored_places(dataset))
+    for _ in _in_order(decoded, stored, threads):
+        pass
+    return samples
+
+
+def _places(dataset: Any) -> Iterator[tuple[int, ...]]:
+    """The first sample of each chunk."""
+    return itertools.product(*(range(0, size, edge) for size, edge in zip(dataset.shape, dataset.chunks)))
+
+
+def _stored_places(dataset: Any) -> Iterator[tuple[int, ...]]:
+    for i in range(dataset.id.get_num_chunks()):
+        info = dataset.id.get_chunk_info(i)
+        if info.filter_mask:
+            raise ArgumentError(f"{dataset.name}: the chunk at {info.chunk_offset} was stored without the filter; read it by slices")
+        yield info.chunk_offset
+
+
+def _in_order(work: Any, items: Iterator[Any], threads: int) -> Iterator[tuple[Any, Any]]:
+    """Items and what work() makes of them. A few are ahead, so that memory does not grow with their number."""
+    count = threads or len(os.sched_getaffinity(0))
+    with ThreadPoolExecutor(count) as pool:
+        waiting: list[Any] = []
+        for item in items:
+            waiting.append((item, pool.submit(work, item)))
+            if len(waiting) > 2 * count:
+                first, future = waiting.pop(0)
+                yield first, future.result()
+        for first, future in waiting:
+            yield first, future.result()
+
+
+def _as_volume(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The chunk with three axes: those that are longer than 1, after others of 1."""
+    long = [size for size in chunk.shape if size != 1]
+    return chunk.reshape([1] * (3 - len(long)) + long)

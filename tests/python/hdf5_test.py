@@ -1,0 +1,89 @@
+"""The filter's options for h5py, and chunks that several threads encode and decode.
+
+    hdf5_test.py PYTHON_FOLDER PLUGINS
+        PYTHON_FOLDER: the folder with the built package; PLUGINS: that with the HDF5 plugin
+"""
+
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, sys.argv[1])
+os.environ["HDF5_PLUGIN_PATH"] = sys.argv[2]  # before the library is loaded
+
+try:
+    import h5py
+except ImportError as missing:
+    print(f"skipped: {missing} (python3-h5py)")
+    sys.exit(0)
+import numpy
+import tagrid
+import tagrid.hdf5
+
+
+def waves(shape, type="<i2"):
+    axes = numpy.meshgrid(*[numpy.arange(n) for n in shape], indexing="ij")
+    field = 60 + sum(15 * numpy.sin(axis / (7 + 2 * i)) for i, axis in enumerate(axes))
+    return (field + numpy.random.default_rng(1).normal(0, 2, shape)).astype(type)
+
+
+class Hdf5Test(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = pathlib.Path(folder.name) / "a.h5"
+
+    def test_the_filter_is_given_as_options_of_create_dataset(self):
+        data = waves((30, 40, 50))
+        sizes = {}
+        for effort in ("default", "best"):
+            with h5py.File(self.path, "w") as file:
+                file.create_dataset("a", data=data, chunks=(30, 40, 50), **tagrid.hdf5.Filter(max_error=1.5, effort=effort))
+            with h5py.File(self.path) as file:
+                self.assertEqual(tagrid.hdf5.filter_of(file["a"]).max_error, 1.5)
+                self.assertEqual(tagrid.hdf5.filter_of(file["a"]).effort, effort)
+                self.assertEqual(numpy.abs(file["a"][...] - data).max(), 1)
+                sizes[effort] = file["a"].id.get_storage_size()
+        self.assertLess(sizes["best"], sizes["default"])
+        for bad in ({"max_error": -1}, {"max_error": float("nan")}, {"max_error": float("inf")}, {"effort": "most"}):
+            with self.assertRaises(ValueError):
+                tagrid.hdf5.Filter(**bad)
+
+    def test_threads_write_what_the_filter_reads_and_read_what_it_wrote(self):
+        for type, shape, chunks in [("<i2", (70, 50, 33), (32, 32, 32)), (">f4", (9, 20, 21, 22), (1, 16, 16, 16)), ("u1", (50,), (16,))]:
+            data = waves(shape, type)
+            with h5py.File(self.path, "w") as file:
+                one = file.create_dataset("one", shape, type, chunks=chunks, fillvalue=3, **tagrid.hdf5.Filter(max_error=1))
+                two = file.create_dataset("two", data=data, chunks=chunks, fillvalue=3, **tagrid.hdf5.Filter(max_error=1))
+                tagrid.hdf5.write(one, data, threads=3)
+            with h5py.File(self.path) as file:
+                for name in ("one", "two"):
+                    found = tagrid.hdf5.read(file[name], threads=3)
+                    self.assertLessEqual(numpy.abs(found.astype("f8") - data).max(), 1)
+                    numpy.testing.assert_array_equal(found, file[name][...])
+                    self.assertEqual(found.dtype, data.dtype)
+
+    def test_chunks_that_were_never_written_have_the_fill_value(self):
+        with h5py.File(self.path, "w") as file:
+            set = file.create_dataset("a", (40, 16, 16), "<i2", chunks=(16, 16, 16), fillvalue=7, **tagrid.hdf5.Filter())
+            set[:16] = 1
+            found = tagrid.hdf5.read(set)
+        self.assertTrue((found[:16] == 1).all() and (found[16:] == 7).all())
+
+    def test_data_sets_without_the_filter_are_refused(self):
+        with h5py.File(self.path, "w") as file:
+            for name, options in [("a", {}), ("b", {"compression": "gzip"}), ("c", {"fletcher32": True, **tagrid.hdf5.Filter()})]:
+                set = file.create_dataset(name, (4, 4, 4), "<i2", chunks=(4, 4, 4), **options)
+                with self.assertRaisesRegex(tagrid.ArgumentError, "only filter"):
+                    tagrid.hdf5.write(set, numpy.zeros((4, 4, 4)))
+                with self.assertRaisesRegex(tagrid.ArgumentError, "only filter"):
+                    tagrid.hdf5.read(set)
+            good = file.create_dataset("d", (4, 4, 4), "<i2", chunks=(4, 4, 4), **tagrid.hdf5.Filter())
+            with self.assertRaisesRegex(tagrid.ArgumentError, "shape"):
+                tagrid.hdf5.write(good, numpy.zeros((4, 4, 5)))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
