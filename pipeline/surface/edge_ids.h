@@ -3,28 +3,23 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <utility>
 #include <vector>
 
+#include "pipeline/mesh/id_planes.h"
 #include "stages/grid/domain.h"
 
 namespace tagrid {
 
-/// The ids of vertices on the faces between bricks. An edge of the grid is named by the sum of its ends (see
-/// EdgeNumbers), a point of the lattice with half the distances.
-///
-/// As with PointIds, the bricks so far share a staircase of high faces with later ones: the x face of the last brick,
-/// the y faces of the last row, and the z faces of the last layer. Each brick leaves on its high faces all ids that it
-/// knows: those of its vertices, and those that earlier bricks left where its high faces meet its low ones. So the last
-/// earlier brick that contains an edge knows its id if any brick does; this is the one on the other side of the x face
-/// if the edge lies in it, otherwise of the y face, otherwise of the z face. One plane for each axis is enough.
+/// The ids of vertices on the faces between bricks, of which there are few in each brick. An edge of the grid is named
+/// by the sum of its ends (see EdgeNumbers), a point of the lattice with half the distances. Each brick leaves on its
+/// high faces the ids of its vertices, and those that earlier bricks left where its high faces meet its low ones.
 class EdgeIds {
  public:
-  static constexpr std::int64_t none = -1;
+  static constexpr std::int64_t none = IdPlanes::none;
 
   /// For the bricks at `positions`.
-  EdgeIds(const BrickGrid& bricks, const Box& positions);
+  EdgeIds(const BrickGrid& bricks, const Box& positions) : planes_(bricks, positions, 2) {}
 
   /// The heap that it takes from the first brick on: a plane for each axis, and lines.
   static std::uint64_t working_bytes(const BrickGrid& bricks, const Box& positions);
@@ -41,15 +36,7 @@ class EdgeIds {
   void clear_high_faces();
 
  private:
-  void make_planes();
-  std::size_t place(int axis, Index3 sum) const;
-
-  BrickGrid bricks_;
-  Box positions_;                                           // of the bricks that will come
-  Box all_;                                                 // twice their closed boxes together
-  Index3 position_;                                         // of the current brick
-  Box box_;                                                 // twice its closed box
-  std::vector<std::int64_t> planes_[3];                     // ids of the bricks before, by axis
+  IdPlanes planes_;
   std::vector<std::pair<Index3, std::int64_t>> inherited_;  // on lines between a low and a high face
 };
 

@@ -22,7 +22,7 @@ inline bool mesh_needs_bricks_below(const CodingParameters& parameters) {
   return parameters.mesh_error >= 0 && parameters.mesh_has_coded_values();
 }
 
-/// Completes bricks, one at a time. Only a staircase of high faces is kept for later bricks; see PointIds.
+/// Completes bricks, one at a time. Only a staircase of high faces is kept for later bricks; see IdPlanes.
 /// Memory: the samples of one slice of the rows, and of two faces between bricks.
 class ClosedSamples {
  public:
