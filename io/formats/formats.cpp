@@ -318,15 +318,10 @@ const Format& format_from_name(const std::string& path) {
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options) {
   if (format.create != nullptr) return format.create(path, info, options);
-  const auto program = find_writer(format.writer);
-  if (!program)
-    throw WorldError(fmt::format(
-        "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
-        path == "-" ? "standard output" : path, format.help, format.writer,
-        fmt::join(program_folders(), ", ")));
+  const std::string program = writer_for(path, format.help, format.writer);
   auto wishes = options.wishes;
   wishes["format"] = format.name;
-  return create_with_writer(*program, path, info, options.files, wishes, options.first_memory);
+  return create_with_writer(program, path, info, options.files, wishes, options.first_memory);
 }
 
 const Format* read_format_named(std::string_view name) {

@@ -1,5 +1,7 @@
 #include "io/programs/find.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -79,6 +81,13 @@ std::vector<std::string> program_folders() {
 
 std::optional<std::string> find_reader(std::string_view name) { return find(reader_prefix, name); }
 std::optional<std::string> find_writer(std::string_view name) { return find(writer_prefix, name); }
+
+std::string writer_for(const std::string& path, std::string_view format, std::string_view name) {
+  if (auto program = find_writer(name)) return *program;
+  throw WorldError(fmt::format(
+      "{}: {} is written by the program tagrid-write-{}, which is not installed (looked for in {})",
+      path == "-" ? "standard output" : path, format, name, fmt::join(program_folders(), ", ")));
+}
 
 std::vector<FoundProgram> all_readers() { return all(reader_prefix); }
 std::vector<FoundProgram> all_writers() { return all(writer_prefix); }

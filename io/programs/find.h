@@ -27,6 +27,9 @@ std::optional<std::string> find_reader(std::string_view name);
 /// The same for the program that writes the format: "tagrid-write-NAME".
 std::optional<std::string> find_writer(std::string_view name);
 
+/// The same, for the output at `path`. Throws WorldError if there is none; `format` is what it writes, for the message.
+std::string writer_for(const std::string& path, std::string_view format, std::string_view name);
+
 /// All readers, and all writers, sorted by their names.
 std::vector<FoundProgram> all_readers();
 std::vector<FoundProgram> all_writers();

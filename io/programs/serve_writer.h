@@ -22,24 +22,47 @@ struct WriteRequest {
   WriterOptions options;
 };
 
-/// A volume that a writer program writes.
-class ServedOutput {
+/// What tagrid asks a writer of meshes for.
+struct WriteMeshRequest {
+  std::string path, name;  ///< as above
+  MeshLayout mesh;
+  WriterOptions options;
+};
+
+/// A file that a writer program writes.
+class ServedFile {
  public:
-  virtual ~ServedOutput() = default;
+  virtual ~ServedFile() = default;
 
   std::uint64_t memory = 0;  ///< bytes that all of it takes; the program's own are added
   std::vector<std::string> warnings;
 
-  /// Takes slice z, little endian. Called for each slice, from front to back.
-  virtual void write_slice(std::int64_t z, const std::byte* samples) = 0;
   /// Completes the file. Returns what is known of it: names, and values as JSON.
   virtual std::vector<std::pair<std::string, std::string>> finish() = 0;
 };
 
-/// Begins a file. Throws UsageError and WorldError.
-using BeginServed = std::function<std::unique_ptr<ServedOutput>(const WriteRequest& request)>;
+/// A volume.
+class ServedOutput : public ServedFile {
+ public:
+  /// Takes slice z, little endian. Called for each slice, from front to back.
+  virtual void write_slice(std::int64_t z, const std::byte* samples) = 0;
+};
 
-/// Answers requests on the standard input until it ends. Returns the exit code of the program.
-int serve_writer(const std::string& name, const BeginServed& begin);
+/// A mesh.
+class ServedMesh : public ServedFile {
+ public:
+  /// Takes `count` entries of an array from entry `first` on, little endian. Called for all arrays, one after the other,
+  /// and for all entries, in order. `array`: its number in MeshLayout::arrays().
+  virtual void write_entries(std::size_t array, std::int64_t first, std::int64_t count,
+                             const std::byte* entries) = 0;
+};
+
+/// Begin a file. They throw UsageError and WorldError.
+using BeginServed = std::function<std::unique_ptr<ServedOutput>(const WriteRequest& request)>;
+using BeginServedMesh = std::function<std::unique_ptr<ServedMesh>(const WriteMeshRequest& request)>;
+
+/// Answers requests on the standard input until it ends. Without `begin_mesh`, the request for a mesh is unknown. Returns
+/// the exit code of the program.
+int serve_writer(const std::string& name, const BeginServed& begin, const BeginServedMesh& begin_mesh = {});
 
 }  // namespace tagrid

@@ -27,6 +27,19 @@ Json json_of(const VolumeInfo& info) {
   return json;
 }
 
+Json json_of(const MeshLayout::Data& data) {
+  Json list = Json::array();
+  for (const auto& [name, type] : data) list.push_back({{"name", name}, {"type", name_of(type)}});
+  return list;
+}
+
+Json json_of(const MeshLayout& mesh) {
+  return {{"points", mesh.points},
+          {"tetrahedra", mesh.tetrahedra},
+          {"point_data", json_of(mesh.point_data)},
+          {"cell_data", json_of(mesh.cell_data)}};
+}
+
 bool is_utf8(const std::string& text) {
   try {
     return !Json(text).dump().empty();
@@ -63,11 +76,28 @@ WriterReady WriterConversation::begin(const std::string& path, const std::string
                                       const VolumeInfo& info, const WriterOptions& options) {
   const bool is_text = is_utf8(info.nrrd_fields);
   const VolumeInfo volume = is_text ? info : volume_info(info.dims, info.type, in_utf8(info.nrrd_fields));
-  const Json request = {{"request", "write"},
-                        {"path", path},
-                        {"name", name},
-                        {"volume", json_of(volume)},
-                        {"options", options}};
+  WriterReady ready = begin({{"request", "write"},
+                             {"path", path},
+                             {"name", name},
+                             {"volume", json_of(volume)},
+                             {"options", options}},
+                            name);
+  if (!is_text)
+    ready.warnings.push_back(name + ": texts that are not UTF-8 are taken as Latin-1, and written as UTF-8");
+  return ready;
+}
+
+WriterReady WriterConversation::begin(const std::string& path, const std::string& name,
+                                      const MeshLayout& mesh, const WriterOptions& options) {
+  return begin({{"request", "write-mesh"},
+                {"path", path},
+                {"name", name},
+                {"mesh", json_of(mesh)},
+                {"options", options}},
+               name);
+}
+
+WriterReady WriterConversation::begin(const Json& request, const std::string& name) {
   process_.writes(name);
   say_request(process_, request, name);
   return with(process_, [&] {
@@ -76,16 +106,20 @@ WriterReady WriterConversation::begin(const std::string& path, const std::string
     const std::int64_t memory = count_in(answer, "memory", -1, 0);
     if (memory < 0) throw WrongAnswer("does not say how much memory it takes");
     process_.limit_memory(static_cast<std::uint64_t>(memory));
-    WriterReady ready{static_cast<std::uint64_t>(memory), texts_in(answer, "warnings")};
-    if (!is_text)
-      ready.warnings.push_back(name +
-                               ": texts that are not UTF-8 are taken as Latin-1, and written as UTF-8");
-    return ready;
+    return WriterReady{static_cast<std::uint64_t>(memory), texts_in(answer, "warnings")};
   });
 }
 
 void WriterConversation::announce_slices(std::int64_t from, std::int64_t to) {
-  const std::string line = Json({{"request", "slices"}, {"from", from}, {"to", to}}).dump() + '\n';
+  say({{"request", "slices"}, {"from", from}, {"to", to}});
+}
+
+void WriterConversation::announce_entries(const std::string& array, std::int64_t from, std::int64_t to) {
+  say({{"request", "array"}, {"name", array}, {"from", from}, {"to", to}});
+}
+
+void WriterConversation::say(const Json& request) {
+  const std::string line = request.dump() + '\n';
   write(reinterpret_cast<const std::byte*>(line.data()), line.size());
 }
 
@@ -107,14 +141,13 @@ void WriterConversation::listen() {
       const std::string kind = text_in(answer, "answer");
       if (kind == "error") throw_error(process_, answer);
       if (kind != "working")
-        throw WrongAnswer(fmt::format("it answers \"{}\" while it is given slices", kind));
+        throw WrongAnswer(fmt::format("it answers \"{}\" while it is given bytes", kind));
     }
   });
 }
 
 std::string WriterConversation::finish() {
-  const std::string line = Json({{"request", "finish"}}).dump() + '\n';
-  write(reinterpret_cast<const std::byte*>(line.data()), line.size());
+  say({{"request", "finish"}});
   return with(process_, [&] {
     const Json answer = next_answer(process_);
     require_answer(answer, "done");

@@ -4,30 +4,24 @@
 #include "pipeline/coarsen/coarsen_file.h"
 
 namespace tagrid {
-namespace {
 
-std::uint64_t bytes_of_coarse_builder(const CodingParameters& parameters, const MeshPart& part) {
-  return MeshBuilder::working_bytes(parameters, bricks_of(part, parameters.bricks()));
-}
-
-}  // namespace
-
-void check_coarsened_mesh(const CodingParameters& parameters, const MeshPart& part,
+void check_coarsened_mesh(const CodingParameters& parameters, std::uint64_t taker_bytes,
                           const Resources& resources) {
-  plan_coarsening(parameters, bytes_of_coarse_builder(parameters, part), resources);
+  plan_coarsening(parameters, taker_bytes, resources);
 }
 
-void mesh_coarsened(TagReader& reader, const MeshPart& part, double error, const std::string& path,
-                    const Resources& resources, MeshSink& sink, const Progress& progress) {
+void take_coarsened(TagReader& reader, bool padded, double error, const std::string& path,
+                    std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
+                    const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   const MeshBound bound{parameters.dims, parameters.cube_size,
-                        error_in_samples(error, rescale_of(reader.header().nrrd_fields)), part.padded};
-  MeshBuilder mesh(reader.header(), part, sink);
+                        error_in_samples(error, rescale_of(reader.header().nrrd_fields)), padded};
+  const BrickGrid bricks = parameters.bricks();
   coarsen_file(
-      reader, bound, bricks_of(part, parameters.bricks()), path, bytes_of_coarse_builder(parameters, part),
+      reader, bound, Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)}), path, taker_bytes,
       resources,
       [&](Index3 position, const LatticeBits& active, const ValueOf& value_of) {
-        mesh.add_brick(position, active, value_of);
+        taker.add_brick(position, active, value_of);
       },
       progress);
 }

@@ -1,24 +1,25 @@
-// Passes the coarsest mesh within a bound of the decoded voxels to a sink.
+// Passes the grid of the coarsest mesh within a bound of the decoded voxels to whatever makes something of it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include "io/mesh/mesh_sink.h"
 #include "io/tag/file.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
-#include "pipeline/mesh/mesh_builder.h"
+#include "pipeline/mesh/grid_bricks.h"
 
 namespace tagrid {
 
-/// Throws MemoryLimit if the mesh cannot be made within `resources`.
-void check_coarsened_mesh(const CodingParameters& parameters, const MeshPart& part,
+/// Throws MemoryLimit if the grid cannot be made within `resources`, beside a taker of so many bytes.
+void check_coarsened_mesh(const CodingParameters& parameters, std::uint64_t taker_bytes,
                           const Resources& resources);
 
-/// The mesh, from a file that has not been read yet, front to back. `error` is in units of values: the meaning of samples
-/// in the header counts. `path`: see coarsen_file(). Throws as mesh_all() does. REQUIRES: error >= 0; part.level is the
-/// deepest; !is_flat().
-void mesh_coarsened(TagReader& reader, const MeshPart& part, double error, const std::string& path,
-                    const Resources& resources, MeshSink& sink, const Progress& progress = {});
+/// All bricks of the grid, from a file that has not been read yet, front to back. `error` is in units of values: the meaning
+/// of samples in the header counts. `path`: see coarsen_file(). Throws as take_all() does. REQUIRES: error >= 0; the volume
+/// fills some space, or is padded.
+void take_coarsened(TagReader& reader, bool padded, double error, const std::string& path,
+                    std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
+                    const Progress& progress = {});
 
 }  // namespace tagrid

@@ -2,10 +2,12 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
-#include "io/mesh/vtu_writer.h"
+#include "io/mesh/mesh_formats.h"
+#include "pipeline/memory/of_writer.h"
 #include "pipeline/mesh/coarsened_mesh.h"
-#include "pipeline/mesh/grid_bricks.h"
-#include "pipeline/mesh/mesh_bricks.h"
+#include "pipeline/mesh/grid_input.h"
+#include "pipeline/mesh/mesh_builder.h"
+#include "pipeline/region/decode_region.h"
 
 namespace tagrid {
 namespace {
@@ -22,29 +24,40 @@ void check_coarsening(const MeshOptions& options) {
 }  // namespace
 
 Finished<MeshResult> write_mesh(const MeshRun& run) {
-  if (run.output != "-" && !run.output.ends_with(".vtu"))
-    throw UsageError(run.output + ": a mesh is written as VTU; its name must end in .vtu");
-  check_coarsening(run.options);
+  const MeshOptions& options = run.options;
+  const MeshFormat& format = mesh_format_of(run.output);
+  check_coarsening(options);
   refuse_same_file(run.input, run.output);
-  check_output(run.output, run.options.overwrite);
-  TagReader reader(run.input);
-  const CodingParameters& parameters = reader.parameters();
-  const MeshPart part = {checked_level(run.options.level, parameters.cube_size), run.options.padded};
-  if (!part.padded) refuse_flat(parameters, reader.name(), Problem::mesh_fills_no_space);
+  check_output(run.output, options.overwrite);
+  // How coarse a mesh may be in a region depends on the whole volume.
+  GridInput input(run.input, !options.region.is_all() && !options.coarsen);
+  const CodingParameters& parameters = input.header().parameters;
+  MeshPart part = {checked_level(options.level, parameters.cube_size), options.padded};
+  if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;
+  if (!part.padded) refuse_flat(parameters, input.name(), Problem::mesh_fills_no_space);
+  const Box positions = input.positions(part.box);
+  // What a program takes in the end counts, too: freed memory may stay with the process.
+  const std::uint64_t bytes = MeshBuilder::working_bytes(parameters, positions) + format.memory_of_writer;
   // Checked before anything is written.
-  if (run.options.coarsen)
-    check_coarsened_mesh(parameters, part, run.resources);
+  plan_with_writer({format.writer}, format.memory_of_writer, [&] {
+    if (options.coarsen)
+      check_coarsened_mesh(parameters, bytes, run.resources);
+    else
+      input.check_memory(positions, bytes, run.resources);
+    return 0;
+  });
+
+  const std::shared_ptr<MeshFile> file = format.create(run.output, parameters.type, options.overwrite);
+  MeshBuilder builder(input.header(), positions, part, *file);
+  if (options.coarsen)
+    take_coarsened(input.stream(), part.padded, *options.coarsen, run.output, bytes, run.resources, builder,
+                   run.progress);
   else
-    plan_mesh(parameters, run.resources);
-  const auto writer = std::make_shared<VtuWriter>(run.output, parameters.type, run.options.overwrite);
-  if (run.options.coarsen)
-    mesh_coarsened(reader, part, *run.options.coarsen, run.output, run.resources, *writer, run.progress);
-  else
-    mesh_all(reader, part, run.resources, *writer, run.progress);
-  writer->finish();
-  return {{reader.header(), reader.index(), reader.sizes().file, writer->file_bytes(), writer->point_count(),
-           writer->tetrahedron_count()},
-          writer};
+    input.pass_to(builder, positions, bytes, run.resources, run.progress);
+  file->finish();
+  return {{input.header(), input.index(), input.bytes(), file->file_bytes(), file->point_count(),
+           file->tetrahedron_count(), file->warnings()},
+          file};
 }
 
 }  // namespace tagrid

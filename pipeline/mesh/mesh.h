@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/tag/file.h"
+#include "pipeline/decode/decode_run.h"
 #include "pipeline/memory/finished.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
@@ -22,11 +24,13 @@ struct MeshOptions {
   /// Instead of the grid of the file, the coarsest one whose mesh is within this error of all decoded voxels, in units of
   /// values.
   std::optional<double> coarsen = {};
+  /// Only tetrahedra that meet this region. Its step must be 1.
+  WantedRegion region = {};
 };
 
 struct MeshRun {
   std::string input;   ///< the .tag file; "-": the standard input
-  std::string output;  ///< the .vtu file; "-": the standard output
+  std::string output;  ///< its name chooses the format; "-": the standard output, VTU
   MeshOptions options = {};
   Resources resources{1};
   Progress progress = {};
@@ -39,9 +43,12 @@ struct MeshResult {
   std::uint64_t bytes_out = 0;  ///< of the mesh
   std::int64_t points = 0;
   std::int64_t tetrahedra = 0;
+  std::vector<std::string> warnings = {};  ///< MeshFile::warnings()
 };
 
-/// Writes the leaf tetrahedra of a .tag file, brick by brick in their order; see VtuWriter for the arrays.
+/// Writes the leaf tetrahedra of a .tag file, brick by brick in their order; see VtuFile for the arrays. With
+/// a region, these are the tetrahedra of the whole mesh that meet it; from a regular file, only the bricks that it
+/// needs are read.
 ///
 /// The mesh fills the box of the samples: tetrahedra that reach beyond it are cut there (see cut_at()), and
 /// their pieces keep level and type. Every point exists once, and only if a tetrahedron uses it. Its position
@@ -51,14 +58,15 @@ struct MeshResult {
 /// A point's value is that of its decoded sample; in a file without voxels, it is the stored value. A point
 /// created by a cut has the value of the piecewise linear field, rounded to the type. A padded mesh is not
 /// cut: a point outside the volume has the value of the nearest decoded sample, or the stored value. Memory:
-/// that of decoding, and the activity of one layer of bricks.
+/// that of decoding, the activity and the ids of one layer of bricks, and that of a program that writes the file.
 ///
 /// A coarsened mesh has the decoded sample as the value of each point, or the nearest one, in files without voxels, too.
+/// Of a region, it is the part of the coarsened mesh of the whole volume, all of which is read.
 ///
 /// Throws UsageError for a level that the grid cannot have, for a level together with an error, for an error that is no
-/// number from 0 on, for a name that does not end in ".vtu" and for a
-/// volume of one slice that is not padded, as it fills no space; BrokenInput, WorldError; then nothing is
-/// left under the name of the output.
+/// number from 0 on, for a region that is not in the volume, for a name that does not say a format, and for a volume of one
+/// slice that is not padded, as it fills no space; MemoryLimit, BrokenInput, WorldError; then nothing is left under the name
+/// of the output.
 Finished<MeshResult> write_mesh(const MeshRun& run);
 
 }  // namespace tagrid

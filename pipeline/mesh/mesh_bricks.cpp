@@ -22,7 +22,7 @@ DecodePlan plan_mesh(const CodingParameters& parameters, const Resources& resour
 
 void mesh_all(TagReader& reader, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
-  MeshBuilder mesh(reader.header(), part, sink);
+  MeshBuilder mesh(reader.header(), bricks_of(part, reader.parameters().bricks()), part, sink);
   take_all(reader, bytes_of_builder(reader.parameters(), part), resources, mesh, progress);
 }
 
@@ -34,9 +34,9 @@ std::uint64_t memory_of_mesh_box(const CodingParameters& parameters, const MeshP
 void mesh_box(const TagBricks& file, const MeshPart& part, const Resources& resources, MeshSink& sink,
               const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
-  MeshBuilder mesh(file.header(), part, sink);
-  take_some(file, bricks_of(part, parameters.bricks()), bytes_of_builder(parameters, part), resources, mesh,
-            progress);
+  const Box positions = bricks_of(part, parameters.bricks());
+  MeshBuilder mesh(file.header(), positions, part, sink);
+  take_some(file, positions, bytes_of_builder(parameters, part), resources, mesh, progress);
 }
 
 }  // namespace tagrid

@@ -46,14 +46,14 @@ Box bricks_of(const MeshPart& part, const BrickGrid& bricks) {
                   : Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
 }
 
-MeshBuilder::MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink)
+MeshBuilder::MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink)
     : parameters_(header.parameters),
       geometry_(geometry_of(header.nrrd_fields)),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
-      ids_(parameters_.bricks(), bricks_of(part, parameters_.bricks())),
+      ids_(parameters_.bricks(), positions),
       sink_(sink) {
-  const std::size_t points = most_points(parameters_, bricks_of(part, parameters_.bricks()));
+  const std::size_t points = most_points(parameters_, positions);
   coordinates_.reserve(3 * points);
   values_.reserve(size_of(parameters_.type) * points);
   connectivity_.reserve(4 * batch);

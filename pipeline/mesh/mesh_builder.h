@@ -31,14 +31,15 @@ Box bricks_of(const MeshPart& part, const BrickGrid& bricks);
 /// Builds the tetrahedra of bricks, in the order of bricks.
 class MeshBuilder : public GridTaker {
  public:
-  /// `header` and `sink` must outlive the builder.
-  MeshBuilder(const TagHeader& header, const MeshPart& part, MeshSink& sink);
+  /// `header` and `sink` must outlive the builder. `positions`: of the bricks that will come, with all of
+  /// bricks_of(part).
+  MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink);
 
   /// The peak of the heap that a builder takes for the bricks at `positions`: the ids of points, what waits
   /// for the sink, and the grid and the field of one brick at the border of the volume.
   static std::uint64_t working_bytes(const CodingParameters& parameters, const Box& positions);
 
-  /// REQUIRES: bricks of bricks_of(part) come in the order of their numbers.
+  /// REQUIRES: bricks come in the order of their numbers.
   void add_brick(Index3 position, const LatticeBits& active, const ValueOf& value_of) override;
 
  private:

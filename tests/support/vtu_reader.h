@@ -1,4 +1,4 @@
-// A reader of the .vtu files that VtuWriter writes, array by array.
+// A reader of the .vtu files that VtuFile writes, array by array.
 #pragma once
 
 #include <algorithm>

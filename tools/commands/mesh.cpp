@@ -6,6 +6,7 @@
 
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
+#include "tools/options/wanted_region.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -18,9 +19,13 @@ struct MeshCommand {
   OutputOptions output;
   RunOptions run;
   MeshOptions options;
+  std::string region;
 
   void execute(Ranks& ranks) {
     run.obey_memory_limit();
+    options.region = wanted_region(region);
+    if (output.path.empty() && !options.region.is_all())
+      throw UsageError("give -o for a region: only the mesh of the whole volume has a name of its own");
     const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "meshes");
@@ -38,6 +43,7 @@ struct MeshCommand {
                   achieved_json(result.index)});
     mesh.commit();
     report.keep();
+    for (const std::string& warning : result.warnings) warn(run, warning);
     if (has_uneven_slices(result.header))
       warn(run,
            path + ": slices of the source lie at unequal distances; in the mesh all distances are equal");
@@ -59,7 +65,8 @@ struct MeshCommand {
 
 Action add_mesh_command(CLI::App& app) {
   auto state = std::make_shared<MeshCommand>();
-  CLI::App* command = app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a VTU mesh");
+  CLI::App* command =
+      app.add_subcommand("mesh", "Write the tetrahedra of a .tag file as a mesh: VTU, VTKHDF or Gmsh");
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_output_options(*command, state->output);
   add_number_option(*command, "--level", state->options.level,
@@ -68,6 +75,7 @@ Action add_mesh_command(CLI::App& app) {
   add_number_option(*command, "--coarsen", state->options.coarsen,
                     "Write the coarsest mesh whose values are within E of all decoded voxels")
       ->option_text("E");
+  add_region_option(*command, state->region, "Only the tetrahedra that meet these samples");
   command->add_flag("--padded", state->options.padded,
                     "Fill whole root cubes instead of ending at the first and last samples");
   add_run_options(*command, state->run);

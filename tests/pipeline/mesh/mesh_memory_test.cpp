@@ -44,7 +44,7 @@ TEST_F(MeshMemory, OfABuilderIsWhatItStates) {
       const double value = 0;
       Nowhere sink;
       const HeapPeak peak;
-      MeshBuilder builder(header, part, sink);
+      MeshBuilder builder(header, bricks_of(part, bricks), part, sink);
       for (std::int64_t id = 0; id < bricks.count(); ++id) {
         const LatticeBits active = cut(everything, bricks.closed_box(bricks.position(id)));
         builder.add_brick(bricks.position(id), active,

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "tools/hdf5/sample_types.h"
 
 namespace tagrid {
 namespace {
@@ -54,22 +53,22 @@ Hdf5Handle Hdf5File::make_group(const std::string& path) const {
   return checked(H5Gcreate2(file_.get(), path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
 }
 
-Hdf5Handle Hdf5File::make_dataset(const std::string& path, SampleType type,
+Hdf5Handle Hdf5File::make_dataset(const std::string& path, hid_t type,
                                   const std::vector<hsize_t>& dims) const {
   const Hdf5Handle properties = checked(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   check(H5Pset_layout(properties.get(), H5D_CONTIGUOUS));
   check(H5Pset_alloc_time(properties.get(), H5D_ALLOC_TIME_EARLY));
-  check(H5Pset_fill_time(properties.get(), H5D_FILL_TIME_NEVER));  // every sample is written
-  check(H5Pset_obj_track_times(properties.get(), false));          // or equal volumes would give other bytes
+  check(H5Pset_fill_time(properties.get(), H5D_FILL_TIME_NEVER));  // every number is written
+  check(H5Pset_obj_track_times(properties.get(), false));          // or equal contents would give other bytes
   const Hdf5Handle space =
       checked(H5Screate_simple(static_cast<int>(dims.size()), dims.data(), nullptr), H5Sclose);
-  return checked(H5Dcreate2(file_.get(), path.c_str(), hdf5_type_of(type), space.get(), H5P_DEFAULT,
-                            properties.get(), H5P_DEFAULT),
-                 H5Dclose);
+  return checked(
+      H5Dcreate2(file_.get(), path.c_str(), type, space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT),
+      H5Dclose);
 }
 
-void Hdf5File::write(hid_t dataset, SampleType type, std::int64_t first, std::int64_t count,
-                     const std::byte* samples) const {
+void Hdf5File::write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t count,
+                     const std::byte* numbers) const {
   const Hdf5Handle space = checked(H5Dget_space(dataset), H5Sclose);
   const int rank = H5Sget_simple_extent_ndims(space.get());
   std::vector<hsize_t> start(static_cast<std::size_t>(rank), 0), size(start);
@@ -78,7 +77,7 @@ void Hdf5File::write(hid_t dataset, SampleType type, std::int64_t first, std::in
   size[0] = static_cast<hsize_t>(count);
   check(H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr));
   const Hdf5Handle memory = checked(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
-  check(H5Dwrite(dataset, hdf5_type_of(type), memory.get(), space.get(), H5P_DEFAULT, samples));
+  check(H5Dwrite(dataset, type, memory.get(), space.get(), H5P_DEFAULT, numbers));
 }
 
 void Hdf5File::add_text(hid_t object, const std::string& name, const std::string& text) const {

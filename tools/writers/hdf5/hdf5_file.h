@@ -9,10 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "stages/volume/sample_type.h"
 #include "tools/hdf5/handle.h"
 
 namespace tagrid {
+
+/// The library's caches, and what it needs for the largest of small things.
+inline constexpr std::uint64_t memory_of_hdf5_library = std::uint64_t{16} << 20;
 
 /// Equal calls give equal bytes. Programs with version 1.8 of the library can read the file. All functions throw
 /// WorldError.
@@ -23,11 +25,12 @@ class Hdf5File {
 
   /// The group at this path. Groups above it must exist.
   Hdf5Handle make_group(const std::string& path) const;
-  /// The data set at this path, with its samples in one piece of the file. `dims`: the slowest axis first.
-  Hdf5Handle make_dataset(const std::string& path, SampleType type, const std::vector<hsize_t>& dims) const;
-  /// Writes `count` entries of the slowest axis from entry `first` on. `samples`: all of them, little endian.
-  void write(hid_t dataset, SampleType type, std::int64_t first, std::int64_t count,
-             const std::byte* samples) const;
+  /// The data set at this path, with its numbers in one piece of the file. `type`: little endian. `dims`: the slowest axis
+  /// first.
+  Hdf5Handle make_dataset(const std::string& path, hid_t type, const std::vector<hsize_t>& dims) const;
+  /// Writes `count` entries of the slowest axis from entry `first` on. `numbers`: all of them, of this type.
+  void write(hid_t dataset, hid_t type, std::int64_t first, std::int64_t count,
+             const std::byte* numbers) const;
 
   /// A text of any length, in UTF-8.
   void add_text(hid_t object, const std::string& name, const std::string& text) const;

@@ -7,13 +7,11 @@
 
 #include "io/volume/vtk_geometry.h"
 #include "tools/hdf5/description.h"
+#include "tools/hdf5/sample_types.h"
 #include "tools/writers/hdf5/hdf5_file.h"
 
 namespace tagrid {
 namespace {
-
-/// The library's caches, and what it needs for the largest of small things.
-constexpr std::uint64_t memory_of_library = std::uint64_t{16} << 20;
 
 /// What VTK 9.1 needs beside the samples: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
 void add_image_data(const Hdf5File& file, const VolumeInfo& info) {
@@ -36,20 +34,20 @@ class Hdf5Output final : public ServedOutput {
       : info_(request.info),
         path_(is_vtkhdf ? vtkhdf_volume_path : hdf5_volume_path),
         file_(request.path, request.name) {
-    memory = memory_of_library + 4 * info_.nrrd_fields.size();
+    memory = memory_of_hdf5_library + 4 * info_.nrrd_fields.size();
     if (is_vtkhdf) add_image_data(file_, info_);
     const auto size = [](std::int64_t n) { return static_cast<hsize_t>(n); };
     std::vector<hsize_t> dims = {size(info_.dims.z), size(info_.dims.y), size(info_.dims.x)};
     // VTK expects an array of two axes for an image of one slice.
     is_image_ = is_vtkhdf && info_.dims.z == 1 && info_.dims.y > 1 && info_.dims.x > 1;
     if (is_image_) dims.erase(dims.begin());
-    dataset_ = file_.make_dataset(path_, info_.type, dims);
+    dataset_ = file_.make_dataset(path_, hdf5_type_of(info_.type), dims);
     for (const Hdf5Attribute& attribute : attributes_of(info_)) add(attribute);
     file_.add_text(dataset_.get(), hdf5_header_attribute, info_.nrrd_fields);
   }
 
   void write_slice(std::int64_t z, const std::byte* samples) override {
-    file_.write(dataset_.get(), info_.type, z, is_image_ ? info_.dims.y : 1, samples);
+    file_.write(dataset_.get(), hdf5_type_of(info_.type), z, is_image_ ? info_.dims.y : 1, samples);
   }
 
   std::vector<std::pair<std::string, std::string>> finish() override {

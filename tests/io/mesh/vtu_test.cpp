@@ -1,4 +1,4 @@
-#include "io/mesh/vtu_writer.h"
+#include "io/mesh/vtu.h"
 
 #include <gtest/gtest.h>
 
@@ -14,21 +14,21 @@ namespace tagrid {
 namespace {
 
 void make_empty(const std::string& path, SampleType type, bool overwrite) {
-  VtuWriter writer(path, type, overwrite);
+  VtuFile writer(path, type, overwrite);
   writer.finish();
   writer.commit();
 }
 
-using VtuWriterTest = TemporaryFolder;
+using VtuTest = TemporaryFolder;
 
 const std::vector<double> corner_points = {0, 0, 0, 1, 0, 0, 0, 1.5, 0, 0, 0, 0.1};
 
-TEST_F(VtuWriterTest, EverythingComesBackExactly) {
+TEST_F(VtuTest, EverythingComesBackExactly) {
   const std::string target = path("mesh.vtu");
   const std::vector<std::int16_t> values = {-32768, 0, 17, 32767};
   const std::vector<std::int64_t> connectivity = {0, 1, 2, 3, 1, 0, 2, 4};
   const std::vector<std::uint8_t> levels = {0, 14};
-  VtuWriter writer(target, SampleType::int16, false);
+  VtuFile writer(target, SampleType::int16, false);
   writer.add_points(corner_points, std::as_bytes(std::span(values)));
   writer.add_tetrahedra(connectivity, levels);
   const std::vector<double> more = {-1e300, 1.0 / 3, 7};
@@ -57,7 +57,7 @@ TEST_F(VtuWriterTest, EverythingComesBackExactly) {
   EXPECT_EQ(vtu.rest(), "\n  </AppendedData>\n</VTKFile>\n");
 }
 
-TEST_F(VtuWriterTest, MoreThanAnyBufferComesBackExactly) {
+TEST_F(VtuTest, MoreThanAnyBufferComesBackExactly) {
   const std::string target = path("mesh.vtu");
   constexpr std::int64_t count = 300'001;
   std::vector<double> xyz;
@@ -70,7 +70,7 @@ TEST_F(VtuWriterTest, MoreThanAnyBufferComesBackExactly) {
     levels.push_back(static_cast<std::uint8_t>(i % 25));
     types.push_back(static_cast<std::uint8_t>(i % 25 % 3));
   }
-  VtuWriter writer(target, SampleType::uint8, false);
+  VtuFile writer(target, SampleType::uint8, false);
   const std::span<const double> all_xyz = xyz;
   const std::span<const std::uint8_t> all_values = values;
   for (std::size_t i = 0; i < values.size(); i += 1000) {
@@ -89,8 +89,8 @@ TEST_F(VtuWriterTest, MoreThanAnyBufferComesBackExactly) {
   EXPECT_EQ(vtu.array<std::uint8_t>("UInt8", "type"), types);
 }
 
-TEST_F(VtuWriterTest, AnEmptyMeshIsAFile) {
-  VtuWriter writer(path("mesh.vtu"), SampleType::float64, false);
+TEST_F(VtuTest, AnEmptyMeshIsAFile) {
+  VtuFile writer(path("mesh.vtu"), SampleType::float64, false);
   writer.finish();
   writer.commit();
   Vtu vtu(path("mesh.vtu"));
@@ -98,7 +98,7 @@ TEST_F(VtuWriterTest, AnEmptyMeshIsAFile) {
   EXPECT_TRUE(vtu.array<double>("Float64", "value").empty());
 }
 
-TEST_F(VtuWriterTest, TypesHaveVtkNames) {
+TEST_F(VtuTest, TypesHaveVtkNames) {
   const char* vtk_names[] = {"UInt8", "Int8", "UInt16", "Int16", "UInt32", "Int32", "Float32", "Float64"};
   for (std::size_t i = 0; i < all_sample_types.size(); ++i) {
     const std::string name = std::string(vtk_names[i]) + ".vtu";
@@ -107,9 +107,9 @@ TEST_F(VtuWriterTest, TypesHaveVtkNames) {
   }
 }
 
-TEST_F(VtuWriterTest, NothingIsLeftWithoutFinish) {
+TEST_F(VtuTest, NothingIsLeftWithoutFinish) {
   {
-    VtuWriter writer(path("mesh.vtu"), SampleType::uint8, false);
+    VtuFile writer(path("mesh.vtu"), SampleType::uint8, false);
     const std::vector<std::uint8_t> values(4);
     writer.add_points(corner_points, std::as_bytes(std::span(values)));
     EXPECT_FALSE(std::filesystem::exists(path("mesh.vtu")));
@@ -117,23 +117,23 @@ TEST_F(VtuWriterTest, NothingIsLeftWithoutFinish) {
   EXPECT_TRUE(names().empty());
 }
 
-TEST_F(VtuWriterTest, OnlyTheMeshIsThereAfterFinish) {
-  VtuWriter writer(path("mesh.vtu"), SampleType::uint8, false);
+TEST_F(VtuTest, OnlyTheMeshIsThereAfterFinish) {
+  VtuFile writer(path("mesh.vtu"), SampleType::uint8, false);
   writer.finish();
   writer.commit();
   EXPECT_EQ(names(), std::vector<std::string>{"mesh.vtu"});
 }
 
-TEST_F(VtuWriterTest, DoesNotOverwriteUnlessTold) {
+TEST_F(VtuTest, DoesNotOverwriteUnlessTold) {
   const std::string target = path("mesh.vtu");
   make_empty(target, SampleType::uint8, false);
-  EXPECT_THROW(VtuWriter(target, SampleType::uint8, false), UsageError);
+  EXPECT_THROW(VtuFile(target, SampleType::uint8, false), UsageError);
   EXPECT_NO_THROW(make_empty(target, SampleType::int8, true));
   EXPECT_NO_THROW(Vtu(path("mesh.vtu")).array<std::byte>("Int8", "value"));
 }
 
-TEST_F(VtuWriterTest, AMissingFolderIsAWorldError) {
-  EXPECT_THROW(VtuWriter(path("missing/mesh.vtu"), SampleType::uint8, false), WorldError);
+TEST_F(VtuTest, AMissingFolderIsAWorldError) {
+  EXPECT_THROW(VtuFile(path("missing/mesh.vtu"), SampleType::uint8, false), WorldError);
 }
 
 }  // namespace

@@ -1,0 +1,39 @@
+// An output that a program fills.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "io/files/output_file.h"
+
+namespace tagrid {
+
+/// Gives a program the temporary file of an output to fill. Pipes and devices get a copy of what it wrote.
+class FilledFile {
+ public:
+  /// `file` must outlive the object; nothing has been written to it. `path`: its own.
+  FilledFile(OutputFile& file, const std::string& path);
+  ~FilledFile();
+  FilledFile(const FilledFile&) = delete;
+  FilledFile& operator=(const FilledFile&) = delete;
+
+  /// An empty file, for the program.
+  const std::string& path() const { return path_; }
+  /// To be called once, when the program has ended. Throws WorldError if it removed or replaced the file. Returns the
+  /// bytes of the whole output.
+  std::uint64_t complete();
+
+ private:
+  class Nameless;
+
+  OutputFile& file_;
+  std::unique_ptr<Nameless> nameless_;
+  std::string path_;
+  dev_t device_ = 0;
+  ino_t number_ = 0;  ///< of the file that the program fills
+};
+
+}  // namespace tagrid
