@@ -15,7 +15,7 @@ _tagrid_options() {
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
     restore) echo "$run $memory $output" ;;
-    mesh) echo "$run $memory $output --level --coarsen --padded" ;;
+    mesh) echo "$run $memory $output --level --region --coarsen --padded" ;;
     surface) echo "$run $memory $output --iso --level --region --close" ;;
     preview) echo "$run $memory $output --slice --window" ;;
     convert)

@@ -176,6 +176,25 @@ TEST_F(MemoryLimit, IsKeptWhereTheGridIsDerived) {
   }
 }
 
+// What a mesh needs is a layer of bricks, and the program that writes VTKHDF.
+TEST_F(MemoryLimit, IsKeptByMeshesOfAnyDepth) {
+  std::size_t shallow = 0;
+  for (const char* dims : {"120,90,60", "120,90,600"}) {
+    phantom("a.nrrd", {"--dims", dims, "-f"});
+    expect_ok(tagrid({"encode", "a.nrrd", "-f", "-o", "a.tag", "--cube", "16", "--brick", "2"}));
+    const Arguments mesh = {"mesh", "a.tag", "-f", "--level", "6", "-o"};
+    const std::size_t limit = run_with_smallest(with(mesh, {"a.vtu"}));
+    if (shallow == 0) shallow = limit;
+    EXPECT_LE(limit, shallow + 1) << dims;
+    EXPECT_EQ(run_with_smallest(with(mesh, {"a.msh"})), limit);
+    const std::size_t with_program = run_with_smallest(with(mesh, {"a.vtkhdf"}));
+    EXPECT_GT(with_program, limit + 95);
+    EXPECT_LT(with_program, limit + 102);
+    EXPECT_LE(run_with_smallest(with(mesh, {"a.vtu", "--region", "30:50,:40,40:50"})), limit);
+    run_with_smallest(with(mesh, {"a.vtkhdf", "--region", "30:50,:40,40:50"}));
+  }
+}
+
 // Input that can only be read from its beginning goes through a file, for encoding and for comparing.
 TEST_F(MemoryLimit, IsKeptWithGzip) {
   phantom("a.raw", {"--dims", "700,700,20"});

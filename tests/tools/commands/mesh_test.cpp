@@ -90,6 +90,34 @@ TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
 }
 
+TEST_F(MeshCommand, ARegionHasFewerTetrahedraAndIsTheSameFromAPipe) {
+  make_tag({"--cube", "8", "--brick", "2"});
+  expect_ok(tagrid({"mesh", "volume.tag"}));
+  for (const Arguments& more : {Arguments{}, {"--level", "5"}, {"--padded"}}) {
+    const Arguments options = with({"--region", "3:9,:,20:"}, more);
+    expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
+    const std::string mesh = content("x.vtu");
+    EXPECT_LT(number(mesh, "NumberOfCells"), number(content("volume.vtu"), "NumberOfCells"));
+    EXPECT_GT(number(mesh, "NumberOfCells"), 0);
+    EXPECT_TRUE(tagrid(with({"mesh", "-"}, options), content("volume.tag")).out == mesh);
+  }
+  expect_ok(tagrid({"mesh", "volume.tag", "-fo", "x.vtu", "--region=:,:,:"}));
+  EXPECT_TRUE(content("x.vtu") == content("volume.vtu"));
+}
+
+TEST_F(MeshCommand, EveryFormatHasTheSameFigures) {
+  make_tag({"--cube", "8"});
+  const auto figures = [&](const std::string& name) {
+    expect_ok(tagrid({"mesh", "volume.tag", "-T2", "-fo", name, "--json=x.json"}));
+    const auto json = json_of("x.json");
+    std::filesystem::remove(path("x.json"));
+    EXPECT_EQ(json["bytes_out"], std::filesystem::file_size(path(name)));
+    return std::pair(json["settings"]["points"], json["settings"]["tetrahedra"]);
+  };
+  const auto expected = figures("a.vtu");
+  for (const char* name : {"a.vtkhdf", "a.hdf", "a.msh"}) EXPECT_EQ(figures(name), expected) << name;
+}
+
 TEST_F(MeshCommand, ReportsItsFigures) {
   make_tag();
   expect_ok(tagrid({"mesh", "volume.tag", "--json", "x.json"}));
@@ -107,7 +135,14 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
   make_tag();
   for (const char* level : {"-1", "16", "x"})
     expect_error(tagrid({"mesh", "volume.tag", "--level", level}), usage, "--level");
-  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage, "must end in .vtu");
+  expect_error(tagrid({"mesh", "volume.tag", "-o", "x.stl"}), usage,
+               "must end in .vtu, .vtkhdf, .hdf or .msh");
+  for (const char* region : {"0:999,:,:", "-1:2,:,:", "3:3,:,:", "5:4,:,:", ":,:", "x", "1:2,3:4,5:6,7:8"})
+    for (const Arguments& more : {Arguments{}, {"--padded"}})
+      expect_error(
+          tagrid(with({"mesh", "volume.tag", "-o", "x.msh", std::string("--region=") + region}, more)), usage,
+          "");
+  expect_error(tagrid({"mesh", "volume.tag", "--region", ":,:,:5"}), usage, "give -o");
   expect_error(tagrid({"mesh"}), usage, "INPUT is required");
   expect_error(tagrid({"mesh", "missing.tag"}), world, "missing.tag");
   expect_error(tagrid({"mesh", "volume.nrrd", "-o", "x.vtu"}), broken_input, "not a .tag file");
