@@ -160,7 +160,6 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm", "-T1"}},
         Case{"DecodeToPipe", {"decode", "-", "-T1"}, {}, true},
         Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu", "--json", "new.json", "-T1"}},
-        Case{"MeshForGmsh", {"mesh", "volume.tag", "-o", "new.msh", "-T1"}},
         Case{"MeshToPipe", {"mesh", "volume.tag", "-o", "-", "-T1"}, {}, true},
         Case{"Preview", {"preview", "volume.tag", "-o", "new.png", "--json", "new.json", "-T1"}},
         Case{"PreviewToPipe", {"preview", "volume.tag", "-o", "-", "-T1"}, {}, true},
