@@ -80,7 +80,7 @@ class MeshRegion : public MeshedVolume {
         const ValuedMesh all = read("all.vtu");
         for (const Box& box : boxes(dims)) {
           const MeshResult result = write_mesh(path("v.tag"), path("part.vtu"),
-                                               {level, padded, true, region(box)}, Resources(1 + i++ % 3));
+                                               {level, padded, true, {}, region(box)}, Resources(1 + i++ % 3));
           const ValuedMesh part = read("part.vtu");
           EXPECT_EQ(result.tetrahedra, static_cast<std::int64_t>(part.size()));
           const std::set<std::int64_t> used(part.connectivity.begin(), part.connectivity.end());
@@ -120,7 +120,7 @@ TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
   const Index3 dims{40, 16, 16};
   encode(spiky_volume(dims, 5), small_bricks());
   const WantedRegion far = region({{33, 2, 2}, {38, 5, 5}}), near = region({{1, 1, 1}, {3, 3, 3}});
-  write_mesh(path("v.tag"), path("before.vtu"), {{}, false, true, far}, Resources(2));
+  write_mesh(path("v.tag"), path("before.vtu"), {{}, false, true, {}, far}, Resources(2));
   // The first byte of the first brick.
   std::string bytes = content("v.tag");
   {
@@ -128,9 +128,9 @@ TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
     bytes[bytes.find(std::string(reinterpret_cast<const char*>(file.read(0).values.data()), 16))] ^= 1;
   }
   file("v.tag", bytes);
-  write_mesh(path("v.tag"), path("after.vtu"), {{}, false, true, far}, Resources(2));
+  write_mesh(path("v.tag"), path("after.vtu"), {{}, false, true, {}, far}, Resources(2));
   EXPECT_EQ(content("after.vtu"), content("before.vtu"));
-  EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, false, true, near}, Resources(2)), BrokenInput);
+  EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, false, true, {}, near}, Resources(2)), BrokenInput);
 }
 
 TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
@@ -140,7 +140,7 @@ TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
   for (const Box& box : {Box{{0, 0, 0}, {21, 1, 1}}, Box{{-1, 0, 0}, {1, 1, 1}}, Box{{3, 3, 3}, {3, 2, 3}},
                          Box{{30, 30, 30}, {31, 31, 31}}})
     for (const bool padded : {false, true})
-      EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, padded, true, region(box)}, Resources(1)),
+      EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, padded, true, {}, region(box)}, Resources(1)),
                    UsageError);
   EXPECT_EQ(names(), before);
 }

@@ -93,7 +93,7 @@ TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
 TEST_F(MeshCommand, ARegionHasFewerTetrahedraAndIsTheSameFromAPipe) {
   make_tag({"--cube", "8", "--brick", "2"});
   expect_ok(tagrid({"mesh", "volume.tag"}));
-  for (const Arguments& more : {Arguments{}, {"--level", "5"}, {"--padded"}}) {
+  for (const Arguments& more : {Arguments{}, {"--level", "5"}, {"--padded"}, {"--coarsen", "20"}}) {
     const Arguments options = with({"--region", "3:9,:,20:"}, more);
     expect_ok(tagrid(with({"mesh", "volume.tag", "-fo", "x.vtu"}, options)));
     const std::string mesh = content("x.vtu");
