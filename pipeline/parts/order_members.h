@@ -41,7 +41,7 @@ inline constexpr std::size_t member_count<EnvelopeFile> = 5;
 template <>
 inline constexpr std::size_t member_count<SlicesInFile> = 3;
 template <>
-inline constexpr std::size_t member_count<SliceRun> = 6;
+inline constexpr std::size_t member_count<SliceRun> = 8;
 template <>
 inline constexpr std::size_t member_count<StoredBits> = 3;
 template <>
