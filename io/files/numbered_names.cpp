@@ -64,15 +64,20 @@ bool is_preview(const std::string& path) {
   return lower_case(std::filesystem::path(path).stem().string()).ends_with("_spr");
 }
 
+std::string number_pattern(std::string_view name) {
+  std::string pattern;
+  const std::vector<std::string> pieces = pieces_of(name);
+  for (std::size_t at = 0; at < pieces.size(); ++at) pattern += at % 2 == 0 ? pieces[at] : "#";
+  return pattern;
+}
+
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths) {
   std::ranges::sort(paths, comes_before);
   // Names with the same texts between their numbers.
   std::map<std::string, std::vector<std::string>> alike;
   for (std::string& path : paths) {
-    std::string texts;
-    const std::vector<std::string> pieces = pieces_of(name_of_path(path));
-    for (std::size_t at = 0; at < pieces.size(); ++at) texts += at % 2 == 0 ? pieces[at] : "#";
-    alike[texts].push_back(std::move(path));
+    std::string texts = number_pattern(name_of_path(path));
+    alike[std::move(texts)].push_back(std::move(path));
   }
   std::vector<NumberedFiles> series;
   for (const auto& [texts, members] : alike) {

@@ -21,6 +21,9 @@ struct NumberedFiles {
 /// or whose name has no like, is a series of one. If names differ in several numbers, the last one is that of the slice.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
+/// A name with # for each of its numbers: "a#b#.tif".
+std::string number_pattern(std::string_view name);
+
 /// True for NAME_spr.bmp and the like: a shadow projection, which SkyScan's programs put beside slices.
 bool is_preview(const std::string& path);
 

@@ -4,6 +4,7 @@
 """
 
 import itertools
+import json
 import pathlib
 import shutil
 import subprocess
@@ -339,7 +340,7 @@ class Dicom(ReaderTest):
         broken = self.folder / "s" / "x1"
         broken.write_bytes(broken.read_bytes()[:-100])
         self.assert_same(self.encoded("s", "--series", "1.2.3")[0], (truth - 1024).astype("int16"))
-        self.assert_refused(65, "x1: DICOM file: ends within", "encode", "s", "--series", "9.9")
+        self.assert_refused(65, "x1: DICOM file: ends too soon, within", "encode", "s", "--series", "9.9")
         with open(self.folder / "s" / "mask.bin", "wb") as file:
             file.truncate(3 << 30)
         self.encoded("s", "--series", "1.2.3")
@@ -364,7 +365,7 @@ class Dicom(ReaderTest):
         self.save("a.dcm", data_set(truth))
         whole = (self.folder / "a.dcm").read_bytes()
         (self.folder / "short.dcm").write_bytes(whole[:-1])
-        self.assert_refused(65, "short.dcm: DICOM file: ends within its pixels", "encode", "short.dcm")
+        self.assert_refused(65, "short.dcm: DICOM file: ends too soon, within its pixels", "encode", "short.dcm")
         (self.folder / "head.dcm").write_bytes(whole[:400])
         self.assert_refused(65, "head.dcm: ", "encode", "head.dcm")
         self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
@@ -377,6 +378,71 @@ class Dicom(ReaderTest):
         broken = self.folder / "s" / "i003.dcm"
         broken.write_bytes(broken.read_bytes()[:-100])
         self.assert_refused(65, "i003.dcm", "encode", "s")
+
+    def series_with(self, name, content):
+        """A whole series of 7 images, and one of its files with other content."""
+        truth = volume()
+        self.write_series(truth)
+        (self.folder / "s" / name).write_bytes(content)
+        return truth
+
+    def test_a_destroyed_file_among_its_siblings_is_refused_by_name(self):
+        whole = len(volume()[0].tobytes()) // 4
+        for name, content, why in (("i006.dcm", b"\0" * whole, "is not a DICOM file"), ("i000.dcm", b"", "is empty"),
+                                   ("i006.dcm", b"see the other disk\n", "is not a DICOM file"), ("note.DCM", b"x", "is not a DICOM file"),
+                                   ("i007.bak", b"", None), ("i007", b"\0" * 500, None)):
+            shutil.rmtree(self.folder / "s", ignore_errors=True)
+            truth = self.series_with(name, content)
+            if why is None:  # plainly something else
+                self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
+                self.assertIn(f"warning: s: 1 file without an image of DICOM: {name}", self.messages)
+                continue
+            message = self.assert_refused(65, f"s: 1 file cannot be read and may belong to series 1.2.3: {name} ({why})", "encode", "s")
+            self.assertIn("--gaps-ok", message)
+            left = [z for z in range(7) if f"i{z:03}.dcm" != name]
+            self.assert_same(self.encoded("s", "--gaps-ok")[0], (truth[left] - 1024).astype("int16"), name)
+            self.assertIn(f"1 file cannot be read, and the volume is without it: {name} ({why})", self.messages)
+        # Names without an extension, which have the same pattern as the others.
+        self.write_series(volume(), "t", names=[f"IM{z:04}" for z in range(7)])
+        (self.folder / "t" / "IM0006").write_bytes(b"\0" * 1000)
+        self.assert_refused(65, "IM0006 (is not a DICOM file)", "encode", "t")
+
+    def test_files_that_are_no_images_are_named_once(self):
+        truth = volume()
+        self.write_series(truth)
+        for name in ("report.txt", "DICOMDIR", "study.xml"):
+            (self.folder / "s" / name).write_text("something else")
+        plan = data_set(truth[0], SOPClassUID="1.2.840.10008.5.1.4.1.1.481.5")
+        for tag in ("Rows", "Columns", "PixelData"):
+            delattr(plan, tag)
+        self.save("s/plan.dcm", plan)
+        self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
+        self.assertEqual([line for line in self.messages.splitlines() if "warning" in line],
+                         ["tagrid: warning: s: 4 files without an image of DICOM: DICOMDIR, plan.dcm, report.txt, study.xml"])
+
+    def test_a_file_cut_at_any_byte_is_named_and_does_no_harm_to_other_series(self):
+        truth = volume(shape=(4, 5, 6))
+        self.write_series(truth, names=[f"a{z}.dcm" for z in range(4)])
+        self.write_series(truth[::-1], series="9.9", names=[f"b{z}.dcm" for z in range(4)])
+        cut = self.folder / "s" / "a2.dcm"
+        whole = cut.read_bytes()
+        for size in sorted({*range(0, 140, 20), *range(140, len(whole), 37), whole.index(b"\xe0\x7f\x10\0"), len(whole) - 1}):
+            cut.write_bytes(whole[:size])
+            message = self.assert_refused(65, "a2.dcm", "encode", "s", "--series", "1.2.3")
+            self.assertIn("1.2.3", message, size)
+            run = self.tagrid("encode", "s", "--series", "9.9", "-o", "b.tag", "-f")
+            self.assertEqual((run.returncode, run.stderr), (0, ""), size)
+            self.assertEqual(self.tagrid("encode", "s", "--series", "1.2.3", "--gaps-ok", "-o", "a.tag", "-f").returncode, 0, size)
+            self.assertEqual(json.loads(self.tagrid("info", "a.tag", "--json").stdout)["dims"], [6, 5, 3], size)
+        # A name that is unlike all others may belong to any series.
+        cut.write_bytes(whole)
+        (self.folder / "s" / "odd.dcm").write_bytes(whole[:200])
+        for series in ("1.2.3", "9.9"):
+            self.assert_refused(65, f"may belong to series {series}: odd.dcm (ends too soon)", "encode", "s", "--series", series)
+        # Its header may say to which one it belongs.
+        (self.folder / "s" / "odd.dcm").write_bytes(whole[:whole.index(b"\x20\0\x0e\0") + 40])
+        self.assert_refused(65, "may belong to series 1.2.3: odd.dcm", "encode", "s", "--series", "1.2.3")
+        self.encoded("s", "--series", "9.9")
 
     def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
         truth = volume(shape=(16, 16))
@@ -423,7 +489,7 @@ class Dicom(ReaderTest):
             pairs = info["source"]["pairs"]
             self.assert_same(samples, (truth + int(pairs.get("dicom_added_intercept", 0))).astype(samples.dtype), name)
         shutil.copy(folder / "MR_truncated.dcm", self.folder)
-        self.assert_refused(65, "ends within its pixels", "encode", "MR_truncated.dcm")
+        self.assert_refused(65, "ends too soon, within its pixels", "encode", "MR_truncated.dcm")
         shutil.copy(folder / "SC_rgb_rle.dcm", self.folder)
         self.assert_refused(65, "colors", "encode", "SC_rgb_rle.dcm")
         shutil.copy(folder / "liver_1frame.dcm", self.folder)

@@ -90,6 +90,46 @@ class Find(ReaderTest):
         self.assertEqual(len(run.stderr.splitlines()), 1)
         self.assertEqual(self.find()[0], {})
 
+    def test_a_broken_image_hides_no_other_series_and_every_file_is_named(self):
+        from dicom_test import data_set
+
+        self.dicom("two", "1.1", 1)
+        self.dicom("two", "2.2", 2)
+        broken = self.path("two/1.1-3.dcm")
+        broken.write_bytes(broken.read_bytes()[:400])
+        self.path("two/report.txt").write_text("a report")
+        plan = data_set(self.volume(3)[0], series="3.3", SOPClassUID="1.2.840.10008.5.1.4.1.1.481.5")
+        for tag in ("Rows", "Columns", "PixelData"):
+            delattr(plan, tag)
+        plan.save_as(self.path("two/plan.dcm"), write_like_original=False)
+        self.dicom("cut", "4.4", 4)
+        cut = self.path("cut/4.4-2.dcm")
+        cut.write_bytes(cut.read_bytes()[:-7])
+        self.dicom("zeros", "5.5", 5)
+        self.path("zeros/5.5-3.dcm").write_bytes(bytes(2000))
+        self.dicom("with", "6.6", 6)
+        plan.save_as(self.path("with/plan.dcm"), write_like_original=False)
+        found, comments = self.find()
+        # Names with two numbers: the broken file may be of either series.
+        self.assertEqual(set(found), {"with/6.6"})
+        comments = "\n".join(comments)
+        for series in ("1.1", "2.2"):
+            self.assertRegex(comments, rf"# not listed: .*/two: 1 file cannot be read and may belong to series {series}: 1.1-3.dcm \(ends too soon")
+        self.assertRegex(comments, r"cut/4.4-2.dcm: DICOM file: ends too soon, within its pixels: 7 bytes are missing; "
+                                   r"it is one of the 4 files of series 4.4, 4.4-0.dcm to 4.4-3.dcm")
+        self.assertIn("5.5-3.dcm (is not a DICOM file)", comments)
+        self.assertIn("# passed over: two: report.txt: no known format", comments)
+        self.assertIn("# passed over: with: plan.dcm: DICOM without an image", comments)
+        self.assertRegex(comments, "# passed over: two: .* and 4 more: DICOM, of a series that is not listed, or without an image")
+        broken.rename(self.path("two/a3.dcm"))
+        for z in range(3):
+            self.path(f"two/1.1-{z}.dcm").rename(self.path(f"two/a{z}.dcm"))
+        self.assertEqual(set(self.find()[0]), {"with/6.6", "two/2.2"})
+        found, comments = self.find("--gaps-ok")
+        self.assertEqual(set(found), {"with/6.6", "two/1.1", "two/2.2", "cut/4.4", "zeros/5.5"})
+        self.assertEqual([name for name, line in found.items() if "gaps-ok=true" in line], ["cut/4.4", "two/1.1", "zeros/5.5"])
+        self.assertIn("the volume is without it: a3.dcm", "\n".join(comments))
+
     def test_names_stay_when_the_archive_grows(self):
         self.nrrd("2019/knee.nrrd", 2)
         self.dicom("study", "1.2.3", 3)

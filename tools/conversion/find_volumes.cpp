@@ -145,7 +145,7 @@ class Finder {
     // Only the files themselves say what is a series in DICOM.
     if (format.name == "dicom") {
       if (!std::ranges::all_of(files, [&](const std::string& file) { return is_listed(file); }))
-        look_at_volume(folder, options, format);
+        look_at_folder_of_dicom(folder, files, options, format);
       return;
     }
     for (const NumberedFiles& one : numbered_files(files)) {
@@ -157,6 +157,21 @@ class Finder {
       own["series"] = one.pattern;
       look_at_volume(folder, own, format);
     }
+  }
+
+  /// Files that no series has are passed over.
+  void look_at_folder_of_dicom(const fs::path& folder, const std::vector<std::string>& files,
+                               const OptionTexts& options, const Format& format) {
+    std::set<std::string> used;
+    used_images_ = &used;
+    const std::size_t broken = lines_.broken();
+    look_at_volume(folder, options, format);
+    used_images_ = nullptr;
+    for (const std::string& file : files)
+      if (!used.contains(fs::path(file).filename().string()) && !is_listed(file))
+        passed_over_.add(file, lines_.broken() > broken
+                                   ? "DICOM, of a series that is not listed, or without an image"
+                                   : "DICOM without an image, or an image that cannot be read");
   }
 
   /// True if the file has several slices, so that it is a volume of its own.
@@ -178,7 +193,11 @@ class Finder {
       const VolumeInfo& info = volume->info();
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
         options.emplace("series", uid);  // another one may come into the folder
-      lines_.give(path, options, fmt::format("{}, {}", described(info.dims, info.type), format.help));
+      std::string text = fmt::format("{}, {}", described(info.dims, info.type), format.help);
+      // What is missing from the volume, although it may be.
+      if (options.contains("gaps-ok"))
+        for (const std::string& warning : volume->facts().warnings) text += "; " + warning;
+      lines_.give(path, options, text);
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;
       const std::string option = option_of(error);
@@ -224,6 +243,8 @@ class Finder {
   bool is_known(const VolumeSource& volume, const Format& format) {
     const std::vector<std::string>& files = volume.files();
     if (format.name == "dicom") {
+      if (used_images_ != nullptr)
+        for (const std::string& file : files) used_images_->insert(fs::path(file).filename().string());
       if (images_ != nullptr)
         for (const std::string& file : files) images_->insert(fs::weakly_canonical(file).string());
       else
@@ -245,6 +266,8 @@ class Finder {
   PassedOver passed_over_;
   std::set<std::string> listed_images_;      // those of all DICOMDIRs
   std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at
+  std::set<std::string>* used_images_ =
+      nullptr;  // names of those in series of the folder that is being looked at
 };
 
 }  // namespace

@@ -20,6 +20,8 @@ class FoundLines {
   void give(const std::filesystem::path& path, const OptionTexts& options, const std::string& text);
   /// The path looks like a volume and cannot be read. The same error is said once.
   void give_broken(const std::filesystem::path& path, const OptionTexts& options, const Error& error);
+  /// How many errors were said.
+  std::size_t broken() const { return broken_.size(); }
 
  private:
   std::string output_of(const std::filesystem::path& path, const OptionTexts& options);

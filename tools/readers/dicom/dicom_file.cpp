@@ -183,7 +183,7 @@ void require_plain_pixels(const DicomFile& file, bool is_explicit, std::uint64_t
   const auto status = status_of(file.path);
   if (!status || static_cast<std::uint64_t>(status->st_size) < offset + wanted)
     throw BrokenInput(
-        fmt::format("ends within its pixels, {} bytes too soon",
+        fmt::format("ends too soon, within its pixels: {} bytes are missing",
                     offset + wanted - (status ? static_cast<std::uint64_t>(status->st_size) : 0)));
 }
 
@@ -286,7 +286,24 @@ bool may_be_dataset(std::string_view beginning) {
   return (byte(0) == 0 && (byte(1) == 2 || byte(1) == 8)) || (byte(1) == 0 && (byte(0) == 2 || byte(0) == 8));
 }
 
-std::optional<DicomFile> read(const std::string& path) {
+/// True if a data set should have an image: it says so, or says nothing.
+bool should_have_image(DcmFileFormat& format) {
+  auto uid = text_of(*format.getDataset(), DCM_SOPClassUID);
+  if (!uid) uid = text_of(*format.getMetaInfo(), DCM_MediaStorageSOPClassUID);
+  if (!uid) return true;
+  const char* name = dcmFindNameOfUID(uid->c_str());
+  return *uid == UID_RTDoseStorage ||
+         (name != nullptr && std::string_view(name).find("ImageStorage") != std::string_view::npos);
+}
+
+std::string in_words(const OFCondition& failure) {
+  if (failure == EC_StreamNotifyClient || failure == EC_EndOfStream) return "ends too soon";
+  if (failure == EC_InvalidStream) return "ends too soon, or is damaged";
+  return failure.text();
+}
+
+/// `series` receives the UID as soon as it is known.
+std::optional<DicomFile> read(const std::string& path, std::string& series) {
   const std::string beginning = beginning_of(path);
   const bool is_sure = has_magic(beginning);
   if (!is_sure && !may_be_dataset(beginning)) return std::nullopt;
@@ -298,13 +315,17 @@ std::optional<DicomFile> read(const std::string& path) {
   format.transferEnd();
   DcmDataset& dataset = *format.getDataset();
   const bool has_size = dataset.tagExists(DCM_Rows) && dataset.tagExists(DCM_Columns);
-  if (!is_sure && (result.bad() || !has_size || !dataset.tagExists(DCM_SOPClassUID))) return std::nullopt;
-  if (result.bad()) throw BrokenInput(result.text());
-  if (!has_size) return std::nullopt;
-  const auto offset = static_cast<std::uint64_t>(stream.tell());
+  if (!is_sure && (result.bad() || !dataset.tagExists(DCM_SOPClassUID))) return std::nullopt;
+  series = text_of(dataset, DCM_SeriesInstanceUID).value_or("");
+  if (result.bad()) throw BrokenInput(in_words(result));
   DicomFile file;
   file.path = path;
-  file.series = text_of(dataset, DCM_SeriesInstanceUID).value_or("");
+  file.series = series;
+  if (!has_size) {
+    if (should_have_image(format)) throw BrokenInput("ends too soon, before its image");
+    return file;
+  }
+  const auto offset = static_cast<std::uint64_t>(stream.tell());
   file.instance = text_of(dataset, DCM_SOPInstanceUID).value_or("");
   const std::string image_type = text_of(dataset, DCM_ImageType).value_or("");
   if (const auto values = values_of(image_type); values.size() > 2) file.image_type = values[2];
@@ -339,6 +360,7 @@ std::optional<DicomFile> read(const std::string& path) {
       pixels.offset = offset;
     } catch (const BrokenInput& error) {
       pixels.unsupported = error.what();  // another series of the folder may be whole
+      pixels.is_cut = true;
     }
   }
   file.texts = texts_of(dataset);
@@ -353,10 +375,11 @@ Vector3 normal_of(const DicomFrame& frame) {
 }
 
 std::optional<DicomFile> read_dicom_file(const std::string& path) {
+  std::string series;
   try {
-    return read(path);
+    return read(path, series);
   } catch (const BrokenInput& error) {
-    throw BrokenInput(fmt::format("{}: DICOM file: {}", path, error.what()));
+    throw BrokenDicomFile(path, error.what(), series);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/errors.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {
@@ -46,6 +47,7 @@ struct DicomPixels {
   std::optional<std::uint64_t> inflated;
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
+  bool is_cut = false;      ///< that is why: the file does not have all of them
 
   std::uint64_t frame_bytes() const {
     return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);
@@ -62,8 +64,18 @@ struct DicomFile {
   std::map<std::string, std::string> texts;
 };
 
-/// Reads the header of a file. Nothing if the file is not one of DICOM, or has no image. Throws BrokenInput if it is broken,
-/// and WorldError.
+/// A file of DICOM that cannot be read.
+class BrokenDicomFile : public BrokenInput {
+ public:
+  BrokenDicomFile(const std::string& path, std::string reason, std::string uid)
+      : BrokenInput(path + ": DICOM file: " + reason), why(std::move(reason)), series(std::move(uid)) {}
+
+  std::string why;     ///< "ends too soon"
+  std::string series;  ///< the UID of its series, if it could be read so far; otherwise ""
+};
+
+/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an image, such as a
+/// report. Throws BrokenDicomFile and WorldError.
 std::optional<DicomFile> read_dicom_file(const std::string& path);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.

@@ -11,11 +11,10 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "io/files/natural_order.h"
-#include "io/files/text.h"
 #include "io/samples/stored_bits.h"
 #include "tools/readers/dicom/decoder.h"
 #include "tools/readers/dicom/dicom_file.h"
+#include "tools/readers/dicom/image_files.h"
 #include "tools/readers/dicom/plain_file.h"
 #include "tools/readers/dicom/series.h"
 
@@ -229,7 +228,17 @@ class DicomVolume final : public ServedVolume {
     }
     for (const DicomFile& file : files_)
       if (!file.pixels.unsupported.empty())
-        throw BrokenInput(fmt::format("{}: DICOM file: {}", file.path, file.pixels.unsupported));
+        throw BrokenInput(
+            fmt::format("{}: DICOM file: {}{}", file.path, file.pixels.unsupported, role_of_file(series)),
+            file.pixels.is_cut && slices_.size() > 1 ? Problem::slices_missing : Problem::none);
+  }
+
+  /// To which series a file belongs, if it has others.
+  std::string role_of_file(const DicomSeries& series) const {
+    if (files_.size() == 1) return "";
+    const auto name = [](const DicomFile& file) { return fs::path(file.path).filename().string(); };
+    return fmt::format("; it is one of the {} files of series {}, {} to {}", files_.size(),
+                       series.choice.name, name(files_.front()), name(files_.back()));
   }
 
   StoredBits stored_bits(std::size_t z, int bits) const {
@@ -269,51 +278,6 @@ class DicomVolume final : public ServedVolume {
   std::optional<DicomDecoder> decoder_;
 };
 
-std::vector<std::string> files_in(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
-    if (!entry->path().filename().string().starts_with('.') && entry->is_regular_file(error))
-      files.push_back(entry->path());
-  if (error) throw world_error("cannot read", folder, error.value());
-  std::ranges::sort(files, comes_before);
-  return files;
-}
-
-Files images_of(const std::vector<std::string>& names) {
-  Files files;
-  for (const std::string& name : names) {
-    say_working();
-    if (auto file = read_dicom_file(name)) files.push_back(std::move(*file));
-  }
-  return files;
-}
-
-Files images_in_folder(const std::string& folder) {
-  std::vector<std::string> names;
-  std::string directory;
-  for (const std::string& file : files_in(folder))
-    if (lower_case(fs::path(file).filename().string()) == "dicomdir")
-      directory = file;
-    else
-      names.push_back(file);
-  Files files = images_of(names);
-  // Beside a directory, there is often a text to read first.
-  if (files.empty() && !directory.empty())
-    if (const auto listed = files_of_dicomdir(directory)) files = images_of(*listed);
-  return files;
-}
-
-Files read_files(const std::string& path) {
-  std::error_code unknown;
-  Files files = fs::is_directory(path, unknown)
-                    ? images_in_folder(path)
-                    : images_of(files_of_dicomdir(path).value_or(std::vector<std::string>{path}));
-  if (files.empty()) throw BrokenInput(path + ": has no DICOM image");
-  return files;
-}
-
 /// The number of the series that is wanted. The UID of several parts lists them alone.
 std::size_t number_of(const std::string& path, const std::string& wanted,
                       const std::vector<DicomSeries>& series) {
@@ -326,14 +290,67 @@ std::size_t number_of(const std::string& path, const std::string& wanted,
   return chosen(path, "series", wanted, all);
 }
 
+/// Leaves out the slices whose files are cut within their pixels, and returns these files.
+std::vector<UnreadableImage> leave_out_cut(DicomSeries& series, const Files& images) {
+  std::vector<UnreadableImage> cut;
+  const auto is_cut = [&](const DicomSlice& slice) { return images[slice.file].pixels.is_cut; };
+  if (std::ranges::all_of(series.slices, is_cut)) return cut;  // then the first one is the error
+  for (const DicomSlice& slice : series.slices)
+    if (const DicomFile& image = images[slice.file]; is_cut(slice) && slice.frame == 0)
+      cut.push_back({image.path, image.pixels.unsupported, image.series});
+  std::erase_if(series.slices, is_cut);
+  return cut;
+}
+
+std::string counted(std::size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are left out with
+/// `gaps_ok`. Throws BrokenInput without it.
+std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files,
+                                        const std::vector<DicomSeries>& all, DicomSeries& series,
+                                        bool gaps_ok) {
+  std::vector<std::string> warnings;
+  std::vector<UnreadableImage> missing = unreadable_in(series, files);
+  if (!missing.empty() && !gaps_ok)
+    throw BrokenInput(fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
+                                  counted(missing.size(), "file"), series.choice.name, listed(missing)),
+                      Problem::slices_missing);
+  if (gaps_ok) {
+    const std::vector<UnreadableImage> cut = leave_out_cut(series, files.images);
+    missing.insert(missing.end(), cut.begin(), cut.end());
+  }
+  if (!missing.empty())
+    warnings.push_back(fmt::format("{}: {} cannot be read, and the volume is without {}: {}", path,
+                                   counted(missing.size(), "file"), missing.size() == 1 ? "it" : "them",
+                                   listed(missing)));
+  // Those of other series are said where these are read.
+  std::vector<UnreadableImage> of_none = files.unreadable;
+  for (const DicomSeries& one : all)
+    for (const UnreadableImage& image : unreadable_in(one, files))
+      std::erase_if(of_none, [&](const UnreadableImage& other) { return other.path == image.path; });
+  if (!of_none.empty())
+    warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
+                                   listed(of_none)));
+  if (!files.others.empty())
+    warnings.push_back(fmt::format("{}: {} without an image of DICOM: {}", path,
+                                   counted(files.others.size(), "file"), listed_names(files.others)));
+  return warnings;
+}
+
 }  // namespace
 
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
-  Files files = read_files(path);
-  const std::vector<DicomSeries> series = series_of(files);
+  ImageFiles files = image_files_at(path);
+  std::vector<DicomSeries> all = series_of(files.images);
   const auto wanted = options.find("series");
-  const std::size_t number = number_of(path, wanted == options.end() ? "" : wanted->second, series);
-  return std::make_unique<DicomVolume>(std::move(files), series[number], path);
+  DicomSeries& series = all[number_of(path, wanted == options.end() ? "" : wanted->second, all)];
+  const std::vector<std::string> warnings =
+      warnings_about(path, files, all, series, options.contains("gaps-ok"));
+  auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
+  volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
+  return volume;
 }
 
 }  // namespace tagrid
