@@ -101,7 +101,8 @@ std::vector<Format> all_formats() {
        .writer = "vdb",
        .writer_keeps_volume = true,
        .has_grids = true,
-       .slices_are_alike = true},
+       .slices_are_alike = true,
+       .keeps_pairs = true},
       {.name = "nifti",
        .extensions = {".nii"},
        .help = "NIfTI",
@@ -188,6 +189,7 @@ std::vector<Format> all_formats() {
        .read_as = "hdf5",
        .writer = "hdf5",
        .slices_are_alike = true,
+       .keeps_pairs = true,
        .lost = lost_in_vtkhdf},
       {.name = "vgi",
        .extensions = {".vgi"},
@@ -354,10 +356,15 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     if (key == "slice_positions")
       differences.emplace_back("slices lie at unequal distances (slice_positions)");
-    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
+    if (key == "slice_slopes")
+      differences.emplace_back(
+          "slices have slopes of their own (slice_slopes), and the samples in the file are those that are "
+          "stored, without a slope");
+    if (key == "rescale_units" && !format.keeps_pairs)
+      differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())
-    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them",
+    all.push_back(fmt::format("{}; {} cannot say that, but the .tag file and .nrrd files do",
                               fmt::join(differences, ", and "), format.name));
   return all;
 }

@@ -49,7 +49,7 @@ std::string geometry_lines(const Geometry& geometry) {
   std::array<double, 3> spacing;
   for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = spacing_or_1(geometry, axis);
   std::string lines;
-  if (geometry.has_directions || geometry.has_origin) {
+  if (geometry.has_directions || geometry.has_origin || geometry.origin != Geometry().origin) {
     const std::array<double, 3> signs = signs_of(geometry);
     std::array<double, 9> matrix = {};
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -75,9 +75,10 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
       "False\n");
   text += geometry_lines(info.geometry);
   std::string slope, intercept;
-  bool has_units = false;
+  bool has_units = false, has_slopes_of_slices = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     constexpr std::string_view ours = "metaimage_";
+    has_slopes_of_slices = has_slopes_of_slices || key == "slice_slopes";
     if (key == "rescale_slope") slope = value;
     if (key == "rescale_intercept") intercept = value;
     // A value is the rest of its line.
@@ -91,7 +92,7 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
   if (const std::string& unit = info.geometry.units[0];
       !has_units && (unit == "mm" || unit == "um" || unit == "cm"))
     text += fmt::format("DistanceUnits = {}\n", unit);
-  if (!slope.empty())
+  if (!slope.empty() && !has_slopes_of_slices)
     text += fmt::format("ElementToIntensityFunctionSlope = {}\nElementToIntensityFunctionOffset = {}\n",
                         slope, intercept);
   text += fmt::format("DimSize = {} {} {}\nElementType = {}\nElementDataFile = {}\n", info.dims.x,

@@ -11,6 +11,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
 #include "io/nrrd/spaces.h"
 #include "io/samples/file_sink.h"
 #include "io/samples/gzip_sink.h"
@@ -135,6 +136,14 @@ double number_in(const Pairs& pairs, const char* name, double otherwise) {
   return found == pairs.end() ? otherwise : number_of(found->second).value_or(otherwise);
 }
 
+/// Codes of the standard: coordinates of the scanner, and others.
+constexpr double in_scanner = 1, aligned = 2;
+
+double form_code(const Pairs& pairs, const char* name, double otherwise) {
+  const double code = number_in(pairs, name, otherwise);
+  return code >= 1 ? code : otherwise;
+}
+
 std::string header_of(const VolumeInfo& info) {
   const auto listed = key_values_of(info.nrrd_fields);
   const Pairs pairs(listed.begin(), listed.end());
@@ -151,8 +160,9 @@ std::string header_of(const VolumeInfo& info) {
   header.put<std::int16_t, std::int16_t>(70, 12, datatype_of(info.type));
   header.put<std::int16_t, std::int16_t>(72, 14, 8 * static_cast<double>(size_of(info.type)));
   header.put<float, std::int64_t>(108, 168, is_second ? 544 : 352);
-  header.put<float, double>(112, 176, number_in(pairs, "rescale_slope", 1));
-  header.put<float, double>(116, 184, number_in(pairs, "rescale_intercept", 0));
+  const Rescale rescale = rescale_of(info.nrrd_fields);
+  header.put<float, double>(112, 176, rescale.slope);
+  header.put<float, double>(116, 184, rescale.intercept);
   header.put<float, double>(128, 200, number_in(pairs, "nifti_cal_min", 0));
   header.put<float, double>(124, 192, number_in(pairs, "nifti_cal_max", 0));
   header.put<std::int16_t, std::int32_t>(68, 504, number_in(pairs, "nifti_intent_code", 0));
@@ -173,7 +183,12 @@ std::string header_of(const VolumeInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(spacing_or_1(geometry, axis));
   double qfac = 1;
   Geometry placed = geometry;
-  if (!placed.has_directions && placed.has_origin) {
+  // Without a form, programs put the volume wherever they like, and a part of it elsewhere. A file that had none gets none.
+  const bool had_no_form = pairs.contains("nifti_pixdim") && !pairs.contains("nifti_sform_code") &&
+                           !pairs.contains("nifti_qform_code");
+  const bool is_at_zero = !placed.has_origin && placed.origin == Geometry().origin;
+  const double code = placed.has_directions || !placed.space.empty() ? in_scanner : aligned;
+  if (!placed.has_directions && !(had_no_form && is_at_zero)) {
     for (std::size_t axis = 0; axis < 3; ++axis) placed.directions[axis][axis] = spacing_or_1(geometry, axis);
     placed.has_directions = true;
   }
@@ -185,11 +200,10 @@ std::string header_of(const VolumeInfo& info) {
                                   placement.directions[axis][row]);
       header.put<float, double>(292 + 16 * row, 424 + 32 * row, placement.origin[row]);
     }
-    header.put<std::int16_t, std::int32_t>(254, 348, std::max(number_in(pairs, "nifti_sform_code", 1), 1.0));
+    header.put<std::int16_t, std::int32_t>(254, 348, form_code(pairs, "nifti_sform_code", code));
     if (const auto rotation = rotation_of(placement.directions, spacing)) {
       qfac = rotation->qfac;
-      header.put<std::int16_t, std::int32_t>(252, 344,
-                                             std::max(number_in(pairs, "nifti_qform_code", 1), 1.0));
+      header.put<std::int16_t, std::int32_t>(252, 344, form_code(pairs, "nifti_qform_code", code));
       for (std::size_t i = 0; i < 3; ++i) {
         header.put<float, double>(256 + 4 * i, 352 + 8 * i, rotation->bcd[i]);
         header.put<float, double>(268 + 4 * i, 376 + 8 * i, placement.origin[i]);

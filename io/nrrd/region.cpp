@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
@@ -15,22 +18,32 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
+/// Lists that mean nothing if they do not have an entry for each slice.
+constexpr std::array lists_of_slices = {slice_positions_key, std::string_view("slice_slopes"),
+                                        std::string_view("slice_intercepts"),
+                                        std::string_view("slice_sop_instance_uids")};
+/// Steps that differ by less, relative to their mean, are equal: positions are rounded texts.
+constexpr double same_step = 0.01;
+
 // In NRRD's spelling: an unknown number, or one that a reader would refuse, is NaN.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "nan"; }
 std::string vector(const Vector& v) { return fmt::format("({},{},{})", v[0], v[1], v[2]); }
 
 bool is_finite(const Vector& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 
+Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
 Vector scaled(const Vector& v, double factor) { return {v[0] * factor, v[1] * factor, v[2] * factor}; }
 
 class RegionLines {
  public:
-  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices)
+  RegionLines(std::string_view fields, Index3 low, Index3 step, std::int64_t slices, std::int64_t all_slices)
       : fields_(fields),
         whole_(geometry_of(fields)),
         low_(low),
         step_(step),
         slices_(slices),
+        all_slices_(all_slices),
         origin_(to_world(whole_, low)) {
     // If the spacing is unknown, so is the distance to any other sample.
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -39,7 +52,7 @@ class RegionLines {
 
   std::string lines() {
     find_centers();
-    find_origin_of_slice();
+    find_places_of_slices();
     std::string result;
     for (std::string_view rest = fields_; !rest.empty();) {
       const std::string_view line = take_line(rest);
@@ -50,11 +63,12 @@ class RegionLines {
 
  private:
   std::string changed(std::string_view line, const NrrdLine& parsed) {
-    if (parsed.kind == NrrdLine::Kind::key_value)
-      for (const std::string_view key :
-           {slice_positions_key, std::string_view("slice_slopes"), std::string_view("slice_intercepts")})
-        if (line.starts_with(key) && line.substr(key.size()).starts_with(":=")) return of_slices(line, key);
-    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1};
+    if (parsed.kind == NrrdLine::Kind::key_value) {
+      const std::string_view key = line.substr(0, line.find(":="));
+      return key.starts_with("slice_") || key == "dicom_added_intercept" ? of_slices(line, key)
+                                                                         : fmt::format("{}\n", line);
+    }
+    const bool is_same = low_ == Index3{0, 0, 0} && step_ == Index3{1, 1, 1} && !even_step_;
     if (is_same) return fmt::format("{}\n", line);
     if (parsed.field == "spacings") return spacings();
     if (parsed.field == "space directions") return directions();
@@ -71,20 +85,27 @@ class RegionLines {
     return fmt::format("{}\n", line);
   }
 
-  // A list with one entry for each slice of the whole volume. A list that is too short is dropped.
+  // The entries of the slices that are kept, of a list with one for each slice of the whole volume.
   std::string of_slices(std::string_view line, std::string_view key) const {
     const bool is_places = key == slice_positions_key;
     const std::string_view list = line.substr(key.size() + 2);
     const std::vector<std::string_view> all = is_places ? positions_in(list) : words_of(list);
+    if (static_cast<std::int64_t>(all.size()) != all_slices_) {
+      const bool is_list = std::ranges::find(lists_of_slices, key) != lists_of_slices.end();
+      return is_list ? "" : fmt::format("{}\n", line);
+    }
+    if (slices_ == all_slices_ && !is_places) return fmt::format("{}\n", line);
+    if (is_places && even_step_) return "";
     std::string kept;
     for (std::int64_t z = 0; z < slices_; ++z) {
-      const auto at = static_cast<std::size_t>(low_.z + z * step_.z);
-      if (at >= all.size()) return "";
+      const std::string_view entry = all[index_of(z)];
       if (z > 0) kept += is_places ? "; " : " ";
-      kept += is_places ? moved_position(all[at]) : std::string(all[at]);
+      kept += is_places ? moved_position(entry) : std::string(entry);
     }
     return fmt::format("{}:={}\n", key, kept);
   }
+  // The slice of the whole volume that is kept as number z.
+  std::size_t index_of(std::int64_t z) const { return static_cast<std::size_t>(low_.z + z * step_.z); }
   // The position of the first sample that is kept of a slice, if `position` is that of its first sample.
   std::optional<Vector> moved(std::string_view position) const {
     const auto words = words_of(position);
@@ -102,15 +123,36 @@ class RegionLines {
     const auto place = moved(position);
     return place ? fmt::format("{} {} {}", (*place)[0], (*place)[1], (*place)[2]) : std::string(position);
   }
-  // Where slices lie at unequal distances, the first one that is kept is where its own position says.
-  void find_origin_of_slice() {
+  // Where slices lie at unequal distances, the first one that is kept is where its own position says. Those that are kept
+  // may lie at equal ones.
+  void find_places_of_slices() {
     if (!whole_.has_directions || !whole_.has_origin) return;
     for (const auto& [key, value] : key_values_of(fields_)) {
       if (key != slice_positions_key) continue;
       const auto all = positions_in(value);
-      if (static_cast<std::size_t>(low_.z) >= all.size()) return;
-      if (const auto place = moved(all[static_cast<std::size_t>(low_.z)])) origin_ = *place;
+      if (static_cast<std::int64_t>(all.size()) != all_slices_) return;
+      std::vector<Vector> places;
+      for (std::int64_t z = 0; z < slices_; ++z)
+        if (const auto place = moved(all[index_of(z)]))
+          places.push_back(*place);
+        else
+          return;
+      origin_ = places.front();
+      if (slices_ < all_slices_) even_step_ = even_step_of(places);
     }
+  }
+  // From one slice to the next one, if all steps are equal. A single slice is as thick as it was.
+  std::optional<Vector> even_step_of(const std::vector<Vector>& places) const {
+    if (places.size() == 1) return scaled(whole_.directions[2], static_cast<double>(step_.z));
+    const Vector step =
+        scaled(difference(places.back(), places.front()), 1 / static_cast<double>(places.size() - 1));
+    const auto& directions = whole_.directions;
+    const double volume = determinant({directions[0], directions[1], step});
+    if (!std::isfinite(volume) || volume == 0) return std::nullopt;
+    for (std::size_t z = 1; z < places.size(); ++z)
+      if (length(difference(difference(places[z], places[z - 1]), step)) > same_step * length(step))
+        return std::nullopt;
+    return step;
   }
 
   std::string spacings() const {
@@ -124,7 +166,9 @@ class RegionLines {
     std::string line = "space directions:";
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Vector along =
-          scaled(whole_.directions[axis], static_cast<double>(step_[static_cast<int>(axis)]));
+          axis == 2 && even_step_
+              ? *even_step_
+              : scaled(whole_.directions[axis], static_cast<double>(step_[static_cast<int>(axis)]));
       if (!is_finite(along)) return "";
       line += ' ' + vector(along);
     }
@@ -178,16 +222,19 @@ class RegionLines {
   std::string_view fields_;
   Geometry whole_;
   Index3 low_, step_;
-  std::int64_t slices_;
+  std::int64_t slices_, all_slices_;
   Vector origin_;  ///< of the first sample that is kept; NaN on an axis where it is unknown
+  std::optional<Vector>
+      even_step_;  ///< of slices whose positions are known, if they are kept at equal distances
   std::array<bool, 3> at_point_ = {};
   bool has_origin_line_ = false;
 };
 
 }  // namespace
 
-std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices) {
-  return RegionLines(nrrd_fields, low, step, slices).lines();
+std::string fields_of_region(std::string_view nrrd_fields, Index3 low, Index3 step, std::int64_t slices,
+                             std::int64_t all_slices) {
+  return RegionLines(nrrd_fields, low, step, slices, all_slices).lines();
 }
 
 }  // namespace tagrid

@@ -84,7 +84,10 @@ VolumeInfo info_of(const Json& answer, const Rescale& rescale) {
   if (!sample_bytes(size, *type) || !is_volume_size(size))
     throw WrongAnswer(fmt::format("a volume cannot have {} samples", described(size, *type)));
   KeyValues pairs = pairs_of(answer);
-  add_rescale(rescale, pairs);
+  // One slope for all would be wrong; it is for bounds only.
+  const bool is_of_slices =
+      std::ranges::any_of(pairs, [](const auto& pair) { return pair.first == "slice_slopes"; });
+  if (!is_of_slices) add_rescale(rescale, pairs);
   try {
     if (const std::string lines = text_in(answer, "nrrd"); !lines.empty())
       return volume_info(size, *type, lines);

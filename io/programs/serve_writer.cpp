@@ -20,8 +20,9 @@ WriteRequest request_of(const OrderedJson& json) {
   const auto& dims = volume.at("dims");
   const auto type = sample_type_named(volume.at("type").get<std::string>());
   if (!type) throw UsageError(fmt::format("the type {} is not known", volume.at("type").dump()));
-  return {json.at("path"), json.value("name", json.at("path").get<std::string>()),
-          volume_info({dims.at(0), dims.at(1), dims.at(2)}, *type, volume.value("nrrd", "")),
+  VolumeInfo info = volume_info({dims.at(0), dims.at(1), dims.at(2)}, *type, volume.value("nrrd", ""));
+  if (volume.contains("origin")) volume.at("origin").get_to(info.geometry.origin);
+  return {json.at("path"), json.value("name", json.at("path").get<std::string>()), std::move(info),
           json.value("options", WriterOptions())};
 }
 

@@ -20,7 +20,7 @@ Json json_of(const VolumeInfo& info) {
     json["directions"] = g.directions;
   else if (g.has_spacing)
     json["spacing"] = g.spacing;  // null where it is not known
-  if (g.has_origin) json["origin"] = g.origin;
+  if (g.has_origin || g.origin != Geometry().origin) json["origin"] = g.origin;
   if (!g.space.empty()) json["space"] = g.space;
   if (!g.units[0].empty()) json["units"] = g.units[0];
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) json["pairs"][key] = value;
@@ -75,7 +75,8 @@ WriterConversation::WriterConversation(const std::string& program, const FormatP
 WriterReady WriterConversation::begin(const std::string& path, const std::string& name,
                                       const VolumeInfo& info, const WriterOptions& options) {
   const bool is_text = is_utf8(info.nrrd_fields);
-  const VolumeInfo volume = is_text ? info : volume_info(info.dims, info.type, in_utf8(info.nrrd_fields));
+  VolumeInfo volume = is_text ? info : volume_info(info.dims, info.type, in_utf8(info.nrrd_fields));
+  volume.geometry.origin = info.geometry.origin;
   WriterReady ready = begin({{"request", "write"},
                              {"path", path},
                              {"name", name},

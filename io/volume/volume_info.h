@@ -20,7 +20,7 @@ struct Geometry {
   /// The distance between neighbouring samples along each axis (x, y, z); NaN if unknown. If there are
   /// directions, their lengths.
   std::array<double, 3> spacing = {unknown, unknown, unknown};
-  /// World position of sample (0, 0, 0).
+  /// World position of sample (0, 0, 0); without has_origin, where samples count as 1 apart in the whole volume.
   std::array<double, 3> origin = {0, 0, 0};
   /// directions[axis] is the vector in the world from one sample to the next one along `axis`.
   std::array<std::array<double, 3>, 3> directions = {};

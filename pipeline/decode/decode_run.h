@@ -57,13 +57,14 @@ struct Salvage {
 struct DecodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;              ///< of the .tag file
-  std::uint64_t bytes_out = 0;             ///< written, headers included
-  std::uint64_t memory = 0;                ///< the plan's upper limit
-  std::string facts = {};                  ///< VolumeSink::facts()
-  std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
-  Index3 dims = header.parameters.dims;    ///< of the volume that was written
-  std::optional<Salvage> salvage = {};     ///< if DecodeRun::fill is set
+  std::uint64_t bytes_in = 0;                    ///< of the .tag file
+  std::uint64_t bytes_out = 0;                   ///< written, headers included
+  std::uint64_t memory = 0;                      ///< the plan's upper limit
+  std::string facts = {};                        ///< VolumeSink::facts()
+  std::vector<std::string> warnings = {};        ///< VolumeSink::warnings()
+  Index3 dims = header.parameters.dims;          ///< of the volume that was written
+  std::string nrrd_fields = header.nrrd_fields;  ///< VolumeInfo::nrrd_fields of the volume that was written
+  std::optional<Salvage> salvage = {};           ///< if DecodeRun::fill is set
 };
 
 using FinishedDecode = Finished<DecodeResult>;

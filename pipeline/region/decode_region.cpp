@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <set>
@@ -130,8 +131,16 @@ void fill_with(double value, SampleType type, std::vector<std::byte>& samples) {
 }
 
 VolumeInfo info_of(const TagHeader& header, const Region& region) {
-  return volume_info(region.shape(), header.parameters.type,
-                     fields_of_region(header.nrrd_fields, region.box.low, region.step, region.shape().z));
+  VolumeInfo info = volume_info(region.shape(), header.parameters.type,
+                                fields_of_region(header.nrrd_fields, region.box.low, region.step,
+                                                 region.shape().z, header.parameters.dims.z));
+  // Formats that must say a place put both the whole and the part where samples are 1 apart.
+  const Geometry whole = geometry_of(header.nrrd_fields);
+  if (whole.has_directions) return info;
+  const auto place = to_world(whole, region.box.low);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (std::isnan(whole.spacing[axis])) info.geometry.origin[axis] = place[axis];
+  return info;
 }
 
 // The region in pieces: some rows of bricks of one layer, with the whole extent of the region along x.
@@ -282,7 +291,8 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .memory = plan.memory,
                          .facts = sink->facts(),
                          .warnings = sink->warnings(),
-                         .dims = info.dims};
+                         .dims = info.dims,
+                         .nrrd_fields = info.nrrd_fields};
   blocks->finish(result, region);
   return {std::move(result), sink};
 }

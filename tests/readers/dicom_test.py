@@ -15,6 +15,7 @@ from other_readers import ReaderTest
 
 numpy = other_readers.library("numpy", "python3-numpy")
 pydicom = other_readers.library("pydicom", "python3-pydicom")
+nibabel = other_readers.library("nibabel", "python3-nibabel")
 
 LITTLE, IMPLICIT, BIG = "1.2.840.10008.1.2.1", "1.2.840.10008.1.2", "1.2.840.10008.1.2.2"
 CT, ENHANCED_CT = "1.2.840.10008.5.1.4.1.1.2", "1.2.840.10008.5.1.4.1.1.2.1"
@@ -129,6 +130,13 @@ class Dicom(ReaderTest):
         for name, warns in (("a.nii", True), ("a.mha", True), ("a.nrrd", False)):
             run = self.tagrid("decode", "out.tag", "-o", name, "-f")
             self.assertEqual((run.returncode, "slices lie at unequal distances" in run.stderr), (0, warns), name)
+        # Slices 0 to 2 lie at equal distances, and so do 1 and 3.
+        for region, options, step in ((":,:,0:3", [], 1.5), (":,:,1:", ["--step", "2"], 4.5), (":,:,4:5", [], 1.5), (":,:,1:5", [], None)):
+            run = self.tagrid("decode", "out.tag", "-o", "part.nii", "-f", "--region", region, *options)
+            self.assertEqual((run.returncode, "slices lie at unequal distances" in run.stderr), (0, step is None), f"{region}: {run.stderr}")
+            self.assertIn("values are in \"HU\" (rescale_units)", run.stderr)
+            if nibabel and step:
+                self.assertAlmostEqual(nibabel.load(self.folder / "part.nii").affine[2, 2], step, msg=region)
         text = self.tagrid("info", "out.tag").stdout
         self.assertRegex(text, r"\nslices +at unequal distances")
         mesh = self.tagrid("mesh", "out.tag", "-o", "a.vtu")
@@ -195,7 +203,26 @@ class Dicom(ReaderTest):
         samples, info = self.encoded("s")
         self.assert_same(samples, truth.astype("uint16"))
         self.assertEqual(info["source"]["pairs"]["slice_slopes"], "1 1.5 2 2.5")
-        self.assertIn("slices have slopes of their own", self.tagrid("decode", "out.tag", "-o", "a.nii").stderr)
+        # No slope is right for all, so files state none and say so; those that can have the list.
+        for name in ("a.nii", "a.mha", "a.tif", "a.vti", "a.nrrd", "a.h5"):
+            run = self.tagrid("decode", "out.tag", "-o", name)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            content = (self.folder / name).read_bytes()
+            for slope in (b"ElementToIntensityFunctionSlope", b"rescale_slope"):
+                self.assertNotIn(slope, content, name)
+            if name in ("a.nrrd", "a.h5"):
+                self.assertEqual(run.stderr, "")
+                self.assertIn(b"slice_slopes", content)
+            else:
+                self.assertIn("slices have slopes of their own (slice_slopes), and the samples in the file are those that are stored", run.stderr)
+                self.assertIn("the .tag file and .nrrd files do", run.stderr)
+        if nibabel:
+            self.assert_same(numpy.asarray(nibabel.load(self.folder / "a.nii").get_fdata()).transpose(2, 1, 0), truth.astype("float64"))
+        self.assertNotIn("rescale_slope", info["source"]["pairs"])
+        part = self.tagrid("decode", "out.tag", "--region", ":,:,1:3", "-o", "part.nrrd")
+        self.assertEqual(part.returncode, 0, part.stderr)
+        for line in (b"slice_slopes:=1.5 2\n", b"slice_intercepts:=1 2\n", b"slice_sop_instance_uids:=1.2.3.1 1.2.3.2\n"):
+            self.assertIn(line, (self.folder / "part.nrrd").read_bytes())
         self.assertEqual(info["source"]["pairs"]["slice_intercepts"], "0 1 2 3")
         self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +of a slope and intercept for each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
@@ -351,8 +378,15 @@ class Dicom(ReaderTest):
             self.save(f"s/{6 - z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", number=z + 1, position=None))
         samples, info = self.encoded("s")
         self.assert_same(samples, (truth - 1024).astype("int16"))
-        self.assertIn("no positions", self.messages)
+        self.assertIn("slices have no positions; they are in the order of their numbers, and the distance between them is a guess: their thickness, 3 mm",
+                      self.messages)
         self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 3])
+        for z in range(7):
+            self.save(f"t/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", number=z + 1, position=None, SpacingBetweenSlices=2))
+            self.save(f"u/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", number=z + 1, position=None, SliceThickness=None))
+        for folder, words, spacing in (("t", "is what they say, 2 mm", 2), ("u", "is not known", None)):
+            self.assertEqual(self.encoded(folder)[1]["geometry"]["spacing"], [0.25, 0.5, spacing])
+            self.assertIn("the distance between them " + words, self.messages)
 
     def test_what_is_no_volume_is_refused_by_name(self):
         truth = volume(shape=(5, 6))

@@ -16,6 +16,7 @@ from other_readers import ReaderTest
 numpy = other_readers.library("numpy", "python3-numpy")
 nibabel = other_readers.library("nibabel", "python3-nibabel")
 tifffile = other_readers.library("tifffile", "python3-tifffile")
+h5py = other_readers.library("h5py", "python3-h5py")
 
 TYPES = ["uint8", "int8", "uint16", "int16", "uint32", "int32", "float32", "float64"]
 OBLIQUE = [[0.4, 0.3, 0], [-0.3, 0.4, 0], [0, 0, 2.5]]
@@ -108,7 +109,73 @@ class Written(ReaderTest):
             geometry = self.encoded(name)[1]["geometry"]
             numpy.testing.assert_allclose(geometry["spacing"], [0.5, 0.25, 3], rtol=1e-6, err_msg=name)
             self.assertEqual(geometry["units"], ["um"] * 3, name)
-            self.assertIsNone(geometry["directions"], name)
+            # NIfTI must say where a volume lies, or every program puts it elsewhere.
+            is_nifti = name == "b.nii"
+            self.assertEqual(geometry["directions"], [[0.5, 0, 0], [0, 0.25, 0], [0, 0, 3]] if is_nifti else None, name)
+            self.assertEqual(geometry["origin"], [0, 0, 0] if is_nifti else None, name)
+            if is_nifti and nibabel:
+                header = nibabel.load(self.folder / name).header
+                self.assertEqual((int(header["sform_code"]), int(header["qform_code"])), (2, 2), "aligned to something")
+
+    def affine_of(self, name):
+        """Places of samples, as a file says them to others."""
+        path = self.folder / name
+        affine = numpy.eye(4)
+        if name.endswith(".nii"):
+            return nibabel.load(path).affine
+        if name.endswith(".h5"):
+            attributes = h5py.File(path)["volume"].attrs
+            affine[:3, :3] = attributes["directions"].T if "directions" in attributes else numpy.diag(attributes["spacing"])
+            affine[:3, 3] = attributes.get("origin", [0, 0, 0])
+            return affine
+        if name.endswith(".vtkhdf"):
+            fields = dict(h5py.File(path)["VTKHDF"].attrs)
+            spacing, direction, origin = fields["Spacing"], fields["Direction"].reshape(3, 3), fields["Origin"]
+        else:
+            text = path.read_bytes()[:2000].decode("latin-1")
+            def numbers(pattern, otherwise):
+                found = re.search(pattern, text)
+                return numpy.array([float(n) for n in found[1].split()] if found else otherwise)
+            is_meta = name.endswith(".mha")
+            spacing = numbers("ElementSpacing = (.*)" if is_meta else 'Spacing="([^"]*)"', [1, 1, 1])
+            origin = numbers("Offset = (.*)" if is_meta else 'Origin="([^"]*)"', [0, 0, 0])
+            direction = numbers("TransformMatrix = (.*)" if is_meta else 'Direction="([^"]*)"', [1, 0, 0, 0, 1, 0, 0, 0, 1]).reshape(3, 3)
+            direction = direction.T if is_meta else direction  # ITK has a row for each axis of the volume
+        affine[:3, :3] = direction * spacing
+        affine[:3, 3] = origin
+        return affine
+
+    @unittest.skipIf(None in (numpy, nibabel, h5py), "libraries are missing")
+    def test_a_part_lies_in_the_whole_in_every_format(self):
+        volumes = {"nothing": dict(directions=None, space=""), "spacing": dict(directions=None, space="spacing"),
+                   "some spacing": dict(directions=None, space="", pairs="spacings: 0.5 nan 3\n"),
+                   "oblique": dict(), "sheared": dict(directions=SHEARED, space="right-anterior-superior")}
+        for (what, volume), name in itertools.product(volumes.items(), ("nii", "mha", "vti", "vtkhdf", "h5")):
+            if name == "h5" and what in ("nothing", "some spacing"):
+                continue  # unknown spacing stays unknown
+            self.encode(**volume)
+            self.decode(f"whole.{name}")
+            whole = self.affine_of(f"whole.{name}")
+            for region, step, first in (("10:20,:,2:5", 1, (10, 0, 2)), ("3:,5:9,:", 1, (3, 5, 0)), ("5:,4:,1:", 2, (6, 4, 2))):
+                if step > 1 and what in ("nothing", "some spacing"):
+                    continue  # an unknown spacing counts as 1 in the part, too
+                self.decode(f"part.{name}", "--region", region, "--step", step)
+                part = self.affine_of(f"part.{name}")
+                expected = whole @ numpy.diag([step, step, step, 1])
+                expected[:, 3] = whole @ (*first, 1)
+                numpy.testing.assert_allclose(part, expected, rtol=1e-6, atol=1e-5, err_msg=f"{what} {name} {region}")
+
+    @unittest.skipIf(nibabel is None, "there is no nibabel")
+    def test_a_nifti_file_without_a_form_gets_none(self):
+        samples = numpy.arange(60, dtype="int16").reshape(3, 4, 5)
+        image = nibabel.Nifti1Image(samples, None)
+        image.header.set_zooms((0.5, 0.25, 3))
+        nibabel.save(image, self.folder / "a.nii")
+        self.assertEqual(self.tagrid("encode", "a.nii", "-o", "a.tag").returncode, 0)
+        self.decode("b.nii")
+        header, affine = nibabel.load(self.folder / "b.nii").header, nibabel.load(self.folder / "b.nii").affine
+        self.assertEqual((int(header["sform_code"]), int(header["qform_code"])), (0, 0))
+        numpy.testing.assert_array_equal(affine, nibabel.load(self.folder / "a.nii").affine)
 
     def test_what_is_lost_is_said(self):
         self.encode(space="")
@@ -119,6 +186,11 @@ class Written(ReaderTest):
         self.encode(pairs="rescale_slope:=2.5\nrescale_intercept:=0\n")
         for name in ("b.tif", "b.vti"):
             self.assertIn("slope", self.decode(name))
+        self.encode(pairs="rescale_units:=HU\n")
+        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.tif", "b.vti"):
+            self.assertIn("values are in \"HU\" (rescale_units)", self.decode(name), name)
+        for name in ("b.nrrd", "b.h5", "b.vtkhdf"):
+            self.assertNotIn("HU", self.decode(name), name)
         self.encode(pairs="metaimage_ElementDataFile:=other.raw\nmetaimage_DimSize:=1 1 1\nmetaimage_headersize:=9\n")
         self.decode("b.mha")
         self.assertNotIn(b"other.raw", (self.folder / "b.mha").read_bytes())

@@ -6,6 +6,7 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "io/nrrd/geometry.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -92,7 +93,8 @@ struct DecodeCommand {
     report.keep();
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
-    for (const std::string& lost : losses(chosen, volume_info_of(result.header)))
+    for (const std::string& lost :
+         losses(chosen, volume_info(result.dims, parameters.type, result.nrrd_fields)))
       warn(run, fmt::format("{}: {}", path, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
