@@ -54,14 +54,27 @@ void find_gap(NumberedFiles& files, std::size_t at) {
     steps.push_back(step_between(number(i - 1), number(i)));
   if (steps.empty()) return;
   const std::int64_t least = std::ranges::min(steps);
-  for (std::size_t i = 0; i < steps.size() && !files.gap; ++i)
-    if (steps[i] != least) files.gap = {files.paths[i], files.paths[i + 1]};
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i] == least) continue;
+    if (!files.gap) files.gap = {files.paths[i], files.paths[i + 1]};
+    // Numbers that are too long, or that are the same, have no steps.
+    if (least < 1 || steps[i] < 1) continue;
+    const std::int64_t from = std::stoll(number(i)) + least, to = std::stoll(number(i + 1)) - least;
+    if (from <= to)
+      files.missing += (files.missing.empty() ? "" : ", ") + std::to_string(from) +
+                       (from == to ? "" : " to " + std::to_string(to));
+  }
 }
 
 }  // namespace
 
 bool is_preview(const std::string& path) {
   return lower_case(std::filesystem::path(path).stem().string()).ends_with("_spr");
+}
+
+std::string gap_in_words(const NumberedFiles& files) {
+  return "between " + name_of_path(files.gap->first) + " and " + name_of_path(files.gap->second) +
+         ", slices are missing by their numbers" + (files.missing.empty() ? "" : ": " + files.missing);
 }
 
 std::string number_pattern(std::string_view name) {

@@ -15,11 +15,15 @@ struct NumberedFiles {
   std::vector<std::string> paths;
   /// Two neighbours between which numbers are missing, by the steps between the others; nothing if none are.
   std::optional<std::pair<std::string, std::string>> gap;
+  std::string missing;  ///< all numbers that are missing by the same rule: "4, 7 to 9"
 };
 
 /// Sorts files of one folder into such series, which come in natural order of their patterns. A file without a number,
 /// or whose name has no like, is a series of one. If names differ in several numbers, the last one is that of the slice.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
+
+/// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.
+std::string gap_in_words(const NumberedFiles& files);
 
 /// A name with # for each of its numbers: "a#b#.tif".
 std::string number_pattern(std::string_view name);

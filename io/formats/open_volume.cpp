@@ -155,11 +155,26 @@ std::vector<std::string> files_in(const std::string& folder) {
   return files;
 }
 
+bool has_folders(const std::string& folder) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (!entry->path().filename().string().starts_with('.') && entry->is_directory(error)) return true;
+  return false;
+}
+
+BrokenInput no_files_in(const std::string& folder) {
+  if (!has_folders(folder)) return BrokenInput(folder + ": is an empty folder");
+  return BrokenInput(Sentence{"{}: has no files, only folders; {} lists the volumes in them",
+                              {folder, Setting{"find", "a search"}}});
+}
+
 /// The format of which a folder holds files. Looks into the first ones only, as there may be very many.
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
   std::vector<std::string> files = files_in(folder);
+  if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
   for (const std::string& file : files) {
     const Format* format = format_of(FileBytes(file).peek(bytes_to_recognise()), true);
@@ -196,10 +211,7 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
   }
   NumberedFiles& files = series.front();
   if (files.gap && !source.gaps_ok)
-    throw BrokenInput(fmt::format("{}: between {} and {}, slices are missing by their numbers", folder,
-                                  fs::path(files.gap->first).filename().string(),
-                                  fs::path(files.gap->second).filename().string()),
-                      Problem::slices_missing);
+    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
     throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}", folder, count,
@@ -215,8 +227,11 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
                                     status->st_size, wanted, slices, described(raw.dims, raw.type)));
     runs.push_back({i, raw.offset, slices, slice, raw.big_endian.value_or(false)});
   }
+  std::vector<std::string> warnings;
+  if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
   SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
                     .files = std::move(files.paths)};
+  facts.warnings = std::move(warnings);
   facts.holds_other_bytes = raw.offset > 0;
   facts.headerless = true;
   return placed_samples(std::move(facts), std::move(runs));

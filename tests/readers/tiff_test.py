@@ -124,6 +124,24 @@ class Tiff(ReaderTest):
             self.write(f"s/{z:03}.tif", truth[z])
         self.assertIn("--gaps-ok", self.assert_refused(65, "between 002.tif and 004.tif", "encode", "s"))
         self.assert_same(self.encoded("s", "--gaps-ok")[0], truth[[0, 1, 2, 4, 5]])
+        for z in (9, 13, 14):
+            self.write(f"s/{z:03}.tif", truth[0])
+        said = "s: between 002.tif and 004.tif, slices are missing by their numbers: 3, 6 to 8, 10 to 12"
+        self.assert_refused(65, said, "encode", "s")
+        self.encoded("s", "--gaps-ok")
+        self.assertEqual(self.messages.count(said), 1, self.messages)
+
+    def test_what_is_no_tiff_file_and_what_ends_too_soon(self):
+        (self.folder / "a.tif").write_text("see the other disk\n")
+        self.assertEqual(self.assert_refused(65, "is not a TIFF", "encode", "a.tif"), "tagrid: a.tif: is not a TIFF file\n")
+        for big in (False, True):
+            tifffile.imwrite(self.folder / "whole.tif", volume("uint16", (6, 20, 30)), bigtiff=big, compression="zlib")
+            whole = (self.folder / "whole.tif").read_bytes()
+            for size in (6, 12, 60, len(whole) // 2):
+                (self.folder / "cut.tif").write_bytes(whole[:size])
+                self.assert_refused(65, "cut.tif: TIFF file: ", "encode", "cut.tif")
+            (self.folder / "cut.tif").write_bytes(whole[:12])
+            self.assert_refused(65, "ends too soon", "encode", "cut.tif")
 
     def test_several_series_in_a_folder(self):
         truth = volume("uint8", (6, 9, 8))
@@ -142,7 +160,7 @@ class Tiff(ReaderTest):
         (self.folder / "s").mkdir()
         self.write("s/1.tif", volume("uint8", (9, 8)))
         self.write("s/2.tif", volume("uint8", (9, 7)))
-        self.assert_refused(65, "2.tif: TIFF file: slice 1 is 7 x 9 uint8, but the first one is 8 x 9 uint8", "encode", "s")
+        self.assert_refused(65, "2.tif: TIFF file: slice 2 of 2 is 7 x 9 uint8, but the first one is 8 x 9 uint8", "encode", "s")
 
     def test_stacks_of_image_j(self):
         truth = volume("uint16", (6, 20, 30))

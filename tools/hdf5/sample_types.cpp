@@ -1,5 +1,7 @@
 #include "tools/hdf5/sample_types.h"
 
+#include <fmt/format.h>
+
 namespace tagrid {
 
 hid_t hdf5_type_of(SampleType type) {
@@ -46,6 +48,24 @@ std::optional<StoredSamples> stored_samples_of(hid_t type) {
       return StoredSamples{is_signed ? SampleType::int32 : SampleType::uint32, big};
     default:
       return std::nullopt;
+  }
+}
+
+std::string samples_in_words(hid_t type) {
+  switch (H5Tget_class(type)) {
+    case H5T_INTEGER:
+      return fmt::format("{}integers of {} bits", H5Tget_sign(type) == H5T_SGN_2 ? "" : "unsigned ",
+                         H5Tget_precision(type));
+    case H5T_FLOAT:
+      return fmt::format("floats of {} bits", H5Tget_precision(type));
+    case H5T_STRING:
+      return "texts";
+    case H5T_COMPOUND:
+      return "several numbers each (a compound type)";
+    case H5T_ENUM:
+      return "values of a list (an enumeration)";
+    default:
+      return "a type that is not one of numbers";
   }
 }
 

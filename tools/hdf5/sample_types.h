@@ -4,6 +4,7 @@
 #include <hdf5.h>
 
 #include <optional>
+#include <string>
 
 #include "stages/volume/sample_type.h"
 
@@ -20,5 +21,7 @@ struct StoredSamples {
 
 /// Nothing if samples of this HDF5 type are not supported.
 std::optional<StoredSamples> stored_samples_of(hid_t type);
+/// What a data set of this type has: "integers of 64 bits".
+std::string samples_in_words(hid_t type);
 
 }  // namespace tagrid

@@ -87,6 +87,8 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   if (const auto misplaced = before_the_command(app)) return *misplaced;
   const auto option =
       std::find_if(words.begin(), words.end(), [](const auto& w) { return w.size() > 1 && w[0] == '-'; });
+  if (option != words.end() && *option == "--")
+    return where + "--: all that follows is names of files; give options before it, and one name after it";
   if (option != words.end())
     return where + unknown("option", option->substr(0, option->find('=')), help, options_of(command));
   if (given.empty() && !words.empty()) return unknown("subcommand", words.front(), help, subcommands_of(app));

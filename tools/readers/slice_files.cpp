@@ -49,11 +49,13 @@ NumberedFiles slice_files(const std::string& folder, const std::vector<std::stri
         {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())});
   NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
   if (files.gap && option(options, "gaps-ok").empty())
-    throw BrokenInput(fmt::format("{}: between {} and {}, slices are missing by their numbers", folder,
-                                  fs::path(files.gap->first).filename().string(),
-                                  fs::path(files.gap->second).filename().string()),
-                      Problem::slices_missing);
+    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
   return std::move(files);
+}
+
+void add_warning_of_gaps(const std::string& folder, const NumberedFiles& files,
+                         std::vector<std::string>& warnings) {
+  if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
 }
 
 namespace {

@@ -15,6 +15,10 @@ namespace tagrid {
 NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
                           const ReaderOptions& options);
 
+/// Says which numbers are missing in a folder that is read all the same.
+void add_warning_of_gaps(const std::string& folder, const NumberedFiles& files,
+                         std::vector<std::string>& warnings);
+
 /// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as pairs.
 struct SliceLog {
   std::string path;  ///< "" if there is none

@@ -21,9 +21,14 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
   expect_ok(script("mkdir folder"));
   for (const char* command : {"decode", "info", "verify"})
     expect_error(tagrid({command, "folder"}), world, "folder: cannot read");
+  expect_error(tagrid({"encode", "folder"}), broken_input, "folder: is an empty folder");
+  expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
+  expect_ok(script("mkdir folder/deeper"));
+  expect_error(tagrid({"encode", "folder"}), broken_input,
+               "folder: has no files, only folders; --find lists the volumes in them");
+  expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
                "folder: is a folder, and its first files are not slices of DICOM or TIFF or JPEG 2000");
-  expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
   expect_only({"folder"});
 }
 

@@ -154,6 +154,12 @@ std::string about_steps(const std::vector<double>& steps, double usual, const Di
   return text;
 }
 
+std::string about_distance_without_places(const DicomFrame& first) {
+  if (first.step != 0) return fmt::format("is what they say, {:.6g} mm", first.thickness);
+  if (first.thickness > 0) return fmt::format("is a guess: their thickness, {:.6g} mm", first.thickness);
+  return "is not known";
+}
+
 }  // namespace
 
 std::vector<DicomSeries> series_of(const Files& files) {
@@ -215,7 +221,10 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
   }
   if (placed == 0) {
     if (slices.size() > 1)
-      places.warnings.push_back(name + ": slices have no positions; they are in the order of their numbers");
+      places.warnings.push_back(
+          fmt::format("{}: slices have no positions; they are in the order of their "
+                      "numbers, and the distance between them {}",
+                      name, about_distance_without_places(first)));
     return places;
   }
   if (!geometry.has_spacing) {

@@ -76,6 +76,7 @@ namespace {
 /// The data sets of numbers that can be volumes.
 struct Candidates {
   std::vector<Choice> volumes, slices;  ///< with several slices, and with one
+  std::string other;  ///< what the first other one of several axes is: "/a has integers of 64 bits"
 };
 
 /// A picture of two axes is no volume, unless the file says that it is one.
@@ -95,8 +96,13 @@ Candidates candidates_of(hid_t file) {
     const Hdf5Handle type(H5Dget_type(dataset.get()), H5Tclose);
     const auto stored = stored_samples_of(type.get());
     // An array of VTKHDF with a fourth axis has several numbers for each sample.
-    if (!size || !stored || (is_vtkhdf_array(name) && dims.size() > 3)) return 0;
     Candidates& found = *static_cast<Candidates*>(user);
+    if (!size || !stored || (is_vtkhdf_array(name) && dims.size() > 3)) {
+      if (dims.size() < 3 || !found.other.empty()) return 0;
+      found.other = stored ? fmt::format("{} has {} axes ({})", name, dims.size(), in_words(dims))
+                           : fmt::format("{} has {}", name, samples_in_words(type.get()));
+      return 0;
+    }
     const Choice choice = {name, fmt::format("{} {}", in_words(dims), name_of(stored->type))};
     if (dims.size() > 2 && size->z > 1)
       found.volumes.push_back(choice);
@@ -108,12 +114,14 @@ Candidates candidates_of(hid_t file) {
   return all;
 }
 
-BrokenInput has_no_volume(hid_t file, const std::string& path) {
+BrokenInput has_no_volume(hid_t file, const std::string& path, const std::string& other) {
   const std::string type = vtkhdf_type(file);
   if (!type.empty() && type != "ImageData")
     return BrokenInput(
         fmt::format("{}: VTKHDF file: holds {}, which is no volume", path, tagrid::quoted(type)));
-  return broken_hdf5(path, "has no data set of numbers with three axes");
+  constexpr const char* wanted =
+      "has no data set with three axes of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits";
+  return broken_hdf5(path, other.empty() ? wanted : fmt::format("{}; {}", wanted, other));
 }
 
 }  // namespace
@@ -125,7 +133,7 @@ std::string dataset_name(hid_t file, const std::string& path, const std::string&
       return name;
   Candidates all = candidates_of(file);
   std::vector<Choice>& list = all.volumes.empty() ? all.slices : all.volumes;
-  if (list.empty()) throw has_no_volume(file, path);
+  if (list.empty()) throw has_no_volume(file, path, all.other);
   if (wanted.empty() && list.size() > 1) {
     std::vector<Choice> signals;
     for (const Choice& choice : list)

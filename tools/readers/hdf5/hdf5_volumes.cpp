@@ -67,11 +67,10 @@ class Hdf5Volume final : public ServedVolume {
     const auto stored = stored_samples_of(stored_type.get());
     const auto size = volume_size(sizes);
     if (!stored)
-      throw broken_hdf5(
-          path,
-          fmt::format("{} has samples of a type that is not supported; supported are integers of 8, 16 and "
-                      "32 bits and floats of 32 and 64 bits",
-                      name));
+      throw broken_hdf5(path,
+                        fmt::format("{} has {}, which are not supported; supported are integers of 8, 16 and "
+                                    "32 bits and floats of 32 and 64 bits",
+                                    name, samples_in_words(stored_type.get())));
     if (!size || !is_volume_size(*size) || !sample_bytes(*size, stored->type))
       throw broken_hdf5(path, fmt::format("{} has {} samples, which are no volume", name, in_words(sizes)));
     dims = *size;

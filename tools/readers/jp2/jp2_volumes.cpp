@@ -83,9 +83,12 @@ std::unique_ptr<ServedVolume> open_jp2(const std::string& path, const ReaderOpti
   if (!std::filesystem::is_directory(path, unknown)) return std::make_unique<Jp2Slices>(std::vector{path});
   NumberedFiles files = slice_files(path, {".jp2", ".j2k", ".j2c", ".jpc", ".jpx"}, options);
   const auto names = pair_of(files);
+  std::vector<std::string> gaps;
+  add_warning_of_gaps(path, files, gaps);
   SliceLog log = log_of_slices(path, files);
   auto volume = std::make_unique<Jp2Slices>(std::move(files.paths));
   volume->pairs.push_back(names);
+  volume->warnings.insert(volume->warnings.end(), gaps.begin(), gaps.end());
   add(std::move(log), volume->geometry, volume->pairs, volume->files);
   return volume;
 }

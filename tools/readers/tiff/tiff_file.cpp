@@ -11,6 +11,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <string_view>
 
@@ -103,6 +104,16 @@ bool is_lossless(std::uint16_t scheme) {
   return std::ranges::find(schemes, scheme) != schemes.end();
 }
 
+/// True if a file has the magic of TIFF or BigTIFF, in either byte order.
+bool begins_tiff(const std::string& path) {
+  std::array<char, 4> magic = {};
+  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
+  const std::string_view begin(magic.data(), magic.size());
+  const auto is_version = [](char c) { return c == 42 || c == 43; };
+  return begin.starts_with("II") ? is_version(begin[2]) && begin[3] == 0
+                                 : begin.starts_with("MM") && begin[2] == 0 && is_version(begin[3]);
+}
+
 }  // namespace
 
 TiffFile::TiffFile(const std::string& path) : path_(path) {
@@ -118,7 +129,8 @@ TiffFile::TiffFile(const std::string& path) : path_(path) {
   if (!tiff_) {
     close(descriptor);
     if (!is_file) throw BrokenInput(path + ": is not a regular file");
-    fail(last_reason);
+    if (!begins_tiff(path)) throw BrokenInput(path + ": is not a TIFF file");
+    fail(fmt::format("ends too soon, or is damaged ({})", last_reason));
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

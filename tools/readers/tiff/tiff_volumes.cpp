@@ -116,7 +116,7 @@ void add_ome(const std::string& path, std::vector<TiffPage> own_pages, const std
               image.planes[static_cast<std::size_t>(z + image.slices * (c + image.channels * t))];
           const auto& [file, pages] = pages_of(plane.file);
           if (plane.page < 0 || static_cast<std::size_t>(plane.page) >= pages.size())
-            throw BrokenInput(fmt::format("{}: TIFF file: OME-XML: slice {} of {} has no page", path, z,
+            throw BrokenInput(fmt::format("{}: TIFF file: OME-XML: slice {} of {} has no page", path, z + 1,
                                           volume.choice.text.empty() ? "the image" : volume.choice.text));
           volume.planes.push_back({file, pages[static_cast<std::size_t>(plane.page)]});
         }
@@ -135,8 +135,9 @@ void require_alike(const TiffVolumes& volumes, const TiffVolume& volume) {
   for (std::size_t z = 1; z < volume.planes.size(); ++z) {
     const TiffPlane& plane = volume.planes[z];
     if (are_alike(plane.page, first.page)) continue;
-    throw BrokenInput(fmt::format("{}: TIFF file: slice {} is {}, but the first one is {}{}",
-                                  volumes.files[plane.file], z, in_words(plane.page), in_words(first.page),
+    throw BrokenInput(fmt::format("{}: TIFF file: slice {} of {} is {}, but the first one is {}{}",
+                                  volumes.files[plane.file], z + 1, volume.planes.size(),
+                                  in_words(plane.page), in_words(first.page),
                                   plane.file == first.file ? "" : " (" + volumes.files[first.file] + ")"));
   }
 }
@@ -146,6 +147,7 @@ TiffVolumes volumes_in_folder(const std::string& folder, const ReaderOptions& op
   if (files.paths.size() == 1) return volumes_of_file(files.paths.front());
   TiffVolumes volumes = volume_of_files(files.paths);
   volumes.pairs.push_back(pair_of(files));
+  add_warning_of_gaps(folder, files, volumes.warnings);
   add(log_of_slices(folder, files), volumes.geometry, volumes.pairs, volumes.files);
   return volumes;
 }
