@@ -353,19 +353,19 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   if (std::string lost = format.lost(info); !lost.empty()) all.push_back(std::move(lost));
   if (!format.slices_are_alike) return all;
   std::vector<std::string> differences;
+  bool has_slopes = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     if (key == "slice_positions")
       differences.emplace_back("slices lie at unequal distances (slice_positions)");
-    if (key == "slice_slopes")
-      differences.emplace_back(
-          "slices have slopes of their own (slice_slopes), and the samples in the file are those that are "
-          "stored, without a slope");
+    if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
+    has_slopes = has_slopes || key == "slice_slopes";
     if (key == "rescale_units" && !format.keeps_pairs)
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())
-    all.push_back(fmt::format("{}; {} cannot say that, but the .tag file and .nrrd files do",
-                              fmt::join(differences, ", and "), format.name));
+    all.push_back(fmt::format("{}, which {} cannot say; the .tag file and .nrrd files have them{}",
+                              fmt::join(differences, ", and "), format.name,
+                              has_slopes ? "; the values in this file are the stored samples" : ""));
   return all;
 }
 

@@ -148,7 +148,7 @@ std::vector<TiffPage> TiffFile::pages() {
     if (is_slice) pages.push_back(current_page());
     last_reason.clear();
   } while (TIFFReadDirectory(tiff_.get()) == 1);
-  if (!last_reason.empty()) fail(last_reason);
+  if (!last_reason.empty()) fail(fmt::format("ends too soon, or is damaged ({})", last_reason));
   if (pages.empty()) fail("has no image");
   return pages;
 }
