@@ -477,6 +477,13 @@ class Dicom(ReaderTest):
         (self.folder / "s" / "odd.dcm").write_bytes(whole[:whole.index(b"\x20\0\x0e\0") + 40])
         self.assert_refused(65, "may belong to series 1.2.3: odd.dcm", "encode", "s", "--series", "1.2.3")
         self.encoded("s", "--series", "9.9")
+        self.assertEqual(self.messages, "")
+        # A series of which nothing can be read is named where others are.
+        self.save("t/only.dcm", data_set(truth[0], series="4.4"))
+        lost = (self.folder / "t" / "only.dcm").read_bytes()
+        (self.folder / "s" / "odd.dcm").write_bytes(lost[:lost.index(b"\x20\0\x0e\0") + 40])
+        self.encoded("s", "--series", "9.9")
+        self.assertIn("s: 1 other file cannot be read: odd.dcm", self.messages)
 
     def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
         truth = volume(shape=(16, 16))

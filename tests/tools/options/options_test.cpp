@@ -44,6 +44,17 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({"convert", "a"}), usage, "a: one argument too many; see tagrid convert --help");
 }
 
+TEST_F(Options, NamesAfterTwoDashesMayBeginWithOne) {
+  phantom("volume.nrrd");
+  expect_ok(script("mv volume.nrrd ./-volume.nrrd"));
+  expect_ok(tagrid({"encode", "-o", "a.tag", "--", "-volume.nrrd"}));
+  expect_ok(tagrid({"encode", "--", "-volume.nrrd"}));
+  expect_ok(script("cmp ./-volume.tag a.tag"));
+  expect_ok(tagrid({"info", "--", "-volume.tag"}));
+  // As elsewhere, there are no options after it.
+  expect_error(tagrid({"encode", "--", "-volume.nrrd", "-o", "b.tag"}), usage, "give options before it");
+}
+
 TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
   phantom("volume.nrrd");
   for (const Arguments& early :

@@ -308,8 +308,7 @@ std::string counted(std::size_t count, const char* what) {
 
 /// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are left out with
 /// `gaps_ok`. Throws BrokenInput without it.
-std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files,
-                                        const std::vector<DicomSeries>& all, DicomSeries& series,
+std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok) {
   std::vector<std::string> warnings;
   std::vector<UnreadableImage> missing = unreadable_in(series, files);
@@ -327,9 +326,11 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
                                    listed(missing)));
   // Those of other series are said where these are read.
   std::vector<UnreadableImage> of_none = files.unreadable;
-  for (const DicomSeries& one : all)
-    for (const UnreadableImage& image : unreadable_in(one, files))
-      std::erase_if(of_none, [&](const UnreadableImage& other) { return other.path == image.path; });
+  std::erase_if(of_none, [&](const UnreadableImage& image) {
+    return image.series.empty() || std::ranges::any_of(files.images, [&](const DicomFile& other) {
+             return other.series == image.series;
+           });
+  });
   if (!of_none.empty())
     warnings.push_back(fmt::format("{}: {} cannot be read: {}", path, counted(of_none.size(), "other file"),
                                    listed(of_none)));
@@ -346,8 +347,7 @@ std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOp
   std::vector<DicomSeries> all = series_of(files.images);
   const auto wanted = options.find("series");
   DicomSeries& series = all[number_of(path, wanted == options.end() ? "" : wanted->second, all)];
-  const std::vector<std::string> warnings =
-      warnings_about(path, files, all, series, options.contains("gaps-ok"));
+  const std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
   auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;

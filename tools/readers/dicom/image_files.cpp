@@ -142,6 +142,7 @@ ImageFiles image_files_at(const std::string& path) {
 }
 
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files) {
+  if (files.unreadable.empty()) return {};
   const std::string& uid = files.images[series.slices.front().file].series;
   const NamesOfImages all = names_of(files.images);
   NamesOfImages own;
