@@ -387,6 +387,10 @@ class Dicom(ReaderTest):
         for folder, words, spacing in (("t", "is what they say, 2 mm", 2), ("u", "is not known", None)):
             self.assertEqual(self.encoded(folder)[1]["geometry"]["spacing"], [0.25, 0.5, spacing])
             self.assertIn("the distance between them " + words, self.messages)
+            self.assertNotIn("missing", self.messages)
+        (self.folder / "t" / "3.dcm").unlink()
+        self.encoded("t")
+        self.assertIn("between numbers 3 and 5 (2.dcm and 4.dcm) slices seem to be missing", self.messages)
 
     def test_what_is_no_volume_is_refused_by_name(self):
         truth = volume(shape=(5, 6))
@@ -460,7 +464,7 @@ class Dicom(ReaderTest):
         self.write_series(truth[::-1], series="9.9", names=[f"b{z}.dcm" for z in range(4)])
         cut = self.folder / "s" / "a2.dcm"
         whole = cut.read_bytes()
-        for size in sorted({*range(0, 140, 20), *range(140, len(whole), 37), whole.index(b"\xe0\x7f\x10\0"), len(whole) - 1}):
+        for size in sorted({*range(0, 140, 20), *range(140, len(whole), 97), whole.index(b"\xe0\x7f\x10\0"), len(whole) - 1}):
             cut.write_bytes(whole[:size])
             message = self.assert_refused(65, "a2.dcm", "encode", "s", "--series", "1.2.3")
             self.assertIn("1.2.3", message, size)

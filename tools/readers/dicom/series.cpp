@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <set>
 #include <tuple>
@@ -154,6 +155,18 @@ std::string about_steps(const std::vector<double>& steps, double usual, const Di
   return text;
 }
 
+/// Says where numbers of images are missing, by the steps between the others; "" if none are.
+std::string about_missing_numbers(const Slices& slices, const Files& files) {
+  const auto number = [&](std::size_t i) { return frame_of(files, slices[i]).number; };
+  std::int64_t least = std::numeric_limits<std::int64_t>::max();
+  for (std::size_t i = 1; i < slices.size(); ++i) least = std::min(least, number(i) - number(i - 1));
+  for (std::size_t i = 1; i < slices.size(); ++i)
+    if (number(i) - number(i - 1) > least)
+      return fmt::format("; between numbers {} and {} ({} and {}) slices seem to be missing", number(i - 1),
+                         number(i), name_in(files, slices[i - 1]), name_in(files, slices[i]));
+  return "";
+}
+
 std::string about_distance_without_places(const DicomFrame& first) {
   if (first.step != 0) return fmt::format("is what they say, {:.6g} mm", first.thickness);
   if (first.thickness > 0) return fmt::format("is a guess: their thickness, {:.6g} mm", first.thickness);
@@ -221,10 +234,10 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
   }
   if (placed == 0) {
     if (slices.size() > 1)
-      places.warnings.push_back(
-          fmt::format("{}: slices have no positions; they are in the order of their "
-                      "numbers, and the distance between them {}",
-                      name, about_distance_without_places(first)));
+      places.warnings.push_back(fmt::format("{}: slices have no positions; they are in the order of their "
+                                            "numbers, and the distance between them {}",
+                                            name, about_distance_without_places(first)) +
+                                about_missing_numbers(slices, files));
     return places;
   }
   if (!geometry.has_spacing) {
