@@ -160,7 +160,7 @@ std::string header_of(const VolumeInfo& info) {
   header.put<std::int16_t, std::int16_t>(70, 12, datatype_of(info.type));
   header.put<std::int16_t, std::int16_t>(72, 14, 8 * static_cast<double>(size_of(info.type)));
   header.put<float, std::int64_t>(108, 168, is_second ? 544 : 352);
-  const Rescale rescale = rescale_of(info.nrrd_fields);
+  const Rescale rescale = tagrid::rescale_of(info.nrrd_fields);
   header.put<float, double>(112, 176, rescale.slope);
   header.put<float, double>(116, 184, rescale.intercept);
   header.put<float, double>(128, 200, number_in(pairs, "nifti_cal_min", 0));
