@@ -73,7 +73,8 @@ std::vector<Format> all_formats() {
        .create = [](const std::string& path, const VolumeInfo& info, const WriteOptions& options) -> Sink {
          return create_nrrd(path, info, options.files);
        },
-       .any_order = true},
+       .any_order = true,
+       .keeps_header = true},
       {.name = "nhdr",
        .extensions = {".nhdr"},
        .help = "header, with samples in a .raw file beside it",
@@ -82,7 +83,8 @@ std::vector<Format> all_formats() {
          return create_nhdr(path, samples_path(path, format_named("nhdr")), info, options.files);
        },
        .any_order = true,
-       .samples_extension = ".raw"},
+       .samples_extension = ".raw",
+       .keeps_header = true},
       {.name = "raw",
        .extensions = {".raw"},
        .help = "samples alone",
@@ -102,7 +104,7 @@ std::vector<Format> all_formats() {
        .writer_keeps_volume = true,
        .has_grids = true,
        .slices_are_alike = true,
-       .keeps_pairs = true},
+       .keeps_header = true},
       {.name = "nifti",
        .extensions = {".nii"},
        .help = "NIfTI",
@@ -189,7 +191,7 @@ std::vector<Format> all_formats() {
        .read_as = "hdf5",
        .writer = "hdf5",
        .slices_are_alike = true,
-       .keeps_pairs = true,
+       .keeps_header = true,
        .lost = lost_in_vtkhdf},
       {.name = "vgi",
        .extensions = {".vgi"},
@@ -219,7 +221,8 @@ std::vector<Format> all_formats() {
        .peek = 8,
        .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
        .reader = "hdf5",
-       .writer = "hdf5"},
+       .writer = "hdf5",
+       .keeps_header = true},
       // A row of its own, as what is written is not NeXus.
       {.name = "nexus",
        .extensions = {".nxs"},
@@ -359,7 +362,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
       differences.emplace_back("slices lie at unequal distances (slice_positions)");
     if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
     has_slopes = has_slopes || key == "slice_slopes";
-    if (key == "rescale_units" && !format.keeps_pairs)
+    if (key == "rescale_units" && !format.keeps_header)
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())

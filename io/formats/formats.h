@@ -69,7 +69,8 @@ struct Format {
   std::string_view samples_extension = "";
   /// A file says one distance between slices, and one slope and intercept for all samples.
   bool slices_are_alike = false;
-  bool keeps_pairs = false;  ///< A file has the key-value pairs of the volume.
+  /// A file has every line of the header, or everything that follows from them.
+  bool keeps_header = false;
   /// What else a file of this format cannot say of the volume; "" if nothing is lost.
   std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
   /// Bytes of memory that writing takes, besides the samples that are passed in, and besides VolumeSink::memory().

@@ -10,6 +10,7 @@
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
+#include "tools/conversion/tag_removal.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
@@ -52,23 +53,13 @@ struct DecodeCommand {
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
-    if (remove && !wanted.is_all())
-      throw UsageError("--rm: a region or a step gives only a part of the volume; leave out --rm");
-    if (remove && vdb.tolerance > 0)
-      throw UsageError("--rm: --vdb-tolerance changes samples, and the .tag file has them; leave out --rm");
-    if (remove && !chosen.writer.empty() && !chosen.is_read())
-      throw UsageError(fmt::format(
-          "--rm: tagrid cannot read {} files, so it cannot be sure that they have the volume; leave out --rm",
-          chosen.name));
-    if (remove && &chosen == &format_named("raw"))
-      throw UsageError("--rm: samples without a header do not say their size and type; leave out --rm");
     if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
       throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
                                    input == "-" ? "standard input" : input));
     std::vector<std::string> removed_after;
-    if (remove) removed_after = removable_tag(input, path, "leave out --rm");
+    if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb});
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));

@@ -16,6 +16,9 @@ class EveryCall : public FailingDisk, public testing::WithParamInterface<Case> {
     phantom("volume.nhdr", small);
     phantom("other.raw", small);
     expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    // decode --rm refuses a file that keeps source files.
+    expect_ok(tagrid(
+        {"encode", "volume.nhdr", "-o", "stripped.tag", "--cube", "8", "--max-error", "9", "--strip"}));
     expect_ok(
         script("gzip -nc volume.raw > packed.raw.gz; sed 's/raw$/gzip/; s/volume.gzip/packed.raw.gz/' "
                "volume.nhdr > packed.nhdr"));
@@ -157,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
              {"decode", "volume.tag", "-fo", "new.nhdr", "--json=new.json", "-T1"},
              {"new.nhdr", "new.raw", "new.json"}},
         Case{"DecodeSamples", {"decode", "volume.tag", "-o", "new.raw", "-T1"}},
-        Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm", "-T1"}},
+        Case{"DecodeAndRemove", {"decode", "stripped.tag", "-o", "new.nrrd", "--rm", "-T1"}},
         Case{"DecodeToPipe", {"decode", "-", "-T1"}, {}, true},
         Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu", "--json", "new.json", "-T1"}},
         Case{"MeshToPipe", {"mesh", "volume.tag", "-o", "-", "-T1"}, {}, true},

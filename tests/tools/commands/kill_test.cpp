@@ -28,6 +28,9 @@ class Kill : public FailingDisk, public testing::WithParamInterface<Case> {
   void make_files(const std::string& dims) {
     phantom("volume.nhdr", {"--dims", dims});
     expect_ok(tagrid({"encode", "volume.nhdr", "-o", "volume.tag", "--cube", "8", "--max-error", "9"}));
+    // decode --rm refuses a file that keeps source files.
+    expect_ok(tagrid(
+        {"encode", "volume.nhdr", "-o", "stripped.tag", "--cube", "8", "--max-error", "9", "--strip"}));
     for (const std::string& name : GetParam().older) file(name, name.ends_with(".json") ? "{}" : "older");
     before_ = files();
   }
@@ -254,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"EncodeAndRemove", {"encode", "volume.nhdr", "-o", "new.tag", "--cube=8", "--rm"}},
                     Case{"Decode", {"decode", "volume.tag", "-o", "new.nhdr", "--json=new.json"}},
                     Case{"DecodeOver", {"decode", "volume.tag", "-fo", "new.nhdr"}, {"new.nhdr", "new.raw"}},
-                    Case{"DecodeAndRemove", {"decode", "volume.tag", "-o", "new.nrrd", "--rm"}},
+                    Case{"DecodeAndRemove", {"decode", "stripped.tag", "-o", "new.nrrd", "--rm"}},
                     Case{"Mesh", {"mesh", "volume.tag", "-o", "new.vtu"}},
                     Case{"Preview", {"preview", "volume.tag", "-o", "new.png"}}),
     [](const auto& test) { return test.param.name; });

@@ -136,10 +136,54 @@ TEST_F(OutputFiles, TheInputIsKeptUnlessItIsToBeRemoved) {
   EXPECT_EQ(names(), (Names{"volume.nrrd", "volume.tag"}));
   expect_ok(tagrid({"encode", "volume.nrrd", "-f", "--rm", "--max-error", "2"}));
   EXPECT_EQ(names(), Names{"volume.tag"});
+  expect_ok(tagrid({"decode", "volume.tag", "-o", "copy.nrrd"}));
+  expect_ok(tagrid({"encode", "copy.nrrd", "-fo", "volume.tag", "--strip"}));
+  std::filesystem::remove(path("copy.nrrd"));
   expect_ok(tagrid({"decode", "volume.tag", "--rm"}));
   EXPECT_EQ(names(), Names{"volume.nrrd"});
   expect_ok(tagrid({"encode", "volume.nrrd", "--rm", "--grid-only", "--max-error", "9"}));
   EXPECT_EQ(names(), Names{"volume.tag"});
+}
+
+// What the format of the output cannot hold, or no volume can, would be lost with the .tag file.
+TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
+  phantom("volume.nrrd");
+  const std::string head =
+      "NRRD0004\ntype: short\ndimension: 3\nsizes: 52 40 36\nendian: little\nencoding: raw\n";
+  const std::string samples = samples_of(content("volume.nrrd"));
+  const auto kept = [&](const std::string& fields, const Arguments& more, const std::string& output,
+                        std::string_view why, const Arguments& encoding = {"--strip"}) {
+    file("a.nrrd", head + fields + "\n" + samples);
+    expect_ok(tagrid(with({"encode", "a.nrrd", "-qfo", "a.tag"}, encoding)));
+    expect_error(tagrid(with({"decode", "a.tag", "--rm", "-o", output}, more)), usage, why);
+    EXPECT_EQ(names(), (Names{"a.nrrd", "a.tag", "volume.nrrd"})) << output;
+  };
+  const std::string place =
+      "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+      "space origin: (1,2,3)\n";
+  kept(place, {}, "a.tif", "TIFF cannot say its spacing");
+  kept("rescale_slope:=2\n", {}, "a.tif", "slope and intercept");
+  kept("spacings: 1 1 1\nunits: \"inch\" \"inch\" \"inch\"\n", {}, "a.nii.gz", "does not know the unit");
+  kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
+  kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
+  kept("", {}, "a.vti", "tagrid cannot read vti files");
+  kept("", {}, "a.raw", "do not say their size and type");
+  kept("", {"--vdb-tolerance", "2"}, "a.vdb", "--vdb-tolerance changes samples");
+  kept("", {"--step", "2"}, "a.nrrd", "only a part of the volume");
+  kept("", {}, "a.mha", "a grid without the voxels", {"--grid-only", "--strip"});
+  kept("", {}, "a.nrrd", "its mesh has a bound", {"--max-error", "5", "--mesh-error", "20", "--strip"});
+  kept("", {}, "a.nrrd",
+       "it keeps the files that were encoded, which a decoded volume is not; tagrid restore gives them back",
+       {});
+  file("a.nrrd", head + "# by hand\nowner:=me\n\n" + samples);
+  expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
+  expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
+               "no place for all of its comments and key/value pairs");
+  // Nothing is lost here.
+  file("a.nrrd", head + place + "\n" + samples);
+  expect_ok(tagrid({"encode", "a.nrrd", "-fo", "a.tag", "--strip"}));
+  expect_ok(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}));
+  EXPECT_EQ(names(), (Names{"a.mha", "a.nrrd", "volume.nrrd"}));
 }
 
 TEST_F(OutputFiles, NothingIsRemovedForAGridThatNothingBounds) {
