@@ -45,6 +45,13 @@ std::string uid_of(const VolumeInfo& info) {
   return "";
 }
 
+/// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
+const char* oddity_of(const VolumeInfo& info) {
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (key == "slice_positions") return "; slices lie at unequal distances, or some are missing";
+  return "";
+}
+
 class Finder {
  public:
   Finder(const std::string& root, const FindOptions& options,
@@ -70,6 +77,8 @@ class Finder {
       if (entry->path().filename().string().starts_with('.')) continue;
       if (entry->is_directory(unknown) && !entry->is_symlink(unknown))
         folders.push_back(entry->path());
+      else if (entry->is_symlink(unknown) && entry->is_regular_file(unknown) && is_found_itself(*entry))
+        passed_over_.add(entry->path(), "a link to a file that is found where it lies");
       else if (entry->is_regular_file(unknown))
         files.push_back(entry->path());
       else
@@ -87,6 +96,14 @@ class Finder {
         lines_.give_broken(deeper, {}, unreadable);
       }
     }
+  }
+
+  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are met through
+  /// their links alone.
+  bool is_found_itself(const fs::path& link) const {
+    const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
+    return !place.empty() &&
+           std::ranges::none_of(place, [](const fs::path& step) { return step.string().starts_with('.'); });
   }
 
   void look_at_files(const fs::path& folder, const std::vector<std::string>& files) {
@@ -193,7 +210,8 @@ class Finder {
       const VolumeInfo& info = volume->info();
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
         options.emplace("series", uid);  // another one may come into the folder
-      std::string text = fmt::format("{}, {}", described(info.dims, info.type), format.help);
+      std::string text =
+          fmt::format("{}, {}{}", described(info.dims, info.type), format.help, oddity_of(info));
       // What is missing from the volume, although it may be.
       if (options.contains("gaps-ok"))
         for (const std::string& warning : volume->facts().warnings) text += "; " + warning;

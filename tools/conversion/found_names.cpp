@@ -10,11 +10,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Characters that paths have no place for, or Windows and the servers of its shares have not.
+constexpr std::string_view not_in_names = "/\\:*?\"<>|";
+
 /// A text from a file as one step of a path.
 std::string step_of(std::string_view text) {
   std::string step;
   for (const char c : text) {
-    const bool is_plain = static_cast<unsigned char>(c) >= ' ' && c != '\x7f' && c != '/' && c != '%';
+    const bool is_plain = static_cast<unsigned char>(c) >= ' ' && c != '\x7f' && c != '%' &&
+                          not_in_names.find(c) == not_in_names.npos;
     // Not a hidden file, and not the folder above.
     if (is_plain && !(c == '.' && step.empty()))
       step += c;
