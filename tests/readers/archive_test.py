@@ -21,6 +21,11 @@ h5py = other_readers.library("h5py", "python3-h5py")
 MPI_PROGRAM = os.path.abspath(sys.argv.pop(2)) if len(sys.argv) > 2 and not sys.argv[2].startswith("-") else None
 
 
+def content(path):
+    with open(path, "rb") as file:
+        return file.read()
+
+
 @unittest.skipIf(None in (numpy, pydicom, tifffile, h5py), "libraries are missing")
 class Archive(ReaderTest):
     def volume(self, seed, shape=(4, 9, 11)):
@@ -136,6 +141,85 @@ class Archive(ReaderTest):
         # And nothing else was touched.
         run = subprocess.run(["diff", "-r", "archive", "before"], cwd=self.folder, stdout=subprocess.PIPE, text=True)
         self.assertEqual(run.stdout, "")
+
+    def records(self):
+        return [json.loads(line) for line in (self.folder / "out" / "results.jsonl").read_bytes().decode("utf-8").splitlines()]
+
+    def test_a_series_that_lost_a_slice_does_not_replace_the_whole_one(self):
+        self.make()
+        (self.folder / "list.tsv").write_text("archive/dicom/study\tseries=1.2.3\toutput=a\n")
+        convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
+        self.assertEqual(self.tagrid(*convert).returncode, 0)
+        whole = (self.folder / "out" / "a.tag").read_bytes()
+        self.path("dicom/study/1.2.3-3").unlink()
+        self.assert_refused_volume(convert, "its size is [11,9,3] instead of [11,9,4]")
+        self.assertEqual((self.folder / "out" / "a.tag").read_bytes(), whole)
+        # Nothing goes, either, as what was encoded is not all there.
+        run = self.tagrid(*convert, "--remove-verified")
+        self.assertEqual(run.returncode, 65)
+        self.assertEqual(self.records()[-1]["status"], "kept")
+        self.assertIn("its last encoding failed: ", self.records()[-1]["error"])
+        self.assertEqual(self.tagrid(*convert, "--skip-done", "-f").returncode, 0)
+        self.assertNotEqual((self.folder / "out" / "a.tag").read_bytes(), whole)
+
+    def assert_refused_volume(self, convert, why):
+        run = self.tagrid(*convert, "--skip-done")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn(why, run.stderr)
+        self.assertEqual((self.records()[-1]["status"], self.records()[-1]["code"]), ("failed", 65))
+
+    def test_names_of_any_bytes_come_back_by_their_records(self):
+        names = [b"back\\tslash.nrrd", b"not\xff\xef\xbf\xbdutf8.nrrd", b"sp ace%20.nrrd", "\u00e4.nrrd".encode(), b"stack\\n/sub", b"\xe9/a.nrrd", b"plain.nrrd"]
+        archive = os.fsencode(self.folder) + b"/archive/"
+        self.path("x")
+        before = {}
+        for i, name in enumerate(names):
+            if name.endswith(b"sub"):
+                os.makedirs(archive + name)
+                for z in range(4):
+                    tifffile.imwrite(os.fsdecode(archive + name) + f"/s{z}.tif", self.volume(i)[z])
+            else:
+                self.path("a.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" +
+                                                self.volume(i).tobytes())
+                os.makedirs(os.path.dirname(archive + name), exist_ok=True)
+                os.rename(self.path("a.nrrd"), archive + name)
+        for folder, _, files in os.walk(archive):
+            before |= {os.path.join(folder, file): content(os.path.join(folder, file)) for file in files}
+        with open(self.folder / "list.tsv", "wb") as out:
+            subprocess.run([other_readers.PROGRAM, "convert", "--find", "archive"], cwd=self.folder, stdout=out, check=True)
+        convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
+        self.assertEqual(self.tagrid(*convert).returncode, 0)
+        self.assertEqual([record["status"] for record in self.records()], ["ok"] * len(names))
+        self.assertEqual(self.tagrid(*convert, "--skip-done").returncode, 0)
+        self.assertEqual([record["status"] for record in self.records()[len(names):]], ["skipped"] * len(names))
+        self.assertIn("not\ufffdFF\ufffdEF\ufffdBF\ufffdBDutf8.nrrd", "".join(record["input"] for record in self.records()))
+        self.assertEqual(self.tagrid(*convert, "--remove-verified").returncode, 0)
+        self.assertFalse([path for path in before if os.path.exists(path)])
+        self.assert_refused(64, "-o", "restore", "--records", "out", "-o", "x")
+        self.assert_refused(64, "give a .tag file", "restore", "-o", "x")
+        # One that is damaged does not keep the others away.
+        tag = self.folder / "out" / "plain.nrrd.tag"
+        whole = tag.read_bytes()
+        tag.write_bytes(whole[:-7])
+        run = self.tagrid("restore", "--records", "out")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn("originals: 7, 6 restored, 0 were there, 1 failed", run.stderr)
+        tag.write_bytes(whole)
+        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.assertEqual({path: content(path) for path in before}, before)
+        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+
+    def test_what_cannot_come_back_byte_for_byte_is_counted(self):
+        self.path("a.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(1).tobytes())
+        tifffile.imwrite(self.path("b.tif"), self.volume(2), photometric="minisblack", compression="zlib")
+        (self.folder / "list.tsv").write_text("archive/a.nrrd\narchive/b.tif\narchive/a.nrrd\tmax-error=5\toutput=c\n")
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "--progress=plain", "-v")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("2 of them cannot be given back byte for byte\n", run.stderr)
+        self.assertIn("b.tif: cannot be given back byte for byte: its samples are compressed", run.stderr)
+        self.assertIn("a.nrrd: cannot be given back byte for byte: its samples are kept within 5", run.stderr)
+        self.assertIsNone(self.records()[0]["why_not_restorable"])
+        self.assertEqual(self.records()[2]["why_not_restorable"], "its samples are kept within 5")
 
     def test_a_list_may_name_folders(self):
         self.make()

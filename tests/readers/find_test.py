@@ -205,6 +205,59 @@ class Find(ReaderTest):
         self.assertTrue([name for name in found if name.endswith("/1.2.3")], found)
         self.assertTrue([line for line in comments if "DICOMDIR" in line and line.startswith("# not listed")], comments)
 
+    def test_the_images_of_a_directory_are_kept(self):
+        self.disk("x")
+        self.find()
+        before = {path: path.read_bytes() for path in self.path("disk").rglob("*") if path.is_file()}
+        self.convert("-q")
+        self.assert_refused_removal("a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the folders of its images instead")
+        # The advice works.
+        folders = sorted({path.parent for path in before if path.name != "DICOMDIR"})
+        (self.folder / "list.tsv").write_text("".join(f"{folder}\toutput={i}\n" for i, folder in enumerate(folders)))
+        self.convert("-q")
+        self.convert("-q", "--remove-verified")
+        self.assertEqual([path.name for path in before if path.exists()], ["DICOMDIR"])
+        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.assertEqual({path: path.read_bytes() for path in before}, before)
+
+    def assert_refused_removal(self, why):
+        run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", "-q", "--remove-verified")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn(why, run.stderr)
+
+    def test_links_to_files_that_are_found_are_passed_over(self):
+        self.nrrd("knee.nrrd")
+        self.nrrd(".store/hidden.nrrd")
+        (self.folder / "outside.nrrd").write_bytes(self.path("knee.nrrd").read_bytes())
+        for name, target in (("sub/link.nrrd", "../knee.nrrd"), ("annexed.nrrd", ".store/hidden.nrrd"), ("far.nrrd", "../outside.nrrd")):
+            os.symlink(target, self.path(name))
+        found, comments = self.find()
+        self.assertEqual(set(found), {"knee.nrrd", "annexed.nrrd", "far.nrrd"})
+        self.assertIn("# passed over: sub: link.nrrd: a link to a file that is found where it lies", comments)
+
+    def test_slices_at_unequal_distances_are_said(self):
+        self.dicom("whole", "1.2.3", 1)
+        self.dicom("gap", "1.2.4", 1, slices=6)
+        self.path("gap/1.2.4-2.dcm").unlink()
+        _, comments = self.find()
+        self.assertEqual([line for line in comments if "DICOM" in line],
+                         ["# 11 x 9 x 5 int16, DICOM; slices lie at unequal distances, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
+
+    def test_names_of_outputs_are_those_that_shares_allow(self):
+        with h5py.File(self.path("a.h5"), "w") as file:
+            file["b:c*d?e|f"] = self.volume(1)
+            file["g"] = self.volume(2)
+        self.dicom("s", "1.2.3", 1)
+        for z in range(3):
+            from dicom_test import data_set
+
+            file = data_set(self.volume(2, (3, 5, 7))[z], series="1.2.3", instance=f"9.{z}", position=(0, 0, z), RescaleIntercept=0)
+            file.save_as(self.path(f"s/small{z}.dcm"), write_like_original=False)
+        found, _ = self.find()
+        self.assertEqual({name for name in found if name.startswith("a.h5")}, {"a.h5/b%3Ac%2Ad%3Fe%7Cf", "a.h5/g"})
+        self.assertEqual({name for name in found if name.startswith("s/")}, {"s/1.2.3%3A1", "s/1.2.3%3A2"})
+        self.convert("-q")
+
     def test_what_is_passed_over_is_said(self):
         self.nrrd("knee.nrrd")
         self.path("b.nhdr").write_text("NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\ndata file: data/b.raw\n")

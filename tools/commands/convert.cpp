@@ -84,11 +84,17 @@ struct ConvertCommand {
          {"skipped", sums.skipped},
          {"removed", sums.removed},
          {"failed", sums.failed},
+         {"not_restorable", sums.not_restorable},
          {"bytes_in", sums.bytes_in},
          {"bytes_out", sums.bytes_out}});
     report.keep();
     const char* wrong = remove_verified ? "not removed" : "failed";
-    if (options.run.is_watched()) say_line(summary(sums, wrong));
+    if (options.run.is_watched()) {
+      say_line(summary(sums, wrong));
+      if (sums.not_restorable > 0)
+        say_line(fmt::format("{} of them cannot be given back byte for byte{}", sums.not_restorable,
+                             options.run.verbosity > 0 ? "" : "; -v says which, and why"));
+    }
     if (sums.failed > 0)
       throw BrokenInput(
           fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));

@@ -9,7 +9,9 @@
 #include "io/files/errors.h"
 #include "pipeline/restore/restore.h"
 #include "tools/commands/commands.h"
+#include "tools/conversion/removed_originals.h"
 #include "tools/options/shared_options.h"
+#include "tools/report/failure.h"
 #include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -19,12 +21,14 @@ namespace tagrid {
 namespace {
 
 struct RestoreCommand {
-  std::string input;
+  std::string input, records;
   OutputOptions output;
   RunOptions run;
 
   void execute(Ranks& ranks) const {
     run.obey_memory_limit();
+    if (!records.empty()) return restore_all(ranks);
+    if (input.empty()) throw UsageError("give a .tag file, or --records DIR");
     if (output.path.empty()) throw UsageError("give -o DIR, the folder for the files");
     if (output.path == "-") throw UsageError("-o -: files are restored into a folder; give -o DIR");
     refuse_terminal_input(input);
@@ -46,6 +50,37 @@ struct RestoreCommand {
     restored.commit();
     report.keep();
     tell(result);
+  }
+
+  // Every original that convert removed goes back to its place. One that fails does not keep others from coming back.
+  void restore_all(Ranks& ranks) const {
+    if (!input.empty()) throw UsageError("--records: restores all of a folder; leave out " + input);
+    if (!output.path.empty()) throw UsageError("--records: files go back to their own folders; leave out -o");
+    if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
+    const std::vector<RemovedOriginal> originals = removed_originals(records);
+    std::size_t restored = 0, there = 0, failed = 0;
+    for (const RemovedOriginal& original : originals) {
+      if (original.is_back && !output.overwrite) {
+        ++there;
+        continue;
+      }
+      RestoreCommand one = *this;
+      one.input = original.output;
+      one.output.path = original.folder;
+      one.records.clear();
+      try {
+        one.execute(ranks);
+        ++restored;
+      } catch (const std::exception&) {
+        ++failed;
+        say_line(fmt::format("tagrid: {}: {}", original.input, current_failure().message));
+      }
+    }
+    if (run.is_watched() || failed > 0)
+      say_line(fmt::format("originals: {}, {} restored, {} were there, {} failed", originals.size(), restored,
+                           there, failed));
+    if (failed > 0)
+      throw BrokenInput(fmt::format("{} of {} originals could not be restored", failed, originals.size()));
   }
 
   Finished<RestoreResult> restore(const Ranks& ranks) const {
@@ -97,7 +132,13 @@ Action add_restore_command(CLI::App& app) {
   auto state = std::make_shared<RestoreCommand>();
   CLI::App* command =
       app.add_subcommand("restore", "Give back the files that a .tag file was encoded from, byte for byte");
-  command->add_option("INPUT", state->input, ".tag file")->required();
+  command->add_option("INPUT", state->input, ".tag file");
+  command
+      ->add_option(
+          "--records", state->records,
+          "Restore every original that convert --remove-verified removed: all that the records in the "
+          "folder of its outputs name")
+      ->option_text("DIR");
   command
       ->add_option("-o,--output", state->output.path,
                    "Folder for the files; it is made, with its parents, if it is not there")

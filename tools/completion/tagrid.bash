@@ -14,7 +14,7 @@ _tagrid_options() {
       --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
-    restore) echo "$run $memory $output" ;;
+    restore) echo "$run $memory $output --records" ;;
     mesh) echo "$run $memory $output --level --region --coarsen --padded" ;;
     surface) echo "$run $memory $output --iso --level --region --close" ;;
     preview) echo "$run $memory $output --slice --window" ;;

@@ -5,6 +5,7 @@
 #include "tools/conversion/records.h"
 #include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
+#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 
@@ -13,13 +14,13 @@ namespace tagrid {
 using nlohmann::ordered_json;
 
 LineRecord::LineRecord(const ManifestLine& line)
-    : json_({{"input", json_text(line.input)},
-             {"output", json_text(line.output)},
+    : json_({{"input", text_of_name(line.input)},
+             {"output", text_of_name(line.output)},
              {"status", "failed"},
              {"error", nullptr},
              {"code", exit_ok},
              {"version", TAGRID_VERSION},
-             {"options", line.options}}) {
+             {"options", json_of(line.options)}}) {
   for (const char* key : output_keys) json_[key] = nullptr;
   json_["seconds"] = json_["finished"] = nullptr;
 }
@@ -50,6 +51,17 @@ void ConversionAccount::settle(const ManifestLine& line, const std::string& reco
   if (status == "ok" || status == "removed") {
     sums_.bytes_in += json.at("bytes_in").get<std::uint64_t>();
     sums_.bytes_out += json.at("bytes_out").get<std::uint64_t>();
+  }
+  const auto restorable = json.find("restorable");
+  const bool comes_back_changed =
+      (status == "ok" || status == "skipped") && restorable != json.end() && *restorable == false;
+  if (comes_back_changed) {
+    ++sums_.not_restorable;
+    const auto why = json.find("why_not_restorable");
+    if (run_.verbosity > 0 && !run_.quiet)
+      say_line(fmt::format("{}: cannot be given back byte for byte: {}", line.input,
+                           why != json.end() && why->is_string() ? why->get<std::string>()
+                                                                 : "an earlier run did not record why"));
   }
   const bool bad = json.at("code").get<int>() != exit_ok;
   // "out of memory" names no file, but a list has many volumes.

@@ -37,8 +37,8 @@ using nlohmann::ordered_json;
 
 /// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
-              bool headerless, std::uint64_t bytes_out, bool restorable, std::uint64_t input_checksum,
-              std::uint64_t output_checksum, ordered_json& record) {
+              bool headerless, std::uint64_t bytes_out, const std::string& why_not_restorable,
+              std::uint64_t input_checksum, std::uint64_t output_checksum, ordered_json& record) {
   const CodingParameters& parameters = header.parameters;
   std::uint64_t bytes_in = 0;
   for (const InputFile& file : files) bytes_in += file.bytes;
@@ -47,7 +47,9 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["settings"] = settings_json(parameters);
   record["bytes_in"] = bytes_in;
   record["bytes_out"] = bytes_out;
-  record["restorable"] = restorable;
+  record["restorable"] = why_not_restorable.empty();
+  record["why_not_restorable"] =
+      why_not_restorable.empty() ? ordered_json(nullptr) : ordered_json(why_not_restorable);
   record["input_files"] = json_of(files);
   record["headerless"] = headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
@@ -56,11 +58,48 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["status"] = "ok";
 }
 
+/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples were exact.
+std::string why_not_restorable(const std::string& why_lost, const CodingParameters& parameters) {
+  if (!why_lost.empty() || parameters.is_exact()) return why_lost;
+  return parameters.max_error < 0 ? "nothing bounds the error of its samples"
+                                  : fmt::format("its samples are kept within {}", parameters.max_error);
+}
+
 std::string only_copy(const std::string& output, const std::string& input, const std::string& why) {
   return fmt::format(
       "{}: is the only copy of a volume whose original was removed, and {} is not known to be that "
       "original ({}); choose another name (output=NAME)",
       output, input, why);
+}
+
+/// "its samples are others", "19 files instead of 20"; "" if only the times of the files are new.
+std::string change_of(const KnownOutput& known, const std::vector<InputFile>& files, VolumeSource& source) {
+  const ordered_json earlier = ordered_json::parse(known.record);
+  const VolumeInfo& info = source.info();
+  const ordered_json dims = {info.dims.x, info.dims.y, info.dims.z};
+  if (const auto was = earlier.find("dims"); was != earlier.end() && was->is_array() && *was != dims)
+    return fmt::format("its size is {} instead of {}", dims.dump(), was->dump());
+  if (const auto was = earlier.find("type"); was != earlier.end() && *was != name_of(info.type))
+    return fmt::format("its type is {} instead of {}", name_of(info.type), was->dump());
+  if (files.size() != known.input_files.size())
+    return fmt::format("{} files instead of {}", files.size(), known.input_files.size());
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const InputFile &now = files[i], &was = known.input_files[i];
+    if (now.path != was.path) return fmt::format("{} instead of {}", now.path, was.path);
+    if (now.bytes != was.bytes)
+      return fmt::format("{} has {} bytes instead of {}", now.path, now.bytes, was.bytes);
+  }
+  return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples are others";
+}
+
+/// Throws BrokenInput if the volume is not the one that was encoded.
+void require_unchanged(const KnownOutput& known, const std::string& input, const std::string& output,
+                       const std::vector<InputFile>& files, VolumeSource& source) {
+  if (const std::string change = change_of(known, files, source); !change.empty())
+    throw BrokenInput(
+        fmt::format("{}: has changed since it was encoded ({}); {} has the earlier volume and stays; give -f "
+                    "to replace it",
+                    input, change, output));
 }
 
 }  // namespace
@@ -83,7 +122,7 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   volume.files = look_at(source->files());
   volume.watched = std::make_unique<UnchangedFiles>(source->files());
   volume.headerless = source->facts().headerless;
-  const bool is_ours = known && !was_removed && known->input == json_text(volume.input);
+  const bool is_ours = known && !was_removed && known->input == volume.input;
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
     const bool same_options =
         known->options == line.options ||
@@ -94,6 +133,11 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
           fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
                       "such volumes alone",
                       volume.output, difference_of(known->options, line.options)));
+  }
+  // The source may have been damaged since, and the output may be all that is left of it.
+  if (is_ours && !options_.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {
+    require_unchanged(*known, volume.input, volume.output, volume.files, *source);
+    if (is_there && known->state == KnownOutput::State::ok) return adopt(volume, was_removed, record);
   }
   // An output may have no record: a run was killed between naming the output and recording it, or records
   // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume, which
@@ -145,7 +189,7 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
     say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
-           result.why_not_restorable.empty() && result.header.parameters.is_exact(), input_checksum,
+           why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
            output_checksum, record);
 }
 
@@ -170,9 +214,13 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
       throw BrokenInput("made with other options");
     if (keeps_files)
       require_same(compare_source_files(file, *original, resources_.threads), original->name());
+    const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
+    const std::string why_lost = options.strip ? "only the samples were wanted"
+                                 : keeps_files && compression.empty()
+                                     ? ""
+                                     : source_files(original->facts()).why_not_restorable();
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
-             keeps_files && header.parameters.is_exact() &&
-                 compression_in(volume.output, file.beginning_of_envelope()).empty(),
+             why_not_restorable(why_lost, header.parameters),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {
     if (was_removed) throw UsageError(only_copy(volume.output, volume.input, words_of(broken)));

@@ -11,6 +11,7 @@
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/formats/open_volume.h"
+#include "tools/conversion/found_lines.h"
 
 namespace tagrid {
 namespace {
@@ -34,6 +35,18 @@ void require_file_as_output(const std::string& input, const std::string& output,
   if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
 }
 
+/// What would not come back of the files of a volume, apart from an error of its samples that was asked for; "" if nothing.
+std::string lost_with_files(const SourceFacts& facts, bool keeps_files) {
+  const SourceFiles source = source_files(facts);
+  if (const std::string why = source.why_not_restorable(); !why.empty())
+    return fmt::format("its files would not come back byte for byte: {}", why);
+  if (keeps_files) return "";
+  std::uint64_t bytes = 0;
+  for (const EnvelopeFile& file : source.files) bytes += file.size;
+  return bytes == source.shape.bytes() ? ""
+                                       : "--strip leaves out what surrounds its samples, which would be lost";
+}
+
 }  // namespace
 
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
@@ -50,6 +63,12 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     require_file_as_output(input, output, advice);
   else
     removable_tag(input, output, advice);
+  if (is_directory_of_dicom(input))
+    refuse(input,
+           "a DICOMDIR whose images are gone cannot be read, not even for its other series; encode the "
+           "folders of its "
+           "images instead",
+           advice);
   const auto volume = open_volume(input, source);
   const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
   for (const std::string& file : volume->files()) {
@@ -59,11 +78,8 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may lie in another folder than its header", advice);
   }
-  if (!volume->facts().holds_other_bytes) return volume->files();
-  const std::string why_lost =
-      keeps_files ? source_files(volume->facts()).why_not_restorable() : "--strip leaves them out";
-  if (!why_lost.empty())
-    refuse(input, "it holds bytes besides its samples, which would be lost: " + why_lost, advice);
+  if (const std::string lost = lost_with_files(volume->facts(), keeps_files); !lost.empty())
+    refuse(input, lost, advice);
   return volume->files();
 }
 

@@ -15,8 +15,9 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
-/// The same for a volume. Also refuses files that hold bytes that are not encoded. `keeps_files`: the encoding keeps the
-/// source files if it can; with --strip it does not.
+/// The same for a volume. Files are removed only if they come back: every byte, except that samples may have the error
+/// that was asked for (see require_replaceable()). So files with compressed samples are refused. `keeps_files`: the
+/// encoding keeps what surrounds the samples; with --strip it does not.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, bool keeps_files, const char* advice);
 

@@ -11,7 +11,6 @@
 #include "io/files/output_file.h"
 #include "io/files/system_call.h"
 #include "tools/conversion/manifest.h"
-#include "tools/report/report.h"
 
 namespace tagrid {
 namespace {
@@ -81,8 +80,7 @@ std::string output_mirroring(const std::string& listed, bool is_folder) {
 }
 
 void TakenOutputs::take(const std::string& output, std::size_t line) {
-  // As in records: names that differ only in bytes that are not valid text are equal there.
-  const fs::path name = json_text(output);
+  const fs::path name = output;
   if (const auto [file, is_new] = files_.emplace(name.string(), line); !is_new)
     throw UsageError(
         fmt::format("{} would also be the output of line {}; {}", output, file->second, advice_));

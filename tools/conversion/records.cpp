@@ -12,7 +12,7 @@
 #include "io/files/system_call.h"
 #include "io/formats/open_volume.h"
 #include "tools/conversion/manifest.h"
-#include "tools/report/report.h"
+#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {
@@ -29,6 +29,11 @@ std::optional<KnownOutput::State> state_of(const std::string& status) {
   return std::nullopt;  // failed, skipped, kept: these say nothing about the output
 }
 
+/// Throws nlohmann::json::exception if there is none.
+std::string name_in(const ordered_json& object, const char* key) {
+  return name_of_text(object.at(key).get<std::string>());
+}
+
 /// Nothing if the record does not describe an output. Throws nlohmann::json::exception if it is not a valid
 /// record.
 std::optional<KnownOutput> known_output(const ordered_json& record) {
@@ -36,10 +41,11 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
   if (!state) return std::nullopt;
   KnownOutput known;
   known.state = *state;
-  known.input = record.at("input").get<std::string>();
+  known.input = name_in(record, "input");
   known.options = record.at("options").get<OptionTexts>();
+  for (auto& [name, value] : known.options) value = name_of_text(value);
   for (const auto& file : record.at("input_files"))
-    known.input_files.push_back({file.at("path").get<std::string>(), file.at("bytes").get<std::uint64_t>(),
+    known.input_files.push_back({name_in(file, "path"), file.at("bytes").get<std::uint64_t>(),
                                  file.at("modified_ns").get<std::int64_t>()});
   known.headerless = record.at("headerless").get<bool>();
   known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
@@ -80,7 +86,7 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files) {
     const auto status = status_of(file);
     if (!status) throw world_error("cannot open", file, ENOENT);
     if (!S_ISREG(status->st_mode)) throw UsageError(file + ": is not a file");
-    result.push_back({json_text(file), static_cast<std::uint64_t>(status->st_size),
+    result.push_back({file, static_cast<std::uint64_t>(status->st_size),
                       std::int64_t{status->st_mtim.tv_sec} * 1'000'000'000 + status->st_mtim.tv_nsec});
   }
   return result;
@@ -89,7 +95,8 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files) {
 ordered_json json_of(const std::vector<InputFile>& files) {
   ordered_json json = ordered_json::array();
   for (const InputFile& file : files)
-    json.push_back({{"path", file.path}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
+    json.push_back(
+        {{"path", text_of_name(file.path)}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
   return json;
 }
 
@@ -127,8 +134,9 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
   }
   if (error) throw world_error("cannot read", folder, error.value());
   for (auto& [output, known] : outputs_)
-    if (const auto last = last_runs_.find(output); last != last_runs_.end())
-      known.failed_since = last->second.failed && last->second.finished >= known.finished;
+    if (const auto last = last_runs_.find(output);
+        last != last_runs_.end() && last->second.finished >= known.finished)
+      known.failed_since = last->second.failure;
 }
 
 void KnownOutputs::read(const std::string& path) {
@@ -144,7 +152,7 @@ void KnownOutputs::read(const std::string& path) {
       auto known = known_output(record);
       if (!known) continue;
       known->record = line;
-      KnownOutput& newest = outputs_[record.at("output").get<std::string>()];
+      KnownOutput& newest = outputs_[name_in(record, "output")];
       // In one file, the later of two lines is the newer one.
       if (known->finished >= newest.finished) newest = std::move(*known);
     } catch (const nlohmann::json::exception&) {
@@ -156,14 +164,30 @@ void KnownOutputs::read(const std::string& path) {
 void KnownOutputs::note_failure(const ordered_json& record) {
   const auto status = record.at("status").get<std::string>();
   if (status != "failed" && status != "skipped" && status != "ok") return;
-  LastRun& last = last_runs_[record.at("output").get<std::string>()];
+  LastRun& last = last_runs_[name_in(record, "output")];
   const auto finished = record.at("finished").get<double>();
-  if (finished >= last.finished) last = {finished, status == "failed"};
+  if (finished < last.finished) return;
+  const auto error = record.find("error");
+  const bool has_reason = error != record.end() && error->is_string();
+  last = {finished, status != "failed" ? ""
+                    : has_reason       ? error->get<std::string>()
+                                       : "the reason is not recorded"};
+}
+
+ordered_json json_of(const OptionTexts& options) {
+  ordered_json json = ordered_json::object();
+  for (const auto& [name, value] : options) json[name] = text_of_name(value);
+  return json;
 }
 
 const KnownOutput* KnownOutputs::find(const std::string& output) const {
-  const auto found = outputs_.find(json_text(output));
+  const auto found = outputs_.find(output);
   return found == outputs_.end() ? nullptr : &found->second;
+}
+
+std::string KnownOutputs::last_failure(const std::string& output) const {
+  const auto found = last_runs_.find(output);
+  return found == last_runs_.end() ? "" : found->second.failure;
 }
 
 std::string checksum_text(std::uint64_t checksum) { return fmt::format("{:016x}", checksum); }

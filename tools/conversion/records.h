@@ -30,7 +30,9 @@ std::vector<InputFile> look_at(const std::vector<std::string>& files);
 /// opening a pipe would block.
 void require_file_or_folder(const std::string& path);
 
+/// Names in records are those of text_of_name(); in memory they are the names themselves.
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
+nlohmann::ordered_json json_of(const OptionTexts& options);
 
 /// An output that was encoded and verified, and its state: the newest record that describes it.
 struct KnownOutput {
@@ -47,15 +49,15 @@ struct KnownOutput {
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
   double finished = 0;  ///< seconds since 1970
-  /// A later run failed with it, and none has since found it to be good.
-  bool failed_since = false;
+  /// Why a later run failed with it, if none has since found it to be good; "" if none failed.
+  std::string failed_since;
   std::string record;  ///< the whole record, as its line
 };
 
 /// The keys of a record that describe the output; null if unknown.
-inline constexpr std::array output_keys = {"dims",       "type",       "settings",   "achieved",
-                                           "bytes_in",   "bytes_out",  "restorable", "input_files",
-                                           "headerless", "input_xxh3", "output_xxh3"};
+inline constexpr std::array output_keys = {"dims",        "type",       "settings",   "achieved",
+                                           "bytes_in",    "bytes_out",  "restorable", "why_not_restorable",
+                                           "input_files", "headerless", "input_xxh3", "output_xxh3"};
 
 /// Whether the output is there, with the size that it was written with.
 bool has_size(const KnownOutput& known, const std::string& path);
@@ -81,11 +83,15 @@ class KnownOutputs {
 
   /// `output` is a name in the folder; returns nullptr if nothing is known of it.
   const KnownOutput* find(const std::string& output) const;
+  /// All of them, by their names in the folder.
+  const std::map<std::string, KnownOutput>& all() const { return outputs_; }
+  /// Why the last run failed that was to encode it; "" if it did not fail.
+  std::string last_failure(const std::string& output) const;
 
  private:
   struct LastRun {
     double finished = 0;
-    bool failed = false;
+    std::string failure;
   };
   void read(const std::string& path);
   void note_failure(const nlohmann::ordered_json& record);

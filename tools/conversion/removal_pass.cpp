@@ -29,6 +29,13 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
+/// True if the files hold the samples of the volume and nothing else.
+bool are_samples_alone(const VolumeSource& volume) {
+  std::uint64_t bytes = 0;
+  for (const InputFile& file : look_at(volume.files())) bytes += file.bytes;
+  return bytes == sample_bytes(volume.info().dims, volume.info().type);
+}
+
 /// The files of a volume; only the path in its line if they cannot be found out.
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known, const RunOptions& run) {
   try {
@@ -58,22 +65,25 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   if (known && skip_removed(*known, line.input, output_path(line), options_.run, record)) return {};
   if (!known) require_file_or_folder(line.input);  // what is not there is not kept
   record["status"] = "kept";
+  if (const std::string failure = known_.last_failure(line.output); !known && !failure.empty())
+    throw UsageError(fmt::format("{}: its last encoding failed: {}; it is kept", line.input, failure));
   if (!known)
     throw UsageError(
         fmt::format("{}: no record says that it was encoded to {}; it is kept; give the list and the "
                     "options of its encoding",
                     line.input, output_path(line)));
-  if (known->input != json_text(line.input))
+  if (known->input != line.input)
     throw UsageError(
         fmt::format("{}: {} is recorded as made from {}; if this is the same volume, --skip-done records it; "
                     "otherwise choose another name (output=NAME)",
                     line.input, line.output, known->input));
   add_output(*known, record);
-  if (known->failed_since)
-    throw UsageError(line.input +
-                     ": the last run failed on it; it is kept until a run with --skip-done and "
-                     "the options of its encoding succeeds");
-  record["options"] = known->options;
+  if (!known->failed_since.empty())
+    throw UsageError(fmt::format(
+        "{}: its last encoding failed: {}; it is kept until a run with --skip-done and the options "
+        "of its encoding succeeds",
+        line.input, known->failed_since));
+  record["options"] = json_of(known->options);
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
   require_same_options(line, *known);
@@ -106,15 +116,20 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 /// What the volume has besides its samples must come back as it is now.
 void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
-  if (file.sizes().envelope > 0) {
-    const SourceComparison found = compare_source_files(file, volume, resources_.threads);
-    if (!found.is_same)
-      throw BrokenInput(
-          fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
-  } else if (volume.facts().holds_other_bytes) {
-    throw BrokenInput(fmt::format("{}: holds bytes besides its samples, which {} does not keep; it is kept",
-                                  line.input, output_path(line)));
+  if (file.sizes().envelope == 0) {
+    // Without headers nothing surrounds the samples.
+    if (are_samples_alone(volume)) return;
+    throw BrokenInput(fmt::format("{}: {} does not keep what surrounds its samples; it is kept", line.input,
+                                  output_path(line)));
   }
+  const SourceComparison found = compare_source_files(file, volume, resources_.threads);
+  if (!found.is_same)
+    throw BrokenInput(
+        fmt::format("{}: is no longer what was encoded: {}; it is kept", line.input, found.difference));
+  if (!found.compression.empty())
+    throw UsageError(
+        fmt::format("{}: its samples are compressed ({}), and come back uncompressed; it is kept", line.input,
+                    found.compression));
 }
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
@@ -131,7 +146,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
     throw BrokenInput(line.input +
-                      ": is no longer what was encoded; it is kept, and --skip-done encodes it again");
+                      ": is no longer what was encoded; it is kept; --skip-done -f encodes it again");
   Ranks alone;
   const VerifyResult found = verify_file(alone, {.input = output,
                                                  .original = line.input,

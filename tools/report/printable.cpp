@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
 
@@ -65,6 +67,44 @@ std::string printable(std::string_view text) {
     text.remove_prefix(c.bytes);
   }
   return result;
+}
+
+namespace {
+
+constexpr std::string_view replacement = "\xEF\xBF\xBD";  // U+FFFD
+
+}  // namespace
+
+std::string text_of_name(std::string_view name) {
+  std::string text;
+  while (!name.empty()) {
+    const Character c = first_character(name);
+    const std::string_view bytes = name.substr(0, c.bytes);
+    if (c.good && bytes != replacement)
+      text += bytes;
+    else
+      for (const char byte : bytes)
+        text += fmt::format("{}{:02X}", replacement, static_cast<unsigned char>(byte));
+    name.remove_prefix(c.bytes);
+  }
+  return text;
+}
+
+std::string name_of_text(std::string_view text) {
+  std::string name;
+  while (!text.empty()) {
+    unsigned byte = 0;
+    const std::string_view digits = text.substr(std::min(text.size(), replacement.size())).substr(0, 2);
+    if (text.starts_with(replacement) && digits.size() == 2 &&
+        std::from_chars(digits.data(), digits.data() + 2, byte, 16).ptr == digits.data() + 2) {
+      name += static_cast<char>(byte);
+      text.remove_prefix(replacement.size() + 2);
+    } else {
+      name += text.front();
+      text.remove_prefix(1);
+    }
+  }
+  return name;
 }
 
 }  // namespace tagrid

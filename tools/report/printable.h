@@ -11,4 +11,10 @@ namespace tagrid {
 /// \t, \r, or \xHH for each of their bytes. All other text stays as it is.
 std::string printable(std::string_view text);
 
+/// A name of a file as UTF-8, such as JSON needs, from which name_of_text() makes the same bytes again. A byte that is not
+/// UTF-8 becomes U+FFFD and its two hexadecimal digits, and so does every byte of U+FFFD itself.
+std::string text_of_name(std::string_view name);
+/// The name for such a text.
+std::string name_of_text(std::string_view text);
+
 }  // namespace tagrid

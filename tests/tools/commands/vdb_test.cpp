@@ -97,7 +97,7 @@ TEST_F(Vdb, WhatMakesNoSenseIsRefused) {
                "has no grid other; those that it has are density");
   expect_error(tagrid(with({"encode", "a.vdb"}, raw_)), usage, "--dims");
   // The set of active voxels would be lost.
-  expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "holds bytes besides its samples");
+  expect_error(tagrid({"encode", "a.vdb", "--rm"}), usage, "would not come back byte for byte");
   file("broken.vdb", content("a.vdb").substr(0, 5000));
   expect_error(tagrid({"encode", "broken.vdb"}), broken_input, "OpenVDB file");
   EXPECT_EQ(names(), (std::vector<std::string>{"a.vdb", "broken.vdb", "volume.nrrd", "volume.tag"}));

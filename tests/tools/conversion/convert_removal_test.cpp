@@ -90,7 +90,7 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
               "a.nhdr: is no longer what was encoded: a.nhdr has 127 bytes, and had 112 then");
   volume("a.nhdr", 2);
   expect_kept("a.raw", "kept",
-              "a.nhdr: is no longer what was encoded; it is kept, and --skip-done encodes it again");
+              "a.nhdr: is no longer what was encoded; it is kept; --skip-done -f encodes it again");
   file("a.raw", content("a.raw") + "x");
   expect_kept("a.raw", "kept", "a.raw");
 }
@@ -134,7 +134,8 @@ TEST_F(ConvertRemoval, AVolumeThatTheLastRunFailedWithIsKept) {
   volumes(1);
   expect_ok(convert({"--max-error", "5"}));
   EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
-  expect_kept("a.nrrd", "kept", "the last run failed on it");
+  expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ");
+  expect_kept("a.nrrd", "kept", "was encoded with other options: max-error was 5, now not given");
   expect_ok(convert({"--skip-done", "--max-error", "5"}));
   expect_ok(remove({"--max-error", "5.0"}));
   EXPECT_FALSE(exists("a.nrrd"));
@@ -157,6 +158,55 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
     EXPECT_NE(all[3 + i]["error"].get<std::string>().find(why[i]), std::string::npos) << all[3 + i];
   for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})
     EXPECT_TRUE(exists(name)) << name;
+}
+
+TEST_F(ConvertRemoval, AVolumeThatWasNeverEncodedIsKeptForTheReasonOfItsFailure) {
+  volume("a.nrrd", 1);
+  file("list.tsv", "a.nrrd\n");
+  const std::string whole = content("a.nrrd");
+  file("a.nrrd", whole.substr(0, whole.size() - 9));
+  EXPECT_EQ(convert().code, broken_input);
+  file("a.nrrd", whole);
+  expect_kept("a.nrrd", "kept", "a.nrrd: its last encoding failed: ");
+}
+
+// One rule: what does not come back byte for byte, but for a bound that was asked for, stays.
+TEST_F(ConvertRemoval, FilesThatComeBackInAnotherFormAreKept) {
+  volume("a.nhdr", 1);
+  volume("b.nrrd", 2);
+  volume("c.raw", 3);
+  const std::string plain = content("b.nrrd");
+  std::string header = plain.substr(0, plain.find("\n\n") + 2);
+  header.replace(header.find("encoding: raw"), 13, "encoding: gzip");
+  file("header", header);
+  file("samples", samples_of(plain));
+  expect_ok(
+      script("gzip -nc a.raw > z.raw.gz; sed 's/raw$/gzip/; s/a.gzip/z.raw.gz/' a.nhdr > z.nhdr; "
+             "(cat header; gzip -nc samples) > y.nrrd"));
+  const std::string compressed[] = {"z.nhdr", "y.nrrd"};
+  for (const std::string& name : compressed)
+    for (const Arguments& bound : {Arguments{}, {"--max-error", "5"}}) {
+      const std::string why = name +
+                              ": cannot be removed: its files would not come back byte for byte: its "
+                              "samples are compressed (gzip), and come back uncompressed; leave out --rm";
+      expect_error(tagrid(with({"encode", name, "-o", "x.tag", "--rm"}, bound)), usage, why);
+    }
+  file("list.tsv", "z.nhdr\ny.nrrd\nb.nrrd\nc.raw\tdims=21,18,13\ttype=int16\n");
+  expect_ok(convert());
+  EXPECT_EQ(records()[0]["restorable"], false);
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(statuses(4), "z kept, y kept, b removed, c removed");
+  EXPECT_TRUE(exists("z.nhdr") && exists("z.raw.gz") && exists("y.nrrd"));
+  // Without what surrounds them, only samples alone come back.
+  volume("b.nrrd", 2);
+  volume("c.raw", 3);
+  file("list.tsv", "b.nrrd\tstrip=true\toutput=d\nc.raw\tdims=21,18,13\ttype=int16\tstrip=true\toutput=e\n");
+  expect_ok(convert());
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_EQ(statuses(2), "d kept, e removed");
+  EXPECT_NE(records()[records().size() - 2]["error"].get<std::string>().find(
+                "--strip leaves out what surrounds its samples, which would be lost"),
+            std::string::npos);
 }
 
 TEST_F(ConvertRemoval, AFileThatAnotherVolumeIsInIsKept) {

@@ -277,9 +277,47 @@ TEST_F(Convert, SkipDonePassesOverWhatIsAsItWas) {
   again("the size of an output", "a skipped, b ok");
   std::filesystem::remove(path("out/b.tag"));
   again("no output", "a skipped, b ok");
+}
+
+// A source may be damaged after its encoding. Then the output is the only good copy.
+TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
+  volumes(2);
+  expect_ok(convert());
+  const std::string before = content("out/a.tag");
+  const auto refused = [&](std::string_view why) {
+    const Ending ending = convert({"--skip-done"});
+    EXPECT_EQ(ending.code, broken_input) << why;
+    EXPECT_EQ(statuses(2), "a failed, b skipped") << why;
+    const Json record = records()[records().size() - 2];
+    EXPECT_EQ(record["code"], broken_input);
+    EXPECT_NE(ending.err.find(why), std::string::npos) << ending.err;
+    EXPECT_TRUE(content("out/a.tag") == before) << why;
+  };
   volume("a.nrrd", 7);
-  again("the input", "a ok, b skipped");
+  refused("a.nrrd: has changed since it was encoded (its samples are others); ");
+  volume("a.nrrd", 1, {"--dims", "21,18,12"});
+  refused("its size is [21,18,12] instead of [21,18,13]");
+  volume("a.nrrd", 1, {"--type", "uint16"});
+  refused("its type is uint16 instead of \"int16\"");
+  volume("a.nrrd", 1);
+  std::string header = content("a.nrrd");
+  header.insert(header.find("\n\n"), "\n# moved");
+  file("a.nrrd", header);
+  refused("bytes instead of");
+  file("a.nrrd", header.substr(0, header.size() / 2));
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  // An output of another size may be all that is left, too.
+  volume("a.nrrd", 7);
+  file("out/a.tag", before + "x");
+  EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+  EXPECT_TRUE(content("out/a.tag") == before + "x");
+  expect_ok(convert({"--skip-done", "-f"}));
+  EXPECT_EQ(statuses(2), "a ok, b skipped");
   EXPECT_TRUE(content("out/a.tag") != before);
+  volume("a.nrrd", 9);
+  std::filesystem::remove(path("out/a.tag"));
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(2), "a ok, b skipped") << "nothing is lost";
 }
 
 // A good output is not silently replaced by a worse one.

@@ -155,8 +155,10 @@ TEST_F(ConvertOutputs, WhatIsDoneIsKnownByItsPathAndNotByItsName) {
   // One of three outputs with the same name is gone, and the volume of another one has changed.
   std::filesystem::remove(path("out/2020/knee.tag"));
   volume("2020/may/knee.nrrd", 4);
-  expect_ok(convert({"--keep-folders", "--skip-done"}));
-  EXPECT_EQ(statuses(3), "2019/knee skipped, 2020/knee ok, 2020/may/knee ok");
+  EXPECT_EQ(convert({"--keep-folders", "--skip-done"}).code, broken_input);
+  EXPECT_EQ(statuses(3), "2019/knee skipped, 2020/knee ok, 2020/may/knee failed");
+  expect_ok(convert({"--keep-folders", "--skip-done", "-f"}));
+  EXPECT_EQ(statuses(3), "2019/knee skipped, 2020/knee skipped, 2020/may/knee ok");
   expect_ok(tagrid({"verify", "out/2020/may/knee.tag", "--against", "2020/may/knee.nrrd", "-q"}));
   // Other options are refused for all volumes; with -f they replace the outputs.
   EXPECT_EQ(convert({"--keep-folders", "--skip-done", "--max-error=3"}).code, broken_input);

@@ -1,0 +1,21 @@
+// The originals that `convert --remove-verified` removed, for `tagrid restore --records`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tagrid {
+
+/// An original that was removed.
+struct RemovedOriginal {
+  std::string input;     ///< its path in the list
+  std::string output;    ///< path of the .tag file that replaces it
+  std::string folder;    ///< where its files belong: the deepest folder that had all of them
+  bool is_back = false;  ///< all of its files are there again, with their sizes
+};
+
+/// Those of the records in `output_dir`, by the names of their outputs. Throws WorldError if the records cannot be read,
+/// and UsageError if a record names an output outside of the folder.
+std::vector<RemovedOriginal> removed_originals(const std::string& output_dir);
+
+}  // namespace tagrid
