@@ -152,7 +152,7 @@ class Archive(ReaderTest):
         self.assertEqual(self.tagrid(*convert).returncode, 0)
         whole = (self.folder / "out" / "a.tag").read_bytes()
         self.path("dicom/study/1.2.3-3").unlink()
-        self.assert_refused_volume(convert, "its size is [11,9,3] instead of [11,9,4]")
+        self.assert_refused_volume(convert, "it is 11 x 9 x 3 int16 instead of 11 x 9 x 4 int16")
         self.assertEqual((self.folder / "out" / "a.tag").read_bytes(), whole)
         # Nothing goes, either, as what was encoded is not all there.
         run = self.tagrid(*convert, "--remove-verified")

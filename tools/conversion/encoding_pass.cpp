@@ -72,22 +72,24 @@ std::string only_copy(const std::string& output, const std::string& input, const
       output, input, why);
 }
 
-/// "its samples are others", "19 files instead of 20"; "" if only the times of the files are new.
+/// "its samples are others", "19 files instead of 20"; "" if at most the times of its files are new.
 std::string change_of(const KnownOutput& known, const std::vector<InputFile>& files, VolumeSource& source) {
   const ordered_json earlier = ordered_json::parse(known.record);
-  const VolumeInfo& info = source.info();
-  const ordered_json dims = {info.dims.x, info.dims.y, info.dims.z};
-  if (const auto was = earlier.find("dims"); was != earlier.end() && was->is_array() && *was != dims)
-    return fmt::format("its size is {} instead of {}", dims.dump(), was->dump());
-  if (const auto was = earlier.find("type"); was != earlier.end() && *was != name_of(info.type))
-    return fmt::format("its type is {} instead of {}", name_of(info.type), was->dump());
+  const std::string now = described(source.info().dims, source.info().type);
+  const auto dims = earlier.find("dims"), type = earlier.find("type");
+  if (dims != earlier.end() && dims->is_array() && dims->size() == 3 && type != earlier.end() &&
+      type->is_string()) {
+    const std::string was = fmt::format("{} x {} x {} {}", (*dims)[0].dump(), (*dims)[1].dump(),
+                                        (*dims)[2].dump(), type->get<std::string>());
+    if (now != was) return fmt::format("it is {} instead of {}", now, was);
+  }
   if (files.size() != known.input_files.size())
     return fmt::format("{} files instead of {}", files.size(), known.input_files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const InputFile &now = files[i], &was = known.input_files[i];
-    if (now.path != was.path) return fmt::format("{} instead of {}", now.path, was.path);
-    if (now.bytes != was.bytes)
-      return fmt::format("{} has {} bytes instead of {}", now.path, now.bytes, was.bytes);
+    const InputFile &file = files[i], &was = known.input_files[i];
+    if (file.path != was.path) return fmt::format("{} instead of {}", file.path, was.path);
+    if (file.bytes != was.bytes)
+      return fmt::format("{} has {} bytes instead of {}", file.path, file.bytes, was.bytes);
   }
   return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples are others";
 }

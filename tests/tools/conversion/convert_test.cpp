@@ -296,9 +296,9 @@ TEST_F(Convert, AVolumeThatChangedReplacesItsOutputOnlyByForce) {
   volume("a.nrrd", 7);
   refused("a.nrrd: has changed since it was encoded (its samples are others); ");
   volume("a.nrrd", 1, {"--dims", "21,18,12"});
-  refused("its size is [21,18,12] instead of [21,18,13]");
+  refused("it is 21 x 18 x 12 int16 instead of 21 x 18 x 13 int16");
   volume("a.nrrd", 1, {"--type", "uint16"});
-  refused("its type is uint16 instead of \"int16\"");
+  refused("it is 21 x 18 x 13 uint16 instead of 21 x 18 x 13 int16");
   volume("a.nrrd", 1);
   std::string header = content("a.nrrd");
   header.insert(header.find("\n\n"), "\n# moved");

@@ -39,6 +39,27 @@ TEST(Printable, BytesThatAreNoUtf8AreEscaped) {
             "\\xe2\\x82a");
 }
 
+TEST(NamesInJson, ComeBackByteForByteAndAreUtf8) {
+  EXPECT_EQ(text_of_name("x\xff.nrrd"),
+            "x\xEF\xBF\xBD"
+            "FF.nrrd");
+  std::string every;
+  for (int byte = 1; byte < 256; ++byte) every += static_cast<char>(byte);
+  for (const std::string& name : {std::string(),
+                                  std::string("Sch\xC3\xA4"
+                                              "del \\t\n.tag"),
+                                  every, std::string("\xEF\xBF\xBD"),
+                                  std::string("\xEF\xBF\xBD"
+                                              "FF"),
+                                  std::string("\xED\xA0\x80\xff")}) {
+    EXPECT_EQ(name_of_text(text_of_name(name)), name);
+    EXPECT_EQ(nlohmann::json::parse(nlohmann::json(text_of_name(name)).dump()), text_of_name(name));
+  }
+  EXPECT_NE(text_of_name("\xff"), text_of_name("\xfe"));
+  for (const char* text : {"a", "\xEF\xBF\xBD", "\xEF\xBF\xBD\x46", "\xEF\xBF\xBDgg"})
+    EXPECT_EQ(name_of_text(text), text) << "as of older records";
+}
+
 class PrintableOutput : public CommandLine {
  protected:
   static void expect_harmless(const Ending& ending) {
