@@ -79,8 +79,9 @@ class MeshRegion : public MeshedVolume {
         write_mesh(path("v.tag"), path("all.vtu"), {level, padded, true}, Resources(2));
         const ValuedMesh all = read("all.vtu");
         for (const Box& box : boxes(dims)) {
-          const MeshResult result = write_mesh(path("v.tag"), path("part.vtu"),
-                                               {level, padded, true, {}, region(box)}, Resources(1 + i++ % 3));
+          const MeshResult result =
+              write_mesh(path("v.tag"), path("part.vtu"), {level, padded, true, {}, region(box)},
+                         Resources(1 + i++ % 3));
           const ValuedMesh part = read("part.vtu");
           EXPECT_EQ(result.tetrahedra, static_cast<std::int64_t>(part.size()));
           const std::set<std::int64_t> used(part.connectivity.begin(), part.connectivity.end());
@@ -130,7 +131,8 @@ TEST_F(MeshRegion, NeedsOnlyTheBricksAroundIt) {
   file("v.tag", bytes);
   write_mesh(path("v.tag"), path("after.vtu"), {{}, false, true, {}, far}, Resources(2));
   EXPECT_EQ(content("after.vtu"), content("before.vtu"));
-  EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, false, true, {}, near}, Resources(2)), BrokenInput);
+  EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, false, true, {}, near}, Resources(2)),
+               BrokenInput);
 }
 
 TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
@@ -140,8 +142,9 @@ TEST_F(MeshRegion, OutsideOfTheVolumeIsRefused) {
   for (const Box& box : {Box{{0, 0, 0}, {21, 1, 1}}, Box{{-1, 0, 0}, {1, 1, 1}}, Box{{3, 3, 3}, {3, 2, 3}},
                          Box{{30, 30, 30}, {31, 31, 31}}})
     for (const bool padded : {false, true})
-      EXPECT_THROW(write_mesh(path("v.tag"), path("x.vtu"), {{}, padded, true, {}, region(box)}, Resources(1)),
-                   UsageError);
+      EXPECT_THROW(
+          write_mesh(path("v.tag"), path("x.vtu"), {{}, padded, true, {}, region(box)}, Resources(1)),
+          UsageError);
   EXPECT_EQ(names(), before);
 }
 
