@@ -27,6 +27,23 @@ Vector moved(const openvdb::Mat4d& matrix, const Index3& voxels) {
   return position;
 }
 
+bool is_diagonal(const openvdb::Mat4d& matrix) {
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      if (row != column && matrix[row][column] != 0) return false;
+  return true;
+}
+
+openvdb::math::MapBase::Ptr map_of(const openvdb::Mat4d& matrix) {
+  using namespace openvdb::math;
+  if (!is_diagonal(matrix)) return std::make_shared<AffineMap>(matrix);
+  const openvdb::Vec3d scale(matrix[0][0], matrix[1][1], matrix[2][2]),
+      origin(matrix[3][0], matrix[3][1], matrix[3][2]);
+  if (scale[0] == scale[1] && scale[0] == scale[2])
+    return std::make_shared<UniformScaleTranslateMap>(scale[0], origin);
+  return std::make_shared<ScaleTranslateMap>(scale, origin);
+}
+
 }  // namespace
 
 KeyValues pairs_of(const VdbPlace& place) {
@@ -71,6 +88,10 @@ openvdb::Mat4d matrix_of(const Geometry& geometry, const Index3& low) {
   const Vector origin = moved(matrix, {-low.x, -low.y, -low.z});
   for (int i = 0; i < 3; ++i) matrix[3][i] = origin[static_cast<std::size_t>(i)];
   return matrix;
+}
+
+openvdb::math::Transform::Ptr transform_of(const Geometry& geometry, const Index3& low) {
+  return std::make_shared<openvdb::math::Transform>(map_of(matrix_of(geometry, low)));
 }
 
 Geometry geometry_of(const openvdb::Mat4d& matrix, const Index3& low) {

@@ -32,6 +32,10 @@ std::optional<openvdb::Mat4d> matrix_of(const openvdb::math::Transform& transfor
 /// The matrix of a volume whose first sample is voxel `low`. Unknown parts of its geometry count as 1.
 openvdb::Mat4d matrix_of(const Geometry& geometry, const Index3& low);
 
+/// The same as a transform, with the simplest of the library's maps, because programs can do more with a uniform one. The
+/// library rounds its numbers, by some units in the last place. Throws openvdb::Exception if it cannot have them.
+openvdb::math::Transform::Ptr transform_of(const Geometry& geometry, const Index3& low);
+
 /// Directions and origin of a volume whose first sample is voxel `low`.
 Geometry geometry_of(const openvdb::Mat4d& matrix, const Index3& low);
 

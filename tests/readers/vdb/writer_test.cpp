@@ -219,6 +219,19 @@ TEST_F(VdbWriterTest, AllThatAHeaderSaidComesBack) {
   EXPECT_EQ(open_volume(path("a.vdb"))->info().nrrd_fields, fields);
 }
 
+// The library rounds the numbers of a transform: 0.7 becomes 0.7000000000000028 beside such an origin.
+TEST_F(VdbWriterTest, AHeaderComesBackWhateverTheLibraryRounds) {
+  for (const char* const directions : {"(0.7,0,0) (0,0.8,0) (0,0,2.5)", "(0.7,0,0) (0,-0.8,0) (0,0,1.1)",
+                                       "(0.3,0,0) (0,0.3,0) (0,0,0.3)", "(0.1,0.7,0) (0.3,-0.1,0) (0,0,1.7)"})
+    for (const char* const origin : {"(-123.4,57.3,-812.7)", "(0,0,0)", "(1e4,0.1,-1e-3)"}) {
+      const std::string fields = std::string("space: left-posterior-superior\nspace directions: ") +
+                                 directions + "\nspace origin: " + origin +
+                                 "\nrescale_slope:=2\nrescale_units:=HU\n";
+      write<std::int16_t>("a.vdb", {5, 4, 3}, noise<std::int16_t>, {}, fields);
+      EXPECT_EQ(open_volume(path("a.vdb"))->info().nrrd_fields, fields);
+    }
+}
+
 TEST_F(VdbWriterTest, AGridComesBackVoxelByVoxelWhereItWas) {
   for (const oracle::Type type : {oracle::Type::floats, oracle::Type::doubles, oracle::Type::ints}) {
     oracle::Grid grid;

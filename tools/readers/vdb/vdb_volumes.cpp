@@ -91,10 +91,14 @@ std::optional<std::string> fields_before(const Recorded& recorded, const Box& bo
   if (!recorded.fields || recorded.dims != box.size() || !matrix) return std::nullopt;
   try {
     const Geometry geometry = geometry_of(*recorded.fields);
-    if (vdb_place_of(*recorded.fields).low == box.low && matrix_of(geometry, box.low) == *matrix)
+    // What the writer made of them, which is rounded.
+    if (vdb_place_of(*recorded.fields).low == box.low &&
+        matrix_of(*transform_of(geometry, box.low)) == *matrix)
       return recorded.fields;
   } catch (const BrokenInput&) {
     // Another program wrote the grid.
+  } catch (const openvdb::Exception&) {
+    // So did it.
   }
   return std::nullopt;
 }

@@ -39,24 +39,6 @@ Index3 low_of(const Index3& dims, const Index3& wanted) {
   return wanted;
 }
 
-bool is_diagonal(const openvdb::Mat4d& matrix) {
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      if (row != column && matrix[row][column] != 0) return false;
-  return true;
-}
-
-/// The simplest of the library's maps, because programs can do more with a uniform one.
-openvdb::math::MapBase::Ptr map_of(const openvdb::Mat4d& matrix) {
-  using namespace openvdb::math;
-  if (!is_diagonal(matrix)) return std::make_shared<AffineMap>(matrix);
-  const openvdb::Vec3d scale(matrix[0][0], matrix[1][1], matrix[2][2]),
-      origin(matrix[3][0], matrix[3][1], matrix[3][2]);
-  if (scale[0] == scale[1] && scale[0] == scale[2])
-    return std::make_shared<UniformScaleTranslateMap>(scale[0], origin);
-  return std::make_shared<ScaleTranslateMap>(scale, origin);
-}
-
 template <class G>
 class VdbOutput final : public ServedOutput {
  public:
@@ -82,7 +64,7 @@ class VdbOutput final : public ServedOutput {
     box_ = {place_.low, place_.low + info.dims - Index3{1, 1, 1}};
     memory = GridBuilder<G>::memory(box_) + slice_samples() * sizeof(Value);
     try {
-      transform_ = std::make_shared<openvdb::math::Transform>(map_of(matrix_of(info.geometry, box_.low)));
+      transform_ = transform_of(info.geometry, box_.low);
     } catch (const openvdb::Exception& error) {
       throw UsageError(fmt::format(
           "{}: OpenVDB cannot have these spacings or directions ({}); choose another format, or give "
