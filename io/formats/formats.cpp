@@ -293,6 +293,9 @@ const Format& format_named(std::string_view name) {
     if (format->name == name) return *format;
     names.push_back(format->name);
   }
+  for (const Format* format : written_formats())
+    for (const std::string_view extension : format->extensions)
+      if (!extension.empty() && extension.substr(1) == name) return *format;
   if (const Format* added = added_format(name)) return *added;
   throw UsageError(fmt::format("{}: must be one of {}", name, fmt::join(names, ", ")));
 }

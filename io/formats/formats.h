@@ -82,8 +82,8 @@ const std::vector<Format>& formats();
 
 /// The formats that can be written, but for those of programs that somebody added.
 std::vector<const Format*> written_formats();
-/// The format with this name: of the table, or of a program tagrid-write-NAME that somebody added. Throws UsageError if
-/// no format with this name can be written.
+/// The format with this name: of the table, also one of its endings without the dot, or of a program tagrid-write-NAME that
+/// somebody added. Throws UsageError if no format with this name can be written.
 const Format& format_named(std::string_view name);
 /// The format that is written to files with this extension, as above; nullptr if there is none.
 const Format* format_with_extension(const std::string& path);

@@ -96,7 +96,7 @@ std::vector<Row> all_rows() {
       {"effort",
        kept,
        "fast|default|best",
-       "Trade time for size; has an effect on voxels of 8 and 16 bits only",
+       "Trade time for size; no effect on bricks whose values span more than 65536 units",
        set_effort,
        {"fast", "default", "best"}},
       number_row(

@@ -87,6 +87,14 @@ TEST(Formats, TheNameOfAFileSaysTheFormatThatIsWritten) {
   EXPECT_EQ(format_from_name("-").name, "raw");
 }
 
+TEST(Formats, AreNamedByTheirEndingsToo) {
+  const std::pair<const char*, const char*> names[] = {
+      {"nii", "nifti"}, {"nii.gz", "nifti.gz"}, {"h5", "hdf5"}, {"tif", "tiff"}, {"vti", "vti"}};
+  for (const auto& [ending, name] : names) EXPECT_EQ(format_named(ending).name, name) << ending;
+  EXPECT_THROW(format_named(".nii"), UsageError);
+  EXPECT_THROW(format_named(""), UsageError);
+}
+
 TEST(Formats, UnknownNamesListWhatThereIs) {
   const std::string file = message_of<UsageError>([] { format_from_name("b.jpg"); }),
                     name = message_of<UsageError>([] { format_named("jpg"); });
