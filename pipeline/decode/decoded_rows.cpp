@@ -28,11 +28,10 @@ std::size_t DecodedRows::slice_bytes() const {
   return static_cast<std::size_t>(box_.size().x * box_.size().y) * size_;
 }
 
-const std::byte* DecodedRows::at(Index3 p) const {
+DecodedRows::Part DecodedRows::part_with(Index3 p) const {
   assert(complete() && box_.contains(p));
   const std::int64_t brick = (bricks_.owner(p.y) - rows_.y_low) * bricks_.bricks(0) + bricks_.owner(p.x);
-  return samples_[static_cast<std::size_t>(brick)].data() +
-         static_cast<std::size_t>(owned(brick).offset(p)) * size_;
+  return {owned(brick), samples_[static_cast<std::size_t>(brick)].data()};
 }
 
 void DecodedRows::copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high,

@@ -35,12 +35,17 @@ class DecodedRows {
   /// Bytes of all samples.
   std::size_t bytes() const { return static_cast<std::size_t>(box_.count()) * size_; }
 
-  /// A sample. REQUIRES: complete(), box().contains(p).
-  const std::byte* at(Index3 p) const;
-  /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for at().
+  /// The samples that a brick owns, x fastest.
+  struct Part {
+    Box box{{0, 0, 0}, {-1, -1, -1}};
+    const std::byte* samples = nullptr;
+  };
+  /// Those of the brick that owns a sample. REQUIRES: complete(), box().contains(p).
+  Part part_with(Index3 p) const;
+  /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for part_with().
   void copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high, std::span<std::byte> out) const;
   /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: whole rows. REQUIRES: as
-  /// for at(); all rows of `samples` are here.
+  /// for part_with(); all rows of `samples` are here.
   template <class Use>
   void for_each_slice(const Box& samples, Use use) const {
     assert(box_.low.y <= samples.low.y && box_.high.y >= samples.high.y);

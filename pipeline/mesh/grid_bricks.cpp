@@ -26,11 +26,18 @@ class LayerSamples {
   explicit LayerSamples(const CodingParameters& parameters)
       : volume_(parameters.domain().volume()), size_(size_of(parameters.type)) {}
 
-  void begin_layer(const DecodedRows& layer) { layer_ = &layer; }
+  void begin_layer(const DecodedRows& layer) {
+    layer_ = &layer;
+    part_ = {};
+  }
   // The sample nearest to a point of the layer.
-  const std::byte* at(Index3 p) const {
+  const std::byte* at(Index3 p) {
     const Index3 q = volume_.nearest(p);
-    if (q.z >= layer_->box().low.z) return layer_->at(q);
+    if (q.z >= layer_->box().low.z) {
+      // Nearly all points of a brick have the same owner.
+      if (!part_.box.contains(q)) part_ = layer_->part_with(q);
+      return part_.samples + static_cast<std::size_t>(part_.box.offset(q)) * size_;
+    }
     return below_.data() + static_cast<std::size_t>(q.y * volume_.size().x + q.x) * size_;
   }
   void end_layer() {
@@ -42,6 +49,7 @@ class LayerSamples {
   Box volume_;
   std::size_t size_;
   const DecodedRows* layer_ = nullptr;
+  DecodedRows::Part part_;  // the last one that was asked for
   std::vector<std::byte> below_;
 };
 

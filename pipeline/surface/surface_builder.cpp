@@ -91,7 +91,7 @@ BrickSurface SurfaceBuilder::surface_of(const LatticeBits& active, const ValueOf
   const LatticeBits grid = grid_of(active, parameters_.cube_size, part_.level);
   return with_sample_type(parameters_.type, [&](auto type) {
     using T = decltype(type);
-    const std::vector<T> points = points_of<T>(grid, value_of);
+    std::vector<T> points = points_of<T>(grid, value_of);
     return surface_of_brick<T>(points, grid, grid_, level_);
   });
 }

@@ -1,12 +1,16 @@
 // Numbers the edges of a grid that a surface crosses.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "stages/surface/packed_point.h"
+#include "stages/grid/box.h"
+#include "stages/surface/brick_point.h"
+#include "stages/volume/vector_code.h"
 
 namespace tagrid {
 
@@ -15,20 +19,14 @@ namespace tagrid {
 /// distances, names an edge; and twice a vertex names the vertex.
 class EdgeNumbers {
  public:
-  /// Edges in a box of `size` points, fewer than 2^28.
-  explicit EdgeNumbers(Index3 size)
-      : order_(doubled(size)),
-        edges_(static_cast<std::size_t>(Box::of_size(doubled(size)).count() + 63) / 64) {}
+  /// Edges in a box of `size` points, fewer than 2^28. An edge is given by its number_of_middle().
+  explicit EdgeNumbers(Index3 size) : edges_(words(size)) {}
 
   static std::uint64_t working_bytes(Index3 size) {
-    const auto words = static_cast<std::uint64_t>(Box::of_size(doubled(size)).count() + 63) / 64;
-    return words * (sizeof(std::uint64_t) + sizeof(std::uint32_t));
+    return words(size) * (2 * sizeof(std::uint64_t) + sizeof(std::uint32_t));
   }
 
-  void add(PackedPoint sum_of_ends) {
-    const std::uint32_t bit = order_.number(sum_of_ends);
-    edges_[bit / 64] |= std::uint64_t{1} << (bit % 64);
-  }
+  void add(std::uint32_t middle) { edges_[middle / 64] |= std::uint64_t{1} << (middle % 64); }
 
   /// Gives the edges their numbers. Returns how many they are. To be called once, after the last add().
   std::size_t count() {
@@ -38,22 +36,42 @@ class EdgeNumbers {
       before_.push_back(sum);
       sum += static_cast<std::uint32_t>(std::popcount(word));
     }
+    asked_for_ = edges_;
     return sum;
   }
 
-  /// REQUIRES: the edge was added; count() was called.
-  std::uint32_t number(PackedPoint sum_of_ends) const {
-    const std::uint32_t bit = order_.number(sum_of_ends);
-    const std::uint64_t lower = edges_[bit / 64] & ((std::uint64_t{1} << (bit % 64)) - 1);
-    return before_[bit / 64] + static_cast<std::uint32_t>(std::popcount(lower));
+  /// True if it is asked for the first time. REQUIRES: the edge was added; count() was called.
+  bool is_first(std::uint32_t middle) {
+    const std::uint64_t bit = std::uint64_t{1} << (middle % 64);
+    std::uint64_t& word = asked_for_[middle / 64];
+    const bool first = (word & bit) != 0;
+    word &= ~bit;
+    return first;
   }
 
- private:
-  static constexpr Index3 doubled(Index3 size) { return 2 * size - Index3{1, 1, 1}; }
+  /// REQUIRES: the edge was added; count() was called.
+  std::uint32_t number(std::uint32_t middle) const {
+    return number_in(edges_.data(), before_.data(), middle);
+  }
+  /// Replaces the edges of triangles by their numbers. REQUIRES: as for number().
+  void replace_by_numbers(std::span<std::array<std::uint32_t, 3>> triangles) const;
 
-  RasterOrder order_;                  // of the lattice with half the distances
-  std::vector<std::uint64_t> edges_;   // a bit for each of its points
-  std::vector<std::uint32_t> before_;  // for each word, the edges in the words before it
+ private:
+  static std::size_t words(Index3 size) {
+    return static_cast<std::size_t>(Box::of_size(doubled_lattice(size)).count() + 63) / 64;
+  }
+
+  static TAGRID_INLINE std::uint32_t number_in(const std::uint64_t* edges, const std::uint32_t* before,
+                                               std::uint32_t middle) {
+    const std::uint64_t lower = edges[middle / 64] & ((std::uint64_t{1} << (middle % 64)) - 1);
+    return before[middle / 64] + static_cast<std::uint32_t>(std::popcount(lower));
+  }
+  static void replace(const std::uint64_t* edges, const std::uint32_t* before,
+                      std::span<std::array<std::uint32_t, 3>> triangles);
+
+  std::vector<std::uint64_t> edges_;      // a bit for each point of the lattice with half the distances
+  std::vector<std::uint64_t> asked_for_;  // bits of edges that were not yet asked for
+  std::vector<std::uint32_t> before_;     // for each word, the edges in the words before it
 };
 
 }  // namespace tagrid

@@ -20,12 +20,13 @@ bool is_in_border(const std::array<Index3, 3>& face, Index3 last) {
 
 // Calls visit(corners, inside) for the faces in the border of the volume. `corners`: numbers of vertices of the
 // tetrahedron; `inside`: a bit for each of the three.
-template <class Visit>
-void for_each_border_face(const CrossedTetrahedron& t, Index3 low, Index3 last, Visit visit) {
+template <class T, class Visit>
+void for_each_border_face(const CrossedTetrahedron& t, const Crossings<T>& crossings, Index3 last,
+                          Visit visit) {
   if (!t.at_border) return;
   for (const auto& corners : faces_of_tetrahedron) {
     std::array<Index3, 3> face;
-    for (std::size_t i = 0; i < 3; ++i) face[i] = low + unpack(t.vertices[corners[i]]);
+    for (std::size_t i = 0; i < 3; ++i) face[i] = crossings.place(t.vertices[corners[i]]);
     if (!is_in_border(face, last)) continue;
     unsigned inside = 0;
     for (unsigned i = 0; i < 3; ++i) inside |= ((t.inside >> corners[i]) & 1) << i;
@@ -34,11 +35,12 @@ void for_each_border_face(const CrossedTetrahedron& t, Index3 low, Index3 last, 
 }
 
 // Calls visit() with the three corners of each triangle, as edges of the tetrahedron.
-template <class Visit>
-void for_each_triangle(const CrossedTetrahedron& t, Index3 low, const SurfaceGrid& grid, Visit visit) {
+template <class T, class Visit>
+void for_each_triangle(const CrossedTetrahedron& t, const Crossings<T>& crossings, const SurfaceGrid& grid,
+                       Visit visit) {
   for (const auto& triangle : triangles_in_tetrahedron[t.inside]) visit(triangle);
   if (!grid.close) return;
-  for_each_border_face(t, low, grid.last, [&](const auto& corners, unsigned inside) {
+  for_each_border_face(t, crossings, grid.last, [&](const auto& corners, unsigned inside) {
     for (std::array<CutEdge, 3> triangle : triangles_in_face[inside]) {
       for (CutEdge& corner : triangle) corner = {corners[corner.a], corners[corner.b]};
       visit(triangle);
@@ -46,10 +48,12 @@ void for_each_triangle(const CrossedTetrahedron& t, Index3 low, const SurfaceGri
   });
 }
 
-std::int64_t border_edges_of(const CrossedTetrahedron& t, Index3 low, const SurfaceGrid& grid) {
+template <class T>
+std::int64_t border_edges_of(const CrossedTetrahedron& t, const Crossings<T>& crossings,
+                             const SurfaceGrid& grid) {
   std::int64_t count = 0;
   if (!grid.close)
-    for_each_border_face(t, low, grid.last,
+    for_each_border_face(t, crossings, grid.last,
                          [&](const auto&, unsigned inside) { count += inside != 0 && inside != 7; });
   return count;
 }
@@ -68,11 +72,12 @@ double crossing(double a, double b, double level) {
   return (level - a) / rise;
 }
 
-SurfaceVertex vertex_on(const CrossedTetrahedron& t, CutEdge edge, const RasterOrder& order, double level) {
-  const auto number = [&](unsigned char i) { return order.number(t.vertices[i]); };
-  if (edge.a == edge.b) return {number(edge.a), number(edge.a), 0};
-  if (number(edge.b) < number(edge.a)) std::swap(edge.a, edge.b);
-  return {number(edge.a), number(edge.b), crossing(t.values[edge.a], t.values[edge.b], level)};
+template <class T>
+SurfaceVertex vertex_on(BrickPoint a, BrickPoint b, const Crossings<T>& crossings, double level) {
+  if (b < a) std::swap(a, b);
+  const std::uint32_t low = number_of(a), high = number_of(b);
+  if (low == high) return {low, low, 0};
+  return {low, high, crossing(crossings.value(a), crossings.value(b), level)};
 }
 
 // Calls visit() for the tetrahedra that are crossed, twice in the same order. They are found once, if they are few enough
@@ -80,7 +85,7 @@ SurfaceVertex vertex_on(const CrossedTetrahedron& t, CutEdge edge, const RasterO
 template <class T>
 class TwiceCrossed {
  public:
-  static constexpr std::size_t most = std::size_t{1} << 15;
+  static constexpr std::size_t most = std::size_t{1} << 16;
 
   explicit TwiceCrossed(Crossings<T>& crossings) : crossings_(crossings) {}
 
@@ -106,14 +111,10 @@ class TwiceCrossed {
   std::size_t count_ = 0;
 };
 
-PackedPoint sum_of_ends(const CrossedTetrahedron& t, CutEdge edge) {
-  return t.vertices[edge.a] + t.vertices[edge.b];
-}
-
 }  // namespace
 
 template <class T>
-BrickSurface surface_of_brick(std::span<const T> points, const LatticeBits& active, const SurfaceGrid& grid,
+BrickSurface surface_of_brick(std::span<T> points, const LatticeBits& active, const SurfaceGrid& grid,
                               const SurfaceLevel& level) {
   const Box& box = active.box();
   assert(static_cast<std::int64_t>(points.size()) == box.count() && std::isfinite(level.value));
@@ -124,28 +125,30 @@ BrickSurface surface_of_brick(std::span<const T> points, const LatticeBits& acti
   TwiceCrossed<T> crossed(crossings);
   std::size_t triangles = 0;
   crossed.first([&](const CrossedTetrahedron& t) {
-    for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
-      for (const CutEdge corner : triangle) numbers.add(sum_of_ends(t, corner));
+    for_each_triangle(t, crossings, grid, [&](const std::array<CutEdge, 3>& triangle) {
+      for (const CutEdge corner : triangle)
+        numbers.add(number_of_middle(t.vertices[corner.a], t.vertices[corner.b]));
       ++triangles;
     });
-    surface.border_edges += border_edges_of(t, box.low, grid);
+    surface.border_edges += border_edges_of(t, crossings, grid);
   });
   surface.has_gaps = crossings.has_gaps();
   if (triangles == 0) return surface;
-  surface.vertices.resize(numbers.count(), {0, 0, -1});
+  surface.vertices.resize(numbers.count());
   surface.triangles.reserve(triangles);
-  const RasterOrder order(box.size());
   crossed.again([&](const CrossedTetrahedron& t) {
-    for_each_triangle(t, box.low, grid, [&](const std::array<CutEdge, 3>& triangle) {
+    for_each_triangle(t, crossings, grid, [&](const std::array<CutEdge, 3>& triangle) {
       std::array<std::uint32_t, 3> corners;
       for (std::size_t i = 0; i < 3; ++i) {
-        corners[i] = numbers.number(sum_of_ends(t, triangle[i]));
-        SurfaceVertex& vertex = surface.vertices[corners[i]];
-        if (vertex.at < 0) vertex = vertex_on(t, triangle[i], order, level.value);
+        const BrickPoint a = t.vertices[triangle[i].a], b = t.vertices[triangle[i].b];
+        corners[i] = number_of_middle(a, b);
+        if (numbers.is_first(corners[i]))
+          surface.vertices[numbers.number(corners[i])] = vertex_on(a, b, crossings, level.value);
       }
       surface.triangles.push_back(corners);
     });
   });
+  numbers.replace_by_numbers(surface.triangles);
   return surface;
 }
 
@@ -172,8 +175,8 @@ std::uint64_t working_bytes_of_surface(SampleType type, Index3 size, int cube_si
   return bytes;
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                        \
-  template BrickSurface surface_of_brick(std::span<const T>, const LatticeBits&, const SurfaceGrid&, \
+#define TAGRID_INSTANTIATE(T)                                                                  \
+  template BrickSurface surface_of_brick(std::span<T>, const LatticeBits&, const SurfaceGrid&, \
                                          const SurfaceLevel&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
