@@ -40,24 +40,27 @@ auto voxel_bounds(const CodingParameters& parameters) {
 
 // The coders of narrow and wide types under one name.
 template <class T>
-void encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
-                         const CodingParameters& parameters, std::vector<std::uint8_t>& out,
-                         std::span<T> decoded) {
+Carrying encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
+                             const CodingParameters& parameters, std::vector<std::uint8_t>& out,
+                             std::span<T> decoded, const BytesToCarry& to_carry) {
   if constexpr (is_wide<T>)
-    encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
-                          parameters.effort);
+    return encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
+                                 parameters.effort, to_carry);
   else
-    encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded, parameters.effort);
+    return encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
+                            parameters.effort, to_carry);
 }
 
 template <class T>
 Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
-                           const CodingParameters& parameters, std::span<T> samples) {
+                           const CodingParameters& parameters, std::span<T> samples,
+                           std::vector<std::uint8_t>& carried) {
   if constexpr (is_wide<T>)
     return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples,
-                                 parameters.effort);
+                                 parameters.effort, carried);
   else
-    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort);
+    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort,
+                            carried);
 }
 
 template <class T>
@@ -138,10 +141,21 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   if (parameters.stores_grid()) count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels) {
     std::vector<T> decoded(n);
-    encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded);
-    if (parameters.stores_grid())
+    const auto add_activity = [&]() -> std::span<const std::uint8_t> {
       encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                       parameters.max_level, code.activity);
+      return code.activity;
+    };
+    BytesToCarry to_carry;
+    if (parameters.stores_grid() && activity_follows_values(parameters)) to_carry = add_activity;
+    const Carrying carrying =
+        encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded, to_carry);
+    if (parameters.stores_grid() && !carrying.asked) {
+      code.activity.clear();
+      add_activity();
+    }
+    code.activity.erase(code.activity.begin(),
+                        code.activity.begin() + static_cast<std::ptrdiff_t>(carrying.count));
     measure_samples<T>(original, decoded, code.statistics);
     if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
     return;
@@ -169,11 +183,11 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<cons
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::span<T> samples,
-                           std::span<T> points) {
+                           std::span<T> points, std::vector<std::uint8_t>& carried) {
   const Box owned = parameters.bricks().owned_box(brick);
   assert(static_cast<std::int64_t>(samples.size()) == owned.count());
   if (parameters.mode == FileMode::voxels)
-    return decode_brick_voxels<T>(bytes, owned, active, parameters, samples);
+    return decode_brick_voxels<T>(bytes, owned, active, parameters, samples, carried);
   assert(active.box() == parameters.bricks().closed_box(brick));
   Status status = decode_brick_points<T>(bytes, active, parameters, points);
   if (status.ok()) interpolate_owned<T>(points, active, parameters, brick, samples);
@@ -226,7 +240,8 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
   template Status decode_brick_activity(std::span<const std::uint8_t>, std::span<const T>,           \
                                         const CodingParameters&, Index3, LatticeBits&);              \
   template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
-                                      const CodingParameters&, Index3, std::span<T>, std::span<T>);
+                                      const CodingParameters&, Index3, std::span<T>, std::span<T>,   \
+                                      std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -18,7 +18,7 @@
 namespace tagrid {
 
 struct BrickCode {
-  std::vector<std::uint8_t> activity;
+  std::vector<std::uint8_t> activity;  ///< without its first bytes, if the values carry them
   std::vector<std::uint8_t> values;
   Statistics statistics;
   /// If the mesh of the file has a bound: the samples as they will be decoded, x fastest. In a file without
@@ -50,11 +50,12 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<cons
 /// Decodes the samples that the brick owns, x fastest. In a file without voxels, also decodes the stored
 /// values of the points of its closed box to `points`, x fastest: the values of active points are set, the
 /// others are not changed. `active` may be empty if activity_follows_values(). REQUIRES: `samples` and, for a
-/// file without voxels, `points` have room for every value.
+/// file without voxels, `points` have room for every value. Bytes of the activity that the values carry, the first ones, are
+/// appended to `carried`.
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::span<T> samples,
-                           std::span<T> points);
+                           std::span<T> points, std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that encode_brick() takes, including the code. The first phase is the coder of
 /// values, with the decoded samples or the stored values of points. The second phase is the coder of the

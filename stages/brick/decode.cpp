@@ -19,6 +19,7 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
   const Index3 position = parameters.bricks().position(id);
   const bool values_first = activity_follows_values(parameters), grid = wanted == Wanted::samples_and_grid;
   Status status;
+  std::vector<std::uint8_t> carried;
   brick = {};
   brick.id = id;
   const BrickGrid bricks = parameters.bricks();
@@ -38,8 +39,16 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
     brick.samples = bytes_of(bricks.owned_box(position));
     if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
     status = decode_brick_values<T>(values, brick.active, parameters, position, samples_in<T>(brick.samples),
-                                    samples_in<T>(brick.points));
-    if (status.ok() && values_first && grid && parameters.stores_grid()) decode_activity();
+                                    samples_in<T>(brick.points), carried);
+    if (!status.ok()) return;
+    if (!carried.empty() && !(values_first && parameters.stores_grid())) {
+      status = Status::broken("the values carry bytes of an activity that does not follow them");
+      return;
+    }
+    if (!values_first || !grid || !parameters.stores_grid()) return;
+    carried.insert(carried.end(), activity.begin(), activity.end());
+    activity = carried;
+    decode_activity();
   });
   if (!grid) brick.points = {};
   if (!grid) brick.active = LatticeBits();

@@ -44,6 +44,8 @@ std::uint64_t with_forecast(const Sizes& z, const CodingParameters& parameters, 
                   Forecast::working_bytes(z.closed) + activity);
 }
 
+std::uint64_t most_bytes_of_activity(const Sizes& z) { return z.points / 5; }
+
 // The rows of bits that count_active() makes.
 constexpr std::uint64_t counting = 16384;
 
@@ -65,12 +67,19 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
   const std::uint64_t values = z.wide
                                    ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds, p.effort)
                                    : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort);
-  return counting + z.voxel_bytes + std::max({values, code + with_forecast(z, p, activity), code + decoded});
+  // The activity may be coded for the values to carry it. Wide samples are then numbers of 16 bits.
+  const std::uint64_t asking = z.wide
+                                   ? z.voxels * sizeof(std::uint16_t) +
+                                         working_bytes_while_voxels_ask(SampleType::uint16, z.owned, p.effort)
+                                   : working_bytes_while_voxels_ask(z.type, z.owned, p.effort);
+  const std::uint64_t carried = p.stores_grid() && activity_follows_values(p) ? asking : 0;
+  return counting + z.voxel_bytes +
+         std::max({values, std::max(code, carried) + with_forecast(z, p, activity), code + decoded});
 }
 
 std::uint64_t most_bytes_of_code(const CodingParameters& p, Index3 brick) {
   const Sizes z(p, brick);
-  return (z.grid ? z.point_bytes : z.voxel_bytes) * 21 / 20 + z.points / 5 + 1024;
+  return (z.grid ? z.point_bytes : z.voxel_bytes) * 21 / 20 + most_bytes_of_activity(z) + 1024;
 }
 
 std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick, Wanted wanted) {
@@ -87,7 +96,9 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
                                       : working_bytes_of_decoding_voxels(z.owned, p.effort);
   if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
   if (!grid) return z.voxel_bytes + values;
-  return z.voxel_bytes + std::max(values, bits + with_forecast(z, p, activity));
+  // Bytes that were carried are put before the others.
+  return z.voxel_bytes +
+         std::max(values, most_bytes_of_activity(z) + bits + with_forecast(z, p, activity));
 }
 
 }  // namespace tagrid

@@ -47,9 +47,9 @@ void write_row(void* samples, std::int64_t first, std::int64_t count, const std:
 
 /// `low` and `high`: of the samples.
 template <class T>
-void encode_coded_brick(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                        const VoxelBounds& bounds, T low, T high, std::vector<std::uint8_t>& out,
-                        std::span<T> reconstruction, Effort effort) {
+Carrying encode_coded_brick(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                            const VoxelBounds& bounds, T low, T high, std::vector<std::uint8_t>& out,
+                            std::span<T> reconstruction, Effort effort, const BytesToCarry& to_carry) {
   VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
   if (effort == Effort::best) {
     out.push_back(coded_brick);
@@ -57,21 +57,22 @@ void encode_coded_brick(std::span<const T> samples, const Box& owned, const Latt
     code_parameters<T>(coder, parameters);
     run_pass(coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
     coder.finish();
-    return;
+    return {};
   }
   WaveBrick brick = wave_brick(owned, activity, bounds, effort);
   brick.parameters = parameters;
-  append_wave(
+  const std::size_t carried = append_wave(
       brick, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>},
-      [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); }, out);
+      [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); }, to_carry, out);
+  return {to_carry != nullptr, carried};
 }
 
 }  // namespace
 
 template <class T>
-void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                   const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                   Effort effort) {
+Carrying encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                       const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                       Effort effort, const BytesToCarry& to_carry) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(reconstruction.size() == samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
@@ -86,26 +87,30 @@ void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBi
     const auto middle = static_cast<T>(low + (std::int64_t{high} - low) / 2);
     append_constant_brick(middle, out);
     std::fill(reconstruction.begin(), reconstruction.end(), middle);
-    return;
+    return {};
   }
   const std::size_t begin = out.size();
-  encode_coded_brick(samples, owned, activity, bounds, low, high, out, reconstruction, effort);
-  if (out.size() - begin <= 1 + samples.size_bytes()) return;
+  const Carrying carrying =
+      encode_coded_brick(samples, owned, activity, bounds, low, high, out, reconstruction, effort, to_carry);
+  if (out.size() - begin <= 1 + samples.size_bytes()) return carrying;
   out.resize(begin);
   append_raw_brick(samples, out);
   std::copy(samples.begin(), samples.end(), reconstruction.begin());
+  return {};
 }
 
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const VoxelBounds& bounds, std::span<T> samples, Effort effort) {
+                     const VoxelBounds& bounds, std::span<T> samples, Effort effort,
+                     std::vector<std::uint8_t>& carried) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
   if (!bytes.empty() && bytes[0] == raw_brick) return decode_raw_brick(bytes, samples);
   if (effort != Effort::best && !bytes.empty() && bytes[0] != constant_brick) {
     WaveBrick brick = wave_brick(owned, activity, bounds, effort);
-    return read_wave(bytes, brick, {samples.data(), write_row<T>},
-                     [&](RansDecoder& coder) { return code_parameters<T>(coder, brick.parameters); });
+    return read_wave(
+        bytes, brick, {samples.data(), write_row<T>},
+        [&](RansDecoder& coder) { return code_parameters<T>(coder, brick.parameters); }, carried);
   }
   return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
     VoxelParameters parameters;
@@ -124,6 +129,10 @@ std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Eff
   return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
 }
 
+std::uint64_t working_bytes_while_voxels_ask(SampleType type, Index3 size, Effort effort) {
+  return effort == Effort::best ? 0 : working_bytes_while_wave_asks(type, size);
+}
+
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
   if (effort != Effort::best) return working_bytes_of_decoding_wave(size);
   const auto quiet = static_cast<std::uint64_t>((size.x / segment_length + 1) * (size.y + 1));
@@ -131,11 +140,11 @@ std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
          MixedResidualModel::working_bytes();
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                         \
-  template void encode_voxels(std::span<const T>, const Box&, const LatticeBits&, const VoxelBounds&, \
-                              std::vector<std::uint8_t>&, std::span<T>, Effort);                      \
-  template Status decode_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,        \
-                                const VoxelBounds&, std::span<T>, Effort);
+#define TAGRID_INSTANTIATE(T)                                                                             \
+  template Carrying encode_voxels(std::span<const T>, const Box&, const LatticeBits&, const VoxelBounds&, \
+                                  std::vector<std::uint8_t>&, std::span<T>, Effort, const BytesToCarry&); \
+  template Status decode_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,            \
+                                const VoxelBounds&, std::span<T>, Effort, std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

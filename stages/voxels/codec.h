@@ -7,6 +7,7 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/carrying.h"
 #include "stages/volume/coding_parameters.h"
 #include "stages/volume/status.h"
 
@@ -23,25 +24,30 @@ struct VoxelBounds {
 ///   samples         of the box `owned`, x fastest; nothing outside it is read
 ///   activity        bits of a box that contains `owned`; ignored without a surface_error
 ///   reconstruction  as many values as `samples`: what decode_voxels will return
+///   to_carry        bytes that the code may carry at no cost; see BytesToCarry
 /// The same arguments give the same bytes on every machine.
 /// REQUIRES: owned is not empty, samples.size() == owned.count().
 template <class T>
-void encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                   const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                   Effort effort = Effort::normal);
+Carrying encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                       const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                       Effort effort = Effort::normal, const BytesToCarry& to_carry = {});
 
 /// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes.
 /// Returns an error if they end too soon, are not used up, or could not have been written by encode_voxels;
-/// otherwise samples are values of the type. After an error the content of `samples` is unspecified.
+/// otherwise samples are values of the type. After an error the content of `samples` is unspecified. Bytes that the code
+/// carries are appended to `carried`.
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const VoxelBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
+                     const VoxelBounds& bounds, std::span<T> samples, Effort effort,
+                     std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that encode_voxels() takes for a box of `size` voxels, including the bytes that it
 /// appends: the window, the model, and the events of noise, which is the worst case. The number of events was
 /// measured: up to 4.1 for each byte of samples, for which 4.25 are counted. With Effort::best, a residual is
 /// a few binary events; the number is then 8.8, for which 17 are counted.
 std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Effort effort);
+/// The heap that it has while it asks for bytes to carry.
+std::uint64_t working_bytes_while_voxels_ask(SampleType type, Index3 size, Effort effort);
 /// The same for decode_voxels(): the window and the model.
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort);
 

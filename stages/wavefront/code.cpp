@@ -8,7 +8,7 @@ namespace tagrid {
 namespace {
 
 /// The first byte of the values. A brick with few symbols has one state for all lanes, which takes less room.
-constexpr std::uint8_t one_state = 1, many_states = 2;
+constexpr std::uint8_t one_state = 1, many_states = 2, one_that_carries = 4, many_that_carry = 5;
 
 /// Codes which rows are quiet, in raster order, in the context of rows above, behind, and behind and below.
 template <class Coder>
@@ -53,10 +53,11 @@ bool take_part(std::span<const std::uint8_t>& bytes, std::span<const std::uint8_
 
 }  // namespace
 
-void append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                 const std::function<void(RansEncoder&)>& parameters, std::vector<std::uint8_t>& out) {
+std::size_t append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
+                        const std::function<void(RansEncoder&)>& parameters, const BytesToCarry& to_carry,
+                        std::vector<std::uint8_t>& out) {
   WaveCode code;
-  encode_wave(brick, samples, reconstruction, code);
+  encode_wave(brick, samples, reconstruction, to_carry, code);
   std::vector<std::uint8_t> head;
   RansEncoder coder(head);
   parameters(coder);
@@ -64,7 +65,10 @@ void append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruc
   coder.finish();
   constexpr std::size_t most_of_sizes = 18;
   out.reserve(out.size() + 1 + most_of_sizes + head.size() + code.bits.size() + 2 * code.words.size());
-  out.push_back(code.single ? one_state : many_states);
+  if (code.carried == 0)
+    out.push_back(code.single ? one_state : many_states);
+  else
+    out.push_back(code.single ? one_that_carries : many_that_carry);
   append_size(head.size(), out);
   out.insert(out.end(), head.begin(), head.end());
   append_size(code.bits.size(), out);
@@ -73,12 +77,15 @@ void append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruc
     out.push_back(static_cast<std::uint8_t>(word));
     out.push_back(static_cast<std::uint8_t>(word >> 8));
   }
+  return code.carried;
 }
 
 Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWriter samples,
-                 const std::function<bool(RansDecoder&)>& parameters) {
-  const bool single = bytes[0] == one_state;
-  if (!single && bytes[0] != many_states) return Status::broken("values of an unknown kind");
+                 const std::function<bool(RansDecoder&)>& parameters, std::vector<std::uint8_t>& carried) {
+  const std::uint8_t kind = bytes[0];
+  const bool single = kind == one_state || kind == one_that_carries,
+             carries = kind == one_that_carries || kind == many_that_carry;
+  if (!single && !carries && kind != many_states) return Status::broken("values of an unknown kind");
   bytes = bytes.subspan(1);
   std::span<const std::uint8_t> head, bits;
   if (!take_part(bytes, head) || !take_part(bytes, bits)) return Status::broken("values end too soon");
@@ -89,20 +96,32 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
   for (auto& half : quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
   code_quiet_rows(coder, schedule, quiet);
   if (!coder.finished()) return Status::broken("values with wrong flags of rows");
-  if (!decode_wave(brick, quiet, single, bits, bytes, samples))
+  if (!decode_wave(brick, quiet, single, bits, bytes, samples, carries ? &carried : nullptr))
     return Status::broken("values that no encoder wrote");
   return {};
 }
 
+namespace {
+
+// The stream of noise is a little longer than its samples, and longer still while the models know nothing.
+std::uint64_t longest_stream(SampleType type, Index3 size) {
+  return static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type) * 5 / 4 + 16384;
+}
+
+}  // namespace
+
 std::uint64_t working_bytes_of_encoding_wave(SampleType type, Index3 size) {
-  const Schedule s(size);
-  const auto bytes = static_cast<std::uint64_t>(size.x * size.y * size.z) * size_of(type),
-             steps = static_cast<std::uint64_t>(2 * s.all_steps);
-  // The stream of noise is a little longer than its samples, and longer still while the models know nothing. It is there as
-  // chunks, as words, and as the bytes that are appended, which grow by copying. A step keeps 64 bytes of low bits.
-  const std::uint64_t stream = bytes * 5 / 4 + 16384;
-  return WaveBuffers::bytes(size, true, true) + 5 * stream + 72 * steps +
+  const auto steps = static_cast<std::uint64_t>(2 * Schedule(size).all_steps);
+  // The stream is there as chunks, as words, and as the bytes that are appended, which grow by copying. A step keeps 64
+  // bytes of low bits.
+  return WaveBuffers::bytes(size, true, true) + 5 * longest_stream(type, size) + 72 * steps +
          2 * WordsBackward::chunk_size * sizeof(std::uint16_t);
+}
+
+std::uint64_t working_bytes_while_wave_asks(SampleType type, Index3 size) {
+  const auto steps = static_cast<std::uint64_t>(2 * Schedule(size).all_steps);
+  // There are the bits of residuals without a symbol, and low bits.
+  return WaveBuffers::bytes(size, true, true) + 2 * longest_stream(type, size) + 72 * steps;
 }
 
 std::uint64_t working_bytes_of_decoding_wave(Index3 size) { return WaveBuffers::bytes(size, false, true); }

@@ -14,18 +14,19 @@
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 
-void encode(const WaveBrick& brick, RowReader reader, RowWriter writer, WaveCode& code) {
+void encode(const WaveBrick& brick, RowReader reader, RowWriter writer, const BytesToCarry& to_carry,
+            WaveCode& code) {
   const bool two_bounds = brick.activity != nullptr;
   WaveBuffers buffers(brick.size, true, two_bounds, static_cast<std::int16_t>(brick.parameters.reference));
-  Encoder(brick, buffers, reader, writer).run(code);
+  Encoder(brick, buffers, reader, writer).run(to_carry, code);
 }
 
 bool decode(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-            std::span<const std::uint8_t> words, RowWriter writer) {
+            std::span<const std::uint8_t> words, RowWriter writer, std::vector<std::uint8_t>* carried) {
   const bool two_bounds = brick.activity != nullptr;
   if (words.size() % 2 != 0 || words.size() < (single ? 4 : 8 * wave_lanes)) return false;
   WaveBuffers buffers(brick.size, false, two_bounds, static_cast<std::int16_t>(brick.parameters.reference));
-  return Decoder(brick, buffers, writer, quiet, single, bits, words).run();
+  return Decoder(brick, buffers, writer, quiet, single, bits, words).run(carried);
 }
 
 }  // namespace tagrid::HWY_NAMESPACE
@@ -37,13 +38,14 @@ namespace tagrid {
 // Words, counts and intervals are read as halves of larger numbers.
 static_assert(std::endian::native == std::endian::little);
 
-void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction, WaveCode& code) {
-  TAGRID_BEST_VERSION(encode)(brick, samples, reconstruction, code);
+void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
+                 const BytesToCarry& to_carry, WaveCode& code) {
+  TAGRID_BEST_VERSION(encode)(brick, samples, reconstruction, to_carry, code);
 }
 
 bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-                 std::span<const std::uint8_t> words, RowWriter samples) {
-  return TAGRID_BEST_VERSION(decode)(brick, quiet, single, bits, words, samples);
+                 std::span<const std::uint8_t> words, RowWriter samples, std::vector<std::uint8_t>* carried) {
+  return TAGRID_BEST_VERSION(decode)(brick, quiet, single, bits, words, samples, carried);
 }
 
 }  // namespace tagrid

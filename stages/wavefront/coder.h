@@ -9,6 +9,7 @@
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/prediction/parameters.h"
+#include "stages/volume/carrying.h"
 
 namespace tagrid {
 
@@ -43,12 +44,15 @@ struct WaveCode {
   std::vector<std::uint8_t> bits;    ///< of residuals without a symbol
   bool single = false;               ///< one state for all lanes
   std::vector<std::uint16_t> words;  ///< states, then what they take in
+  std::size_t carried = 0;           ///< bytes: two for each state, or none
 };
 
-void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction, WaveCode& code);
+/// `to_carry` may be empty.
+void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
+                 const BytesToCarry& to_carry, WaveCode& code);
 
-/// Returns false if the code is not one of encode_wave().
+/// Returns false if the code is not one of encode_wave(). `carried`: null if it carries nothing.
 bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-                 std::span<const std::uint8_t> words, RowWriter samples);
+                 std::span<const std::uint8_t> words, RowWriter samples, std::vector<std::uint8_t>* carried);
 
 }  // namespace tagrid

@@ -25,7 +25,7 @@ class Decoder : Wave<false> {
         words_(words.data()),
         end_(words.data() + words.size()) {}
 
-  bool run() {
+  bool run(std::vector<std::uint8_t>* carried) {
     const Schedule& s = s_;
     if (end_ - words_ < most_of_steps) enough_words();
     if (single_) {
@@ -54,14 +54,24 @@ class Decoder : Wave<false> {
       finish_period(group);
     }
     for (std::int64_t group = (last / s.period) + 1; group < s.all_groups + 2; ++group) finish_period(group);
-    // The encoder began with these states.
-    const bool at_start =
-        single_ ? one_state_ == 65536
-                : (bits(half_[0].state == set32(65536)) & bits(half_[1].state == set32(65536))) == 0xffff;
-    return words_ == end_ && bits_.finished() && at_start;
+    return words_ == end_ && bits_.finished() && is_at_start(carried);
   }
 
  private:
+  /// Whether the states are such as the encoder began with: 65536, and what they carry.
+  bool is_at_start(std::vector<std::uint8_t>* carried) const {
+    alignas(64) std::int32_t of_lane[2 * wave_lanes];
+    store(half_[0].state, of_lane);
+    store(half_[1].state, of_lane + wave_lanes);
+    for (std::size_t i = 0; i < (single_ ? 1 : 2 * wave_lanes); ++i) {
+      const std::uint32_t state = single_ ? one_state_ : static_cast<std::uint32_t>(of_lane[i]);
+      if (state >> 16 != 1 || (carried == nullptr && state != 65536)) return false;
+      if (carried == nullptr) continue;
+      carried->push_back(static_cast<std::uint8_t>(state));
+      carried->push_back(static_cast<std::uint8_t>(state >> 8));
+    }
+    return true;
+  }
   /// Bytes that the steps of both halves may ask for: a word for each symbol, one for its low bits, and what a vector reads.
   static constexpr std::ptrdiff_t most_of_steps = 2 * 4 * wave_lanes + 32;
 

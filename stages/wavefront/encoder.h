@@ -25,7 +25,7 @@ class Encoder : Wave<true> {
   Encoder(const WaveBrick& brick, WaveBuffers& buffers, RowReader reader, RowWriter writer)
       : Wave(brick, buffers, reader, writer, nullptr) {}
 
-  void run(WaveCode& code) {
+  void run(const BytesToCarry& to_carry, WaveCode& code) {
     BitWriter bits(code.bits);
     const Schedule& s = s_;
     const std::int64_t last = s.all_steps - 1, ring = 2 * s.period + 1;
@@ -59,7 +59,7 @@ class Encoder : Wave<true> {
     for (std::int64_t group = (last / s.period) + 1; group < s.all_groups + 2; ++group) finish_period(group);
     bits.finish();
     code.quiet = std::move(buffers_.quiet);
-    rans(code);
+    rans(to_carry, code);
   }
 
  private:
@@ -155,26 +155,31 @@ class Encoder : Wave<true> {
     rest = rest - if_or_zero(above, length);
     state = if_else(in, shift_left<16>(quotient) + rest + start, state);
   }
-  void rans(WaveCode& code) {
+  void rans(const BytesToCarry& to_carry, WaveCode& code) {
     std::size_t coded = 0;
     for (std::int64_t e = 0; e < 2 * s_.all_steps; ++e)
       coded += static_cast<std::size_t>(std::popcount(buffers_.interval_lanes[e].coded));
     code.single = coded <= single_state_symbols;
     WordsBackward words;
-    std::array<std::uint32_t, 2 * wave_lanes> first;
+    std::array<std::uint32_t, 2 * wave_lanes> all;
+    const std::size_t states = code.single ? 1 : all.size();
+    all.fill(65536);
+    if (const auto bytes = to_carry ? to_carry() : std::span<const std::uint8_t>();
+        bytes.size() >= 2 * states) {
+      for (std::size_t i = 0; i < states; ++i) all[i] += bytes[2 * i] + 256u * bytes[2 * i + 1];
+      code.carried = 2 * states;
+    }
     if (code.single)
-      first[0] = push_one_by_one(words);
+      push_one_by_one(words, all[0]);
     else
-      push_all(words, first);
-    const std::size_t states = code.single ? 1 : first.size();
+      push_all(words, all);
     code.words.resize(2 * states + words.size());
-    std::memcpy(code.words.data(), first.data(), states * sizeof first[0]);
+    std::memcpy(code.words.data(), all.data(), states * sizeof all[0]);
     words.copy_to(code.words.data() + 2 * states);
   }
 
-  /// All symbols into one state, the last lane of the last step first. Returns the state.
-  std::uint32_t push_one_by_one(WordsBackward& words) {
-    std::uint32_t state = 65536;
+  /// All symbols into one state, the last lane of the last step first.
+  void push_one_by_one(WordsBackward& words, std::uint32_t& state) {
     const auto push_one = [&](std::uint32_t start, std::uint32_t length) {
       if (state >> 16 >= length) {
         *--words.room() = static_cast<std::uint16_t>(state);
@@ -200,14 +205,15 @@ class Encoder : Wave<true> {
           push_one(start, ((lanes.last >> i & 1) != 0 ? 65536 : interval >> 16) - start);
         }
     }
-    return state;
   }
 
   /// The symbols of a step into sixteen states, those of the other half into sixteen more.
-  void push_all(WordsBackward& words, std::array<std::uint32_t, 2 * wave_lanes>& first) {
+  void push_all(WordsBackward& words, std::array<std::uint32_t, 2 * wave_lanes>& all) {
     const Schedule& s = s_;
     const WaveBuffers& b = buffers_;
-    I32 states[2] = {set32(65536), set32(65536)};
+    alignas(64) std::int32_t of_lane[2 * wave_lanes];
+    std::memcpy(of_lane, all.data(), sizeof of_lane);
+    I32 states[2] = {load32(of_lane), load32(of_lane + wave_lanes)};
     auto low = low_bits_.rbegin();
     for (std::int64_t e = 2 * s.all_steps; e-- > 0;) {
       const IntervalLanes& lanes = b.interval_lanes[e];
@@ -223,10 +229,9 @@ class Encoder : Wave<true> {
       const I32 stop = if_else(mask32(lanes.last), set32(65536), shift_right_unsigned<16>(interval));
       push(start, stop - start, lanes.coded, state, words);
     }
-    alignas(64) std::int32_t of_lane[2 * wave_lanes];
     store(states[0], of_lane);
     store(states[1], of_lane + wave_lanes);
-    std::memcpy(first.data(), of_lane, sizeof of_lane);
+    std::memcpy(all.data(), of_lane, sizeof of_lane);
   }
 
   std::deque<LowBits> low_bits_;

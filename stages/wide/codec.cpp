@@ -212,9 +212,9 @@ std::uint64_t working_bytes_of_pass(Index3 size) {
 }  // namespace
 
 template <class T>
-void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                        const WideBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                        Effort effort) {
+Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                            const WideBounds& bounds, std::vector<std::uint8_t>& out,
+                            std::span<T> reconstruction, Effort effort, const BytesToCarry& to_carry) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(reconstruction.size() == samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
@@ -222,11 +222,11 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
   if (constant_of(samples, bounds, constant)) {
     append_constant_brick(constant, out);
     std::fill(reconstruction.begin(), reconstruction.end(), constant);
-    return;
+    return {};
   }
   if (const auto form = narrow_form(samples, bounds)) {
     out.push_back(narrow_brick);
-    return encode_narrow(samples, *form, owned, activity, bounds, effort, out, reconstruction);
+    return encode_narrow(samples, *form, owned, activity, bounds, effort, out, reconstruction, to_carry);
   }
   WideNumbers numbers;
   WideParameters parameters = choose_parameters(samples, owned.size(), bounds, numbers);
@@ -240,17 +240,18 @@ void encode_wide_voxels(std::span<const T> samples, const Box& owned, const Latt
                   reconstruction.data()))
       continue;
     coder.finish();
-    return;
+    return {};
   }
 }
 
 template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples, Effort effort) {
+                          const WideBounds& bounds, std::span<T> samples, Effort effort,
+                          std::vector<std::uint8_t>& carried) {
   assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
-    return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples);
+    return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples, carried);
   return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
     WideParameters parameters;
     if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
@@ -283,11 +284,12 @@ std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) 
   return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                             \
-  template void encode_wide_voxels(std::span<const T>, const Box&, const LatticeBits&, const WideBounds&, \
-                                   std::vector<std::uint8_t>&, std::span<T>, Effort);                     \
-  template Status decode_wide_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,       \
-                                     const WideBounds&, std::span<T>, Effort);
+#define TAGRID_INSTANTIATE(T)                                                                               \
+  template Carrying encode_wide_voxels(std::span<const T>, const Box&, const LatticeBits&,                  \
+                                       const WideBounds&, std::vector<std::uint8_t>&, std::span<T>, Effort, \
+                                       const BytesToCarry&);                                                \
+  template Status decode_wide_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,         \
+                                     const WideBounds&, std::span<T>, Effort, std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

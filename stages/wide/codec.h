@@ -14,6 +14,7 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/carrying.h"
 #include "stages/volume/coding_parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
@@ -30,14 +31,16 @@ struct WideBounds {
 /// Appends the coded values of a brick to `out`; see encode_voxels(). A sample that is not finite is restored
 /// bit by bit, whatever the bound.
 template <class T>
-void encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                        const WideBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                        Effort effort = Effort::normal);
+Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
+                            const WideBounds& bounds, std::vector<std::uint8_t>& out,
+                            std::span<T> reconstruction, Effort effort = Effort::normal,
+                            const BytesToCarry& to_carry = {});
 
 /// The inverse. Safe on any bytes: see decode_voxels().
 template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples, Effort effort = Effort::normal);
+                          const WideBounds& bounds, std::span<T> samples, Effort effort,
+                          std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that
 /// it appends: the numbers of the samples, and with them either the numbers in another form, or the window,

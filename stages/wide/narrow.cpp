@@ -172,9 +172,10 @@ std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBoun
 }
 
 template <class T>
-void encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
-                   const LatticeBits& activity, const WideBounds& bounds, Effort effort,
-                   std::vector<std::uint8_t>& out, std::span<T> reconstruction) {
+Carrying encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
+                       const LatticeBits& activity, const WideBounds& bounds, Effort effort,
+                       std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                       const BytesToCarry& to_carry) {
   append(static_cast<std::uint64_t>(form.low), 8, out);
   if constexpr (std::is_floating_point_v<T>) {
     append(static_cast<std::uint64_t>(form.exponent), 2, out);
@@ -190,14 +191,27 @@ void encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box
     for (std::size_t i = 0; i < samples.size(); ++i)
       numbers[i] = static_cast<std::uint16_t>(samples[i] - static_cast<T>(form.low));
   }
-  encode_voxels<std::uint16_t>(numbers, owned, activity, voxel_bounds(form, bounds), out, numbers, effort);
   const double unit = power_of_two(form.exponent);
-  for (std::size_t i = 0; i < samples.size(); ++i) reconstruction[i] = sample_of<T>(form, unit, numbers[i]);
+  const auto reconstruct = [&] {
+    for (std::size_t i = 0; i < samples.size(); ++i) reconstruction[i] = sample_of<T>(form, unit, numbers[i]);
+  };
+  BytesToCarry after_reconstruction;
+  if (to_carry) {
+    after_reconstruction = [&] {
+      reconstruct();
+      return to_carry();
+    };
+  }
+  const Carrying carrying = encode_voxels<std::uint16_t>(numbers, owned, activity, voxel_bounds(form, bounds),
+                                                         out, numbers, effort, after_reconstruction);
+  if (!carrying.asked) reconstruct();
+  return carrying;
 }
 
 template <class T>
 Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const WideBounds& bounds, Effort effort, std::span<T> samples) {
+                     const WideBounds& bounds, Effort effort, std::span<T> samples,
+                     std::vector<std::uint8_t>& carried) {
   if (bytes.size() < static_cast<std::size_t>(head_bytes<T>)) return Status::broken("values end too soon");
   NarrowForm form;
   form.low = static_cast<std::int64_t>(take(bytes, 8));
@@ -210,8 +224,8 @@ Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, cons
   }
   if (!is_possible<T>(form)) return Status::broken("values with impossible parameters");
   std::vector<std::uint16_t> numbers(samples.size());
-  const Status status =
-      decode_voxels<std::uint16_t>(bytes, owned, activity, voxel_bounds(form, bounds), numbers, effort);
+  const Status status = decode_voxels<std::uint16_t>(bytes, owned, activity, voxel_bounds(form, bounds),
+                                                     numbers, effort, carried);
   if (!status.ok()) return status;
   const double unit = power_of_two(form.exponent);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = sample_of<T>(form, unit, numbers[i]);
@@ -227,12 +241,13 @@ std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort) {
          working_bytes_of_decoding_voxels(size, effort);
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                        \
-  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&);             \
-  template void encode_narrow(std::span<const T>, const NarrowForm&, const Box&, const LatticeBits&, \
-                              const WideBounds&, Effort, std::vector<std::uint8_t>&, std::span<T>);  \
-  template Status decode_narrow(std::span<const std::uint8_t>, const Box&, const LatticeBits&,       \
-                                const WideBounds&, Effort, std::span<T>);
+#define TAGRID_INSTANTIATE(T)                                                                            \
+  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&);                 \
+  template Carrying encode_narrow(std::span<const T>, const NarrowForm&, const Box&, const LatticeBits&, \
+                                  const WideBounds&, Effort, std::vector<std::uint8_t>&, std::span<T>,   \
+                                  const BytesToCarry&);                                                  \
+  template Status decode_narrow(std::span<const std::uint8_t>, const Box&, const LatticeBits&,           \
+                                const WideBounds&, Effort, std::span<T>, std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

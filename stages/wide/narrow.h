@@ -28,16 +28,18 @@ struct NarrowForm {
 template <class T>
 std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds);
 
-/// Appends the coded values of a brick, after the byte that says that they are narrow.
+/// Appends the coded values of a brick, after the byte that says that they are narrow; see encode_voxels().
 template <class T>
-void encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
-                   const LatticeBits& activity, const WideBounds& bounds, Effort effort,
-                   std::vector<std::uint8_t>& out, std::span<T> reconstruction);
+Carrying encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
+                       const LatticeBits& activity, const WideBounds& bounds, Effort effort,
+                       std::vector<std::uint8_t>& out, std::span<T> reconstruction,
+                       const BytesToCarry& to_carry);
 
-/// The inverse. Safe on any bytes.
+/// The inverse. Safe on any bytes; see decode_voxels().
 template <class T>
 Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const WideBounds& bounds, Effort effort, std::span<T> samples);
+                     const WideBounds& bounds, Effort effort, std::span<T> samples,
+                     std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that these take.
 std::uint64_t working_bytes_of_encoding_narrow(Index3 size, Effort effort);

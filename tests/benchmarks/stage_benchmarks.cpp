@@ -159,7 +159,9 @@ void voxel_stages(const std::string& of, Piece& piece, std::int64_t max_error) {
   });
   measure(of + "/VoxelDecode" + suffix, piece, [coded, bounds](Brick& brick) {
     std::vector<Sample> back(brick.samples.size());
-    check(decode_voxels<Sample>(coded->at(&brick), brick.owned, brick.active, bounds, back));
+    std::vector<std::uint8_t> carried;
+    check(decode_voxels<Sample>(coded->at(&brick), brick.owned, brick.active, bounds, back, Effort::normal,
+                                carried));
   });
   measure(of + "/PredictionFit" + suffix, piece, [max_error](Brick& brick) {
     const double noise = static_cast<double>(max_error * (max_error + 1)) / 3;

@@ -118,8 +118,10 @@ def decode_brick(header, number, activity, values, with_grid):
     with_grid = with_grid and header.stores_grid
     if header.mode == 1 or header.surface_error >= 0:
         active = decode_activity(activity, closed, header.S, header.level_limit)
-    samples = decode_samples(header, closed, owned, active, values)
+    samples, carried = decode_samples(header, closed, owned, active, values)
+    require(not carried or (active is None and header.stores_grid), "values carry bytes for no activity")
     if active is None and with_grid:
+        activity = carried + activity
         numbers = {p: as_number(v, header.type) for p, v in samples.items()}
         active = decode_activity(activity, closed, header.S, header.level_limit,
                                  forecast(numbers, owned, closed, header))
@@ -127,15 +129,16 @@ def decode_brick(header, number, activity, values, with_grid):
 
 
 def decode_samples(header, closed, owned, active, values):
+    """Samples by lattice point, and the bytes of the activity that the values carry."""
     if header.mode == 1 and header.type.is_wide:
         points = decode_wide_points(values, closed, active, header.S, header.point_error, header.type)
         interpolated = interpolate_floats if header.type.is_float else interpolate
         samples = interpolated(points, closed, header.S, *([header.type] if header.type.is_float else []))
-        return {p: samples[p] for p in owned.raster()}
+        return {p: samples[p] for p in owned.raster()}, b""
     if header.mode == 1:
         points = decode_points(values, closed, active, header.S, header.point_error, header.type.limits)
         samples = interpolate(points, closed, header.S)
-        return {p: samples[p] for p in owned.raster()}
+        return {p: samples[p] for p in owned.raster()}, b""
     x0, y0, z0 = owned.low
     two = header.surface_error >= 0
 
@@ -144,9 +147,11 @@ def decode_samples(header, closed, owned, active, values):
 
     size = tuple(owned.high[a] - owned.low[a] + 1 for a in range(3))
 
+    carried = bytearray()
+
     def decode_narrow(data, sample_type, errors):
         return decode_voxels(data, size, sample_type, lambda *p: errors[is_active(*p)], min(errors[:1 + two]),
-                             (LanesDecoder, FastDecoder, BestDecoder)[header.effort])
+                             (LanesDecoder, FastDecoder, BestDecoder)[header.effort], carried)
 
     bounds = header.max_error, header.surface_error if two else header.max_error
     if not header.type.is_wide:
@@ -157,7 +162,7 @@ def decode_samples(header, closed, owned, active, values):
                                         lambda data, errors: decode_narrow(data, uint16, errors))
     else:
         samples = decode_wide_voxels(values, size, header.type, two and is_active)
-    return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}
+    return {(x0 + x, y0 + y, z0 + z): v for (x, y, z), v in samples.items()}, bytes(carried)
 
 
 def level_counts(header, number, active):

@@ -82,10 +82,12 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
     BrickCode code;
     encode_brick<T>({box, values.data()}, active, p, position, code);
     std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
-    claim(decode_brick_values<T>(code.values, active, p, position, samples, points).ok(),
+    std::vector<std::uint8_t> activity;
+    claim(decode_brick_values<T>(code.values, active, p, position, samples, points, activity).ok(),
           "values that were written are read");
+    activity.insert(activity.end(), code.activity.begin(), code.activity.end());
     LatticeBits active_again;
-    claim(decode_brick_activity<T>(code.activity, samples, p, position, active_again).ok(),
+    claim(decode_brick_activity<T>(activity, samples, p, position, active_again).ok(),
           "the activity of a brick that was written is read");
     claim(active_again == active, "the activity of a brick comes back");
     const std::vector<T>& again = grid ? points : samples;
@@ -107,7 +109,9 @@ void brick(Bytes bytes) {
   const CodingParameters p = parameters_of(head);
   const Index3 position = p.bricks().position(head[7] % p.bricks().count());
   const std::size_t activity_size = std::min<std::size_t>(rest.size(), head[8] | head[9] << 8);
-  const Bytes activity = rest.first(activity_size), values = rest.subspan(activity_size);
+  const Bytes values = rest.subspan(activity_size);
+  std::vector<std::uint8_t> carried,
+      activity(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(activity_size));
   with_sample_type(p.type, [&](auto type) {
     using T = decltype(type);
     LatticeBits active;
@@ -115,9 +119,10 @@ void brick(Bytes bytes) {
     std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
-      return decode_brick_values<T>(values, active, p, position, samples, points).ok();
+      return decode_brick_values<T>(values, active, p, position, samples, points, carried).ok();
     };
     if (values_first && !values.empty() && !decode_values()) return;
+    activity.insert(activity.begin(), carried.begin(), carried.end());
     if (!decode_brick_activity<T>(activity, samples, p, position, active).ok()) return;
     // Most inputs break in the values. Encoding the activity again is worth its time only if they do not, or
     // if there are no values.

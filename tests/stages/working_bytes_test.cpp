@@ -136,6 +136,11 @@ class WorkingBytes : public testing::Test {
  protected:
   void SetUp() override {
     if (sanitized) GTEST_SKIP() << "a sanitizer allocates in its own way";
+    // Tables that all bricks share are made when the first one is encoded.
+    const CodingParameters p = parameters_of(SampleType::uint8, {16, 2});
+    BrickCode code;
+    encode_brick(samples_of(p, samples_to_encode(p, {0, 0, 0}), 1, false),
+                 LatticeBits(p.bricks().closed_box({0, 0, 0})), p, {0, 0, 0}, code);
   }
 };
 

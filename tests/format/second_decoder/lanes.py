@@ -75,7 +75,10 @@ class States:
         self.states[i] = state
 
     def finished(self):
-        return self.taken == len(self.words) and all(s == 65536 for s in self.states)
+        return self.taken == len(self.words) and all(s >> 16 == 1 for s in self.states)
+
+    def carried(self):
+        return b"".join((s & 65535).to_bytes(2, "little") for s in self.states)
 
 
 class Bias:
@@ -95,11 +98,13 @@ class Voxel:
 
 class LanesDecoder(Surroundings):
     one_distribution = False
+    carried = b""
 
     def __init__(self, data, size, sample_type, error_at, _smallest_error):
         kind, data = data[0], data[1:]
-        if kind not in (1, 2):
+        if kind not in (1, 2, 4, 5):
             raise Broken("values of an unknown kind")
+        self.carries = kind >= 4
         self.mx, self.my, self.mz = size
         self.error_at = error_at
         head, data = self.part(data)
@@ -107,7 +112,7 @@ class LanesDecoder(Surroundings):
         coder = Decoder(head)
         self.low, self.high, self.reference, self.weights = read_parameters(coder, sample_type)
         self.read_quiet_rows(coder)
-        self.bits, self.states = BitsWithoutModel(bits), States(data, kind == 1)
+        self.bits, self.states = BitsWithoutModel(bits), States(data, kind in (1, 4))
         self.level_scale = 4194304 // (self.high - self.low + 1)
         self.values, self.residuals, self.models = {}, {}, {}
         self.biases = [Bias() for _ in range(192)]
@@ -280,6 +285,10 @@ class LanesDecoder(Surroundings):
                         b.learn()
         if not (self.bits.finished() and self.states.finished()):
             raise Broken("values that do not end")
+        if self.carries:
+            self.carried = self.states.carried()
+        elif any(self.states.carried()):
+            raise Broken("states that carry what nobody wants")
         return self.values
 
 

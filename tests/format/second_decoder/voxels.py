@@ -79,6 +79,8 @@ class VoxelDecoder(Surroundings):
     """What the best effort is based on. `error_at(x, y, z)` is the bound of a voxel, `smallest_error` the
     smallest that the header allows."""
 
+    carried = b""
+
     def __init__(self, data, size, sample_type, error_at, smallest_error):
         if data[:1] != b"\1":
             raise Broken("values of an unknown kind")
@@ -164,8 +166,8 @@ class VoxelDecoder(Surroundings):
         return self.values
 
 
-def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder):
-    """Samples by (x, y, z), counted from 0 in the owned box."""
+def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder, carried):
+    """Samples by (x, y, z), counted from 0 in the owned box. Bytes that the states carry are appended to `carried`."""
     if data[:1] == b"\0":
         if len(data) != 1 + sample_type.size:
             raise Broken("a constant brick of the wrong size")
@@ -181,4 +183,7 @@ def decode_voxels(data, size, sample_type, error_at, smallest_error, decoder):
         samples = (sample_type.from_bits(int.from_bytes(data[i:i + sample_type.size], "little"))
                    for i in range(1, len(data), sample_type.size))
         return {(x, y, z): next(samples) for z in range(mz) for y in range(my) for x in range(mx)}
-    return decoder(data, size, sample_type, error_at, smallest_error).run()
+    brick = decoder(data, size, sample_type, error_at, smallest_error)
+    samples = brick.run()
+    carried += brick.carried
+    return samples

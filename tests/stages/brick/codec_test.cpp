@@ -50,12 +50,14 @@ DecodedBrick decoded_brick(const BrickCode& code, const CodingParameters& parame
   std::vector<T> samples(static_cast<std::size_t>(bricks.owned_box(brick).count())), points;
   if (parameters.mode == FileMode::grid)
     points.resize(static_cast<std::size_t>(bricks.closed_box(brick).count()));
+  std::vector<std::uint8_t> activity;
   const auto decode_activity = [&] {
-    RC_ASSERT(decode_brick_activity<T>(code.activity, samples, parameters, brick, d.active).ok());
+    activity.insert(activity.end(), code.activity.begin(), code.activity.end());
+    RC_ASSERT(decode_brick_activity<T>(activity, samples, parameters, brick, d.active).ok());
   };
   const bool values_first = activity_follows_values(parameters);
   if (!values_first) decode_activity();
-  RC_ASSERT(decode_brick_values<T>(code.values, d.active, parameters, brick, samples, points).ok());
+  RC_ASSERT(decode_brick_values<T>(code.values, d.active, parameters, brick, samples, points, activity).ok());
   if (values_first) decode_activity();
   d.samples.assign(samples.begin(), samples.end());
   d.points.assign(points.begin(), points.end());
@@ -254,6 +256,7 @@ TEST(BrickCodec, DamagedBricksNeverCrash) {
     };
     for (int i = 0; i < 300; ++i) {
       LatticeBits active;
+      std::vector<std::uint8_t> carried;
       std::vector<std::int16_t> samples(static_cast<std::size_t>(p.bricks().owned_box({0, 0, 0}).count())),
           points(static_cast<std::size_t>(p.bricks().closed_box({0, 0, 0}).count()));
       const bool values_first = activity_follows_values(p);
@@ -263,7 +266,7 @@ TEST(BrickCodec, DamagedBricksNeverCrash) {
       };
       if (!values_first) decode_activity();
       static_cast<void>(decode_brick_values<std::int16_t>(i % 2 ? code.values : damaged(code.values), active,
-                                                          p, {0, 0, 0}, samples, points)
+                                                          p, {0, 0, 0}, samples, points, carried)
                             .ok());
       if (values_first) decode_activity();
     }

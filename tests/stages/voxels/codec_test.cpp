@@ -85,7 +85,38 @@ std::vector<std::uint8_t> encoded(const Brick<T>& brick, std::vector<T>& reconst
 template <class T>
 Status decoded(std::span<const std::uint8_t> bytes, const Brick<T>& brick, std::vector<T>& samples) {
   samples.assign(brick.samples.size(), T{});
-  return decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort);
+  std::vector<std::uint8_t> carried;
+  return decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort, carried);
+}
+
+// The code carries bytes that depend on the reconstruction; this changes neither its size nor the voxels.
+template <class T>
+void check_carrying(const Brick<T>& brick, const std::vector<std::uint8_t>& plain) {
+  std::vector<std::uint8_t> bytes,
+      to_carry(static_cast<std::size_t>(*rc::gen::element(0, 1, 2, 63, 64, 300))), carried;
+  std::vector<T> reconstruction(brick.samples.size()), then, samples(brick.samples.size());
+  int asked = 0;
+  const auto ask = [&]() -> std::span<const std::uint8_t> {
+    ++asked;
+    then = reconstruction;
+    for (std::size_t i = 0; i < to_carry.size(); ++i)
+      to_carry[i] = static_cast<std::uint8_t>(7 * i + static_cast<std::size_t>(then[i % then.size()]));
+    return to_carry;
+  };
+  const Carrying carrying = encode_voxels<T>(brick.samples, brick.owned, brick.activity, brick.bounds, bytes,
+                                             reconstruction, brick.effort, ask);
+  RC_ASSERT(asked <= 1 && (!carrying.asked || (asked == 1 && then == reconstruction)));
+  RC_ASSERT(carrying.count == 0 || carrying.count == 2 || carrying.count == 64);
+  RC_ASSERT(carrying.count <= to_carry.size());
+  RC_ASSERT(!carrying.asked || to_carry.size() < 64 || carrying.count > 0);
+  // Other numbers in the states may take in one word more or less each.
+  RC_ASSERT(std::abs(static_cast<std::int64_t>(bytes.size()) - static_cast<std::int64_t>(plain.size())) <=
+            64);
+  RC_ASSERT(decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort, carried)
+                .ok());
+  RC_ASSERT(samples == reconstruction);
+  RC_ASSERT(carried == std::vector<std::uint8_t>(
+                           to_carry.begin(), to_carry.begin() + static_cast<std::ptrdiff_t>(carrying.count)));
 }
 
 template <class T>
@@ -103,6 +134,7 @@ void check_brick(const Brick<T>& brick) {
   RC_ASSERT(decoded(bytes, brick, samples).ok());
   RC_ASSERT(samples == reconstruction);
   RC_ASSERT(encoded(brick, again) == bytes);
+  check_carrying(brick, bytes);
 }
 
 RC_GTEST_PROP(VoxelCodec, EveryVoxelWithinTheBoundAndAsTheEncoderSaid_uint8, ()) {

@@ -18,6 +18,7 @@ namespace {
 struct Coded {
   std::vector<std::uint8_t> bytes;
   std::vector<std::int16_t> decoded;
+  std::vector<std::uint8_t> carried;
 };
 
 const char* name_of_set(std::int64_t set) {
@@ -53,7 +54,11 @@ class InstructionSets : public testing::Test {
                    const VoxelBounds& bounds, Effort effort) {
     Coded r;
     r.decoded.resize(samples.size());
-    encode_voxels<std::int16_t>(samples, box, activity, bounds, r.bytes, r.decoded, effort);
+    std::vector<std::uint8_t> to_carry(100);
+    for (std::size_t i = 0; i < to_carry.size(); ++i) to_carry[i] = static_cast<std::uint8_t>(77 * i + 5);
+    const Carrying carrying = encode_voxels<std::int16_t>(samples, box, activity, bounds, r.bytes, r.decoded,
+                                                          effort, [&] { return std::span(to_carry); });
+    r.carried.assign(to_carry.begin(), to_carry.begin() + static_cast<std::ptrdiff_t>(carrying.count));
     return r;
   }
 };
@@ -85,7 +90,10 @@ TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
             ASSERT_TRUE(other.bytes == first.bytes) << name_of_set(set);
             ASSERT_TRUE(other.decoded == first.decoded) << name_of_set(set);
             std::vector<std::int16_t> back(samples.size());
-            ASSERT_TRUE(decode_voxels<std::int16_t>(first.bytes, box, activity, bounds, back, effort).ok());
+            std::vector<std::uint8_t> carried;
+            ASSERT_TRUE(
+                decode_voxels<std::int16_t>(first.bytes, box, activity, bounds, back, effort, carried).ok());
+            ASSERT_TRUE(carried == first.carried) << name_of_set(set);
             ASSERT_TRUE(back == first.decoded) << name_of_set(set);
           }
         }

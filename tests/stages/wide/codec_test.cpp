@@ -42,7 +42,8 @@ class WideVoxelCodec : public testing::Test {
   }
   Status decode(std::span<const std::uint8_t> bytes, const WideBounds& bounds) {
     decoded_.assign(static_cast<std::size_t>(owned_.count()), T{});
-    return decode_wide_voxels<T>(bytes, owned_, activity_, bounds, decoded_);
+    std::vector<std::uint8_t> carried;
+    return decode_wide_voxels<T>(bytes, owned_, activity_, bounds, decoded_, Effort::normal, carried);
   }
 
   const Box owned_ = Box::of_size(size);
