@@ -9,10 +9,10 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/gzip_bytes.h"
-#include "io/files/natural_order.h"
 #include "io/files/numbered_names.h"
 #include "io/files/system_call.h"
 #include "io/files/text.h"
+#include "io/files/visible_files.h"
 #include "io/formats/formats.h"
 #include "io/nrrd/geometry.h"
 #include "io/programs/find.h"
@@ -142,19 +142,6 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
   throw BrokenInput(fmt::format("{}; it {}", wrong.what(), other->what), other->problem);
 }
 
-/// The files of a folder that may be slices, in natural order: not hidden ones, nor those of deeper folders.
-std::vector<std::string> files_in(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
-    if (!entry->path().filename().string().starts_with('.') && entry->is_regular_file(error))
-      files.push_back(entry->path().string());
-  if (error) throw world_error("cannot read", folder, error.value());
-  std::ranges::sort(files, comes_before);
-  return files;
-}
-
 bool has_folders(const std::string& folder) {
   std::error_code error;
   for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
@@ -173,10 +160,11 @@ BrokenInput no_files_in(const std::string& folder) {
 Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   constexpr std::size_t most_looks = 100;
   if (!source.from.empty()) return way_named(source.from, folder);
-  std::vector<std::string> files = files_in(folder);
+  std::vector<std::string> files = visible_files(folder);
   if (files.empty()) throw no_files_in(folder);
   if (files.size() > most_looks) files.resize(most_looks);
   for (const std::string& file : files) {
+    if (!status_of(file)) continue;  // a link that leads nowhere
     const Format* format = format_of(FileBytes(file).peek(bytes_to_recognise()), true);
     if (format == nullptr) format = format_of_name(file);
     if (format != nullptr && format->has_folders) return way_of(*format, folder);
@@ -190,7 +178,7 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
 /// A folder of samples without headers: equally many slices in each file.
 std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const SourceDescription& source) {
   const RawDescription& raw = *source.raw;
-  std::vector<NumberedFiles> series = numbered_files(files_in(folder));
+  std::vector<NumberedFiles> series = numbered_files(visible_files(folder));
   if (series.empty()) throw BrokenInput(folder + ": has no files");
   if (!source.series.empty()) {
     std::vector<NumberedFiles> meant;

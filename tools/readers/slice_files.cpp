@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "io/files/errors.h"
-#include "io/files/natural_order.h"
 #include "io/files/text.h"
+#include "io/files/visible_files.h"
 #include "io/vendors/sections.h"
 
 namespace tagrid {
@@ -20,16 +20,10 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t longest_log = 1 << 20;
 
 std::vector<std::string> files_in(const std::string& folder, const std::vector<std::string>& extensions) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error)) {
-    const fs::path& path = entry->path();
-    const bool is_meant =
-        std::ranges::find(extensions, lower_case(path.extension().string())) != extensions.end();
-    if (is_meant && !path.filename().string().starts_with('.')) files.push_back(path.string());
-  }
-  if (error) throw world_error("cannot read", folder, error.value());
+  std::vector<std::string> files = visible_files(folder);
+  std::erase_if(files, [&](const std::string& path) {
+    return std::ranges::find(extensions, lower_case(fs::path(path).extension().string())) == extensions.end();
+  });
   if (std::ranges::any_of(files, [](const std::string& path) { return !is_preview(path); }))
     std::erase_if(files, is_preview);
   if (files.empty())
@@ -85,16 +79,10 @@ std::optional<SliceLog> read_log(const std::string& path) {
 }  // namespace
 
 SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
-  std::error_code error;
-  std::vector<std::string> candidates;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
-    if (lower_case(entry->path().extension().string()) == ".log" && entry->is_regular_file(error))
-      candidates.push_back(entry->path());
-  std::ranges::sort(candidates, comes_before);
   std::vector<SliceLog> logs;
-  for (const std::string& path : candidates)
-    if (auto log = read_log(path)) logs.push_back(std::move(*log));
+  for (const std::string& path : visible_files(folder))
+    if (lower_case(fs::path(path).extension().string()) == ".log")
+      if (auto log = read_log(path)) logs.push_back(std::move(*log));
   // The longest name that fits: scan2.log rather than scan.log.
   std::size_t longest = 0;
   const SliceLog* own = logs.size() == 1 ? &logs.front() : nullptr;

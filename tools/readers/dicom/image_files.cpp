@@ -10,7 +10,9 @@
 #include "io/files/errors.h"
 #include "io/files/natural_order.h"
 #include "io/files/numbered_names.h"
+#include "io/files/system_call.h"
 #include "io/files/text.h"
+#include "io/files/visible_files.h"
 #include "io/programs/serve_reader.h"
 
 namespace tagrid {
@@ -55,23 +57,15 @@ NamesOfImages names_of(const std::vector<DicomFile>& images) {
   return names;
 }
 
-std::vector<std::string> files_in(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
-       entry.increment(error))
-    if (!entry->path().filename().string().starts_with('.') && entry->is_regular_file(error))
-      files.push_back(entry->path());
-  if (error) throw world_error("cannot read", folder, error.value());
-  std::ranges::sort(files, comes_before);
-  return files;
-}
-
 /// Reads the headers of these files. Names of those without an image that are not of DICOM go to `strangers`.
 ImageFiles images_of(const std::vector<std::string>& paths, std::vector<std::string>& strangers) {
   ImageFiles files;
   for (const std::string& path : paths) {
     say_working();
+    if (!status_of(path)) {
+      strangers.push_back(path);
+      continue;
+    }
     try {
       auto image = read_dicom_file(path);
       if (!image)
@@ -89,6 +83,7 @@ ImageFiles images_of(const std::vector<std::string>& paths, std::vector<std::str
 
 UnreadableImage no_dicom(const std::string& path) {
   std::error_code unknown;
+  if (!status_of(path)) return {path, "is a link that leads nowhere", ""};
   return {path, fs::file_size(path, unknown) == 0 ? "is empty" : "is not a DICOM file", ""};
 }
 
@@ -103,7 +98,7 @@ ImageFiles images_of_directory(const std::vector<std::string>& paths) {
 ImageFiles images_in_folder(const std::string& folder) {
   std::vector<std::string> paths, strangers;
   std::string directory;
-  for (const std::string& file : files_in(folder))
+  for (const std::string& file : visible_files(folder))
     if (lower_case(file_name(file)) == "dicomdir")
       directory = file;
     else
