@@ -41,6 +41,14 @@ PlainForm as_it_is(const SourceFacts& facts) {
   return form;
 }
 
+/// True if a file of a plain form is a file of the source, from its first byte to its last.
+bool is_as_it_is(const SourceFacts& facts, const PlainFile& file) {
+  if (file.is_changed || file.pieces.size() != 1) return false;
+  const PlainPiece& piece = file.pieces.front();
+  return piece.kind == PlainPiece::Kind::stretch && facts.files[piece.file] == file.path &&
+         piece.offset == 0 && piece.size == FileSource(file.path).size();
+}
+
 std::vector<std::string> paths_of(const PlainForm& form) {
   std::vector<std::string> paths;
   for (const PlainFile& file : form.files) paths.push_back(file.path);
@@ -139,13 +147,16 @@ SourceFiles source_files(const SourceFacts& facts) {
   source.files.resize(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_safe_name(names[i])) return not_kept(fmt::format("{} cannot be a name", names[i]));
-    source.pieces.push_back(std::move(form.files[i].pieces));
     source.files[i].name = names[i];
+    // Whoever made the form may be wrong: it is compared with the file.
+    source.files[i].is_changed = !is_as_it_is(facts, form.files[i]);
+    source.pieces.push_back(std::move(form.files[i].pieces));
     source.files[i].size = PlainBytes(source.pieces[i], source.paths).size();
-    source.files[i].is_changed =
-        form.files[i].is_changed || !PlainBytes(source.pieces[i], source.paths).is_complete();
   }
-  const bool is_changed = std::ranges::any_of(source.files, &EnvelopeFile::is_changed);
+  bool is_changed = std::ranges::any_of(source.files, &EnvelopeFile::is_changed);
+  // Samples that were not read at these places may be others than those that lie there.
+  if (facts.places.empty() && !is_changed)
+    for (const SliceRun& run : form.places) is_changed = source.files[run.file].is_changed = true;
   source.compression = !is_changed                ? ""
                        : form.compression.empty() ? "in an unknown way"
                                                   : form.compression.substr(0, longest_compression_name);

@@ -129,6 +129,37 @@ TEST_F(Envelope, OtherBytesAndSamplesAreAllBytesOfTheFiles) {
   }
 }
 
+// What says how a file would look is no reason to remove the file.
+TEST_F(Envelope, AFormThatIsNotTheFileComesBackChangedWhateverItSays) {
+  const Index3 dims = {3, 2, 1};
+  std::ofstream(path("a"), std::ios::binary) << "0123456789";
+  SourceFacts facts{.info = {.dims = dims, .type = SampleType::uint8, .geometry = {}, .nrrd_fields = ""},
+                    .files = {path("a")}};
+  const std::vector<std::vector<PlainPiece>> forms = {
+      {PlainPiece::given("0123456780")},
+      {PlainPiece::stretch(0, 0, 9)},
+      {PlainPiece::stretch(0, 0, 9), PlainPiece::given("0")},
+      // The file itself, but nobody knows that the samples that were read are those at the place.
+      {PlainPiece::stretch(0, 0, 10)}};
+  for (const auto& pieces : forms) {
+    PlainForm form;
+    form.files = {{path("a"), false, pieces}};
+    form.places = {{.file = 0, .offset = 2, .step = 6}};
+    facts.plain_form = [&] { return form; };
+    const SourceFiles source = source_files(facts);
+    EXPECT_EQ(source.why_not, "");
+    EXPECT_NE(source.why_not_restorable(), "");
+    EXPECT_TRUE(source.files.front().is_changed);
+    for (const bool exact : {true, false}) {
+      const Content content = written(source, exact);
+      EnvelopeReader reader("x.tag", {dims, SampleType::uint8}, exact, in_blocks(content));
+      EnvelopeFile read;
+      ASSERT_TRUE(reader.next_file(read));
+      EXPECT_TRUE(read.is_changed);
+    }
+  }
+}
+
 // A form of the same files with other beginnings and ends, and samples that are not there.
 TEST_F(Envelope, APlainFormIsKeptInsteadOfCompressedFiles) {
   const Index3 dims = {3, 2, 2};
