@@ -44,22 +44,12 @@ SurfaceLevel surface_level(double iso, const TagHeader& header, const std::strin
   return level;
 }
 
-DecodePlan plan_surface(const CodingParameters& parameters, const Resources& resources) {
-  return plan_taking(parameters, bytes_of_surface(parameters, {}), resources);
-}
-
 SurfaceCounts surface_of_all(TagReader& reader, const SurfacePart& part, const SurfaceLevel& level,
                              const Resources& resources, SurfaceSink& sink, const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   SurfaceBuilder builder(reader.header(), positions_of_surface(part, parameters.bricks()), part, level, sink);
   take_all(reader, bytes_of_surface(parameters, part), resources, builder, progress);
   return builder.counts();
-}
-
-void check_memory_of_box(const CodingParameters& parameters, const SurfacePart& part,
-                         const Resources& resources) {
-  threads_for_taking(parameters, positions_of_surface(part, parameters.bricks()),
-                     bytes_of_surface(parameters, part), resources);
 }
 
 SurfaceCounts surface_of_box(const TagBricks& file, const SurfacePart& part, const SurfaceLevel& level,

@@ -6,7 +6,6 @@
 #include "io/surface/surface_sink.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/surface/surface_builder.h"
@@ -17,18 +16,11 @@ namespace tagrid {
 /// slice has a slope of its own or no sample has the value, BrokenInput if the slope is 0. `name`: of the file.
 SurfaceLevel surface_level(double value, const TagHeader& header, const std::string& name);
 
-/// The plan of surface_of_all(). Throws MemoryLimit.
-DecodePlan plan_surface(const CodingParameters& parameters, const Resources& resources);
-
 /// The whole surface, from a file that has not been read yet, front to back. Memory: that of decoding, and of the
 /// surface in one brick. Throws BrokenInput, WorldError, MemoryLimit, and the exceptions of `sink` and `progress`.
 /// REQUIRES: no box; the grid has the level; the volume is more than one slice along each axis.
 SurfaceCounts surface_of_all(TagReader& reader, const SurfacePart& part, const SurfaceLevel& level,
                              const Resources& resources, SurfaceSink& sink, const Progress& progress = {});
-
-/// Throws MemoryLimit if surface_of_box() would.
-void check_memory_of_box(const CodingParameters& parameters, const SurfacePart& part,
-                         const Resources& resources);
 
 /// The surface in the tetrahedra that meet a box; without a box, in all. Reads the bricks that contain some of them, and
 /// the bricks below these, which own the samples on their low faces. Progress counts layers of bricks. Otherwise like
