@@ -6,6 +6,7 @@
 
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
 #include "io/nrrd/geometry.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
@@ -60,6 +61,7 @@ struct DecodeCommand {
                                    input == "-" ? "standard input" : input));
     std::vector<std::string> removed_after;
     if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb});
+    const UnchangedFiles watched(removed_after);
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
@@ -91,6 +93,7 @@ struct DecodeCommand {
       say_line(summary(result));
       say_line(memory_summary(result.memory));
     }
+    watched.require();
     remove_files(removed_after);
     if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
   }

@@ -79,6 +79,7 @@ struct EncodeCommand {
         say_line(fmt::format("{}: the files cannot be restored byte for byte: {}",
                              input == "-" ? "standard input" : input, result.why_not_restorable));
     }
+    watched.require();
     remove_files(removed_after);
   }
 

@@ -7,6 +7,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
@@ -86,8 +87,10 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
   record["options"] = json_of(known->options);
   require_own_folders(options_.output_dir, line.output);
   std::vector<std::string> files = removable(line, *known);
+  const UnchangedFiles watched(files);
   require_same_options(line, *known);
   verify(line, *known, record);
+  watched.require();  // each check reads them anew
   record["status"] = "removed";
   return files;
 }

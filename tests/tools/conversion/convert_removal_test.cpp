@@ -108,6 +108,42 @@ TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
   EXPECT_EQ(content("a.raw"), bytes);
 }
 
+// The reader of the volume changes a sample when it is asked for the n-th time: each check opens the volume anew.
+TEST_F(ConvertRemoval, AVolumeThatChangesBetweenTwoChecksIsKept) {
+  std::filesystem::create_directory(path("readers"));
+  file("readers/tagrid-read-late", R"sh(#!/bin/sh
+cd "$(dirname "$0")" || exit 1
+echo '{"tagrid-reader": 1, "name": "late", "version": "1"}'
+while read -r request; do
+  n=$(($(cat count) + 1))
+  echo $n > count
+  if [ $n = "$(cat at)" ]; then printf '\377' | dd of=../a.late bs=1 seek=2000 conv=notrunc 2> log; fi
+  echo '{"answer": "volume", "dims": [16, 16, 16], "type": "uint8", "places": [{"slices": 16}]}'
+done
+)sh");
+  expect_ok(script("chmod 700 readers/tagrid-read-late"));
+  file("list.tsv", "a.late\n");
+  const std::string whole(4096, '\0');
+  const std::string all =
+      "TAGRID_READER_PATH=$PWD/readers $TAGRID convert --manifest list.tsv --output-dir out "
+      "--max-error 5 ";
+  int at = 0, asked = 0;
+  do {
+    file("a.late", whole);
+    file("readers/at", "0");
+    file("readers/count", "0");
+    expect_ok(script(all + "-f"));
+    file("readers/at", std::to_string(++at));
+    file("readers/count", "0");
+    const Ending ending = script(all + "--remove-verified");
+    asked = std::stoi(content("readers/count"));
+    EXPECT_EQ(ending.code, asked < at ? 0 : broken_input) << at << ": " << ending.err;
+    EXPECT_EQ(exists("a.late"), asked >= at) << at;
+    std::filesystem::remove_all(path("out"));
+  } while (asked >= at);
+  EXPECT_GT(at, 4);
+}
+
 TEST_F(ConvertRemoval, WhatWasNotEncodedSoIsKept) {
   volumes(1);
   expect_error(remove(), world, "out: does not exist; nothing has been converted to it yet");
