@@ -208,6 +208,17 @@ class Archive(ReaderTest):
         self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
         self.assertEqual({path: content(path) for path in before}, before)
         self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        # -f is for what is left of an original, and leaves the work on others alone.
+        (self.folder / "archive" / "plain.nrrd").write_bytes(b"its beginning")
+        changed = archive + b"sp ace%20.nrrd"
+        before[changed] = before[changed][:-1] + b"\x7f"
+        with open(changed, "wb") as file:
+            file.write(before[changed])
+        run = self.tagrid("restore", "--records", "out")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn("plain.nrrd: already exists; give -f to overwrite it", run.stderr)
+        self.assertEqual(self.tagrid("restore", "--records", "out", "-f").returncode, 0)
+        self.assertEqual({path: content(path) for path in before}, before)
 
     def test_what_cannot_come_back_byte_for_byte_is_counted(self):
         self.path("a.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(1).tobytes())

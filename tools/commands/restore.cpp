@@ -60,7 +60,8 @@ struct RestoreCommand {
     const std::vector<RemovedOriginal> originals = removed_originals(records);
     std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
-      if (original.is_back && !output.overwrite) {
+      // Not even with -f, which is for what is left of an original: others may have been changed since.
+      if (original.is_back) {
         ++there;
         continue;
       }
