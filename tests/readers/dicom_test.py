@@ -445,6 +445,15 @@ class Dicom(ReaderTest):
         (self.folder / "t" / "IM0006").write_bytes(b"\0" * 1000)
         self.assert_refused(65, "IM0006 (is not a DICOM file)", "encode", "t")
 
+    def test_an_image_whose_link_leads_nowhere_is_missed(self):
+        truth = volume()
+        self.write_series(truth)
+        (self.folder / "s" / "readme").symlink_to("lost")  # plainly something else
+        self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
+        (self.folder / "s" / "i006.dcm").unlink()
+        (self.folder / "s" / "i006.dcm").symlink_to("/nowhere/i006.dcm")
+        self.assert_refused(65, "i006.dcm (is a link that leads nowhere)", "encode", "s")
+
     def test_files_that_are_no_images_are_named_once(self):
         truth = volume()
         self.write_series(truth)
