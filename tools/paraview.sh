@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Follows docs/paraview.md in ParaView, checks what it shows, and draws the pictures in docs/paraview again.
 #   tools/paraview.sh [--tagrid PROGRAM] [--output FOLDER]
-# Needs pvpython and Xvfb (Debian: python3-paraview, python3-pil, xvfb, xauth). They are not installed here, because on Debian 12
-# python3-paraview and python3-vtk9, which the tests need, exclude each other.
+# Needs pvpython, Xvfb and pillow (Debian: python3-paraview, xvfb, xauth, python3-pil), and the Python package of tagrid, installed
+# or built. python3-paraview and python3-vtk9, which the tests need, exclude each other on Debian 12; this does without installing:
+#   tools/unpack_paraview.sh build/paraview && PVPYTHON=build/paraview/pvpython tools/paraview.sh
 set -euo pipefail
 sources=$(dirname "$(dirname "$(realpath "$0")")")
 

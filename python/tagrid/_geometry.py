@@ -27,6 +27,15 @@ def affine_of(info: Mapping[str, Any]) -> npt.NDArray[np.float64]:
     return affine
 
 
+def slice_positions_of(metadata: Mapping[str, str], slices: int) -> Optional[npt.NDArray[np.float64]]:
+    """Where the first sample of each slice is in the world, if the file says so: (slices, 3)."""
+    try:
+        places = np.array([place.split() for place in metadata.get("slice_positions", "").split(";")], dtype=float)
+    except ValueError:
+        return None
+    return places if places.shape == (slices, 3) and np.isfinite(places).all() else None
+
+
 def metadata_of(header: str) -> dict[str, str]:
     """The lines of an NRRD header as a dictionary, without those that say where samples are."""
     found: dict[str, str] = {}

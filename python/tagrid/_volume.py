@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._errors import ArgumentError
-from ._geometry import affine_of, metadata_of
+from ._geometry import affine_of, metadata_of, slice_positions_of
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._selection import Run, Selection, select
@@ -97,6 +97,12 @@ class Volume:
         """4 x 4: affine @ (x, y, z, 1) is the place of sample v[z, y, x] in the world. Where the file does not say it,
         samples are 1 apart and the first one is at 0."""
         return affine_of(self._info)
+
+    @property
+    def slice_positions(self) -> Optional[npt.NDArray[np.float64]]:
+        """(slices, 3): x, y, z of the first sample of each slice in the world, if slices lie at unequal distances. None if
+        they lie at equal ones, as `affine` says."""
+        return slice_positions_of(self.metadata, self.shape[0])
 
     @property
     def max_error(self) -> float:

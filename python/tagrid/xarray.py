@@ -63,9 +63,12 @@ def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:
     if np.isnan(spacing):
         return xarray.Variable((name,), numbers, {"units": "1", "long_name": "sample"})
     directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
+    slices = volume.slice_positions if axis == 0 else None
     if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
-        places, meaning = origin[2 - axis] + numbers * directions[2 - axis, 2 - axis], "position in the world"
+        places = origin[2 - axis] + numbers * directions[2 - axis, 2 - axis] if slices is None else slices[:, 2]
+        meaning = "position in the world"
     else:
-        places, meaning = numbers * spacing, "distance from the first sample"
+        places = numbers * spacing if slices is None else np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
+        meaning = "distance from the first sample"
     units = volume.metadata.get("space units", "").replace('"', "").split()
     return xarray.Variable((name,), places, {"units": units[2 - axis] if len(units) == 3 else "mm", "long_name": meaning})

@@ -3,7 +3,7 @@
     paraview_test.py PROGRAM PYTHON_FOLDER
         PYTHON_FOLDER: the folder with the built package
 
-Debian cannot install ParaView beside VTK for Python, which other tests need.
+Debian cannot install ParaView beside VTK for Python, which other tests need; pvpython_test.py unpacks it.
 """
 
 import pathlib
@@ -37,8 +37,9 @@ sys.modules.update({"paraview": types.ModuleType("paraview"), "paraview.util": t
 
 import numpy
 import tagrid
-from tagrid.paraview.tagrid_readers import TagridImage, TagridMesh
+from tagrid.paraview.tagrid_readers import TagridImage, TagridMesh, TagridStructuredGrid
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 
 
 class ReadersTest(unittest.TestCase):
@@ -94,6 +95,78 @@ class ReadersTest(unittest.TestCase):
             self.assertEqual(image.GetExtent(), extent)
             x0, x1, y0, y1, z0, z1 = extent
             numpy.testing.assert_array_equal(self.samples_of(image), self.volume[::step, ::step, ::step][z0:z1 + 1, y0:y1 + 1, x0:x1 + 1])
+
+    def encoded(self, name, affine, slice_positions=None):
+        """A file of 5 x 4 x 3 samples, and its samples."""
+        samples = numpy.arange(60, dtype="uint16").reshape(5, 4, 3)
+        metadata = {"space": "left-posterior-superior"}
+        if slice_positions is not None:
+            metadata["slice_positions"] = "; ".join(" ".join(map(str, place)) for place in slice_positions)
+        tagrid.encode(samples, self.folder / name, affine=affine, metadata=metadata)
+        return str(self.folder / name), samples
+
+    def read(self, reader, path, step=1):
+        """What a reader makes of a file, and what it says."""
+        window = vtkStringOutputWindow()
+        vtkOutputWindow.SetInstance(window)
+        reader.SetFileName(path)
+        reader.SetStep(step)
+        reader.Update()
+        reader.Modified()
+        reader.Update()
+        return reader.GetOutputDataObject(0), window.GetOutput()
+
+    def test_a_structured_grid_has_each_sample_at_its_place(self):
+        turn = numpy.array([[0, -0.5, 0.25, 10], [0.5, 0, 0, 20], [0, 0, 2, 30], [0, 0, 0, 1]])
+        uneven = [[0.5, 1, z] for z in (0, 1, 2, 7, 9)]
+        for name, affine, positions in (("c.tag", turn, None), ("d.tag", numpy.diag([3.0, 2, 1, 1]), uneven)):
+            path, samples = self.encoded(name, affine, positions)
+            for step in (1, 2):
+                grid, said = self.read(TagridStructuredGrid(), path, step)
+                self.assertEqual(said, "")
+                some = samples[::step, ::step, ::step]
+                self.assertEqual(grid.GetDimensions(), some.shape[::-1])
+                numpy.testing.assert_array_equal(self.samples_of(grid), some)
+                places = vtk_to_numpy(grid.GetPoints().GetData()).reshape(*some.shape, 3)
+                for z, y, x in numpy.ndindex(some.shape):
+                    expected = (affine @ [step * x, step * y, step * z, 1])[:3]
+                    if positions:
+                        expected = positions[step * z] + affine[:3, :2] @ [step * x, step * y]
+                    numpy.testing.assert_allclose(places[z, y, x], expected, atol=1e-12)
+
+    def test_a_part_of_a_structured_grid_is_that_part(self):
+        reader = TagridStructuredGrid()
+        reader.SetFileName(self.path)
+        reader.UpdateExtent((3, 9, 5, 64, 60, 70))
+        part = reader.GetOutputDataObject(0)
+        self.assertEqual(part.GetExtent(), (3, 9, 5, 64, 60, 70))
+        numpy.testing.assert_array_equal(self.samples_of(part), self.volume[60:71, 5:65, 3:10])
+        numpy.testing.assert_allclose(part.GetPoint(0), (self.volume.affine @ [3, 5, 60, 1])[:3])
+
+    def test_a_sheared_volume_is_an_image_with_straight_slices_and_a_warning(self):
+        tilted = numpy.array([[0.5, 0, 0, 1], [0, 0.5, 1, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
+        path, samples = self.encoded("e.tag", tilted)
+        image, said = self.read(TagridImage(), path)
+        numpy.testing.assert_array_equal(self.samples_of(image), samples)
+        self.assertEqual((image.GetOrigin(), image.GetSpacing()), ((1, 2, 3), (0.5, 0.5, 2)))
+        numpy.testing.assert_array_equal([image.GetDirectionMatrix().GetElement(i // 3, i % 3) for i in range(9)], numpy.eye(3).ravel())
+        self.assertEqual(said.count("e.tag: slices are shifted against each other"), 1, said)
+
+    def test_uneven_slices_are_an_image_with_a_warning(self):
+        path, samples = self.encoded("f.tag", numpy.diag([1.0, 1, 2, 1]), [[0, 0, z] for z in (0, 1, 2, 7, 9)])
+        image, said = self.read(TagridImage(), path)
+        numpy.testing.assert_array_equal(self.samples_of(image), samples)
+        self.assertEqual(said.count("f.tag: slices lie at unequal distances"), 1, said)
+        self.assertIn("TagridStructuredGrid", said)
+
+    def test_an_image_that_is_turned_or_mirrored_needs_no_warning(self):
+        for affine in (numpy.diag([-0.5, 0.5, 2, 1]), numpy.array([[0.3, 0.4, 0, 1], [0.4, -0.3, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])):
+            path, _ = self.encoded("g.tag", affine)
+            image, said = self.read(TagridImage(), path)
+            self.assertEqual(said, "")
+            place = [0.0, 0, 0]
+            image.TransformIndexToPhysicalPoint((2, 3, 4), place)
+            numpy.testing.assert_allclose(place, (affine @ [2, 3, 4, 1])[:3], atol=1e-12)
 
     def tetrahedra_of(self, grid):
         """Corners, value at each, and level of each tetrahedron, in an order of their own."""

@@ -141,6 +141,19 @@ class Xarray(Libraries):
         data = self.open(tagrid.encode(samples), drop_variables="y")
         self.assertEqual((data.x.attrs["units"], "y" in data.coords), ("1", False))
 
+    def test_slices_at_unequal_distances_are_where_they_are(self):
+        samples, places = self.samples[:4, :6, :7], [0, 1, 2, 7]
+        metadata = {"space": "left-posterior-superior", "slice_positions": "; ".join(f"5 6 {z}" for z in places)}
+        data = self.open(tagrid.encode(samples, affine=np.diag([0.5, 0.5, 2, 1]), metadata=metadata))
+        np.testing.assert_array_equal(data.z, places)
+        np.testing.assert_array_equal(data.x, 0.5 * np.arange(7))
+        self.assertEqual(data.z.attrs["long_name"], "position in the world")
+        turned = np.array([[0, 0, 2, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
+        metadata["slice_positions"] = "; ".join(f"{10 + z} 6 8" for z in places)
+        data = self.open(tagrid.encode(samples, affine=turned, metadata=metadata))
+        np.testing.assert_array_equal(data.z, places)
+        self.assertEqual(data.z.attrs["long_name"], "distance from the first sample")
+
     def test_files_are_known_by_their_name(self):
         from tagrid.xarray import TagridBackend
         backend = TagridBackend()

@@ -128,6 +128,21 @@ class Opening(unittest.TestCase):
         self.assertEqual((volume.max_error, volume.metadata), (math.inf, {}))
         self.assertEqual(volume.chunks, (64, 64, 64))
 
+    def test_slices_at_unequal_distances_have_their_places(self):
+        places = [[1, 2, z] for z in (0, 1, 5)]
+
+        def opened(text):
+            return tagrid.open(tagrid.encode(self.samples[:3], metadata={"slice_positions": text}))
+
+        text = "; ".join(" ".join(map(str, place)) for place in places)
+        np.testing.assert_array_equal(opened(text).slice_positions, places)
+        self.assertIsNone(tagrid.open(tagrid.encode(self.samples[:3])).slice_positions)
+        # What a reader cannot use is in the metadata only.
+        for other in ("", "1 2 3", text + "; 1 2 9", "1 2 3; 4 5; 6 7 8", "a b c; d e f; g h i", "0 0 0; 0 0 nan; 0 0 1"):
+            with self.subTest(other):
+                self.assertIsNone(opened(other).slice_positions)
+                self.assertEqual(opened(other).metadata.get("slice_positions"), other)
+
     def test_every_type_comes_back(self):
         for dtype in TYPES:
             samples = blobs((9, 10, 11), dtype)

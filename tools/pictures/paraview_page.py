@@ -222,6 +222,32 @@ def surface(files, output):
     picture.save((0.5, 0.85, -0.2))
 
 
+def readers(files, output):
+    """The .tag file itself: a slice of its voxels beside its tetrahedra."""
+    import tagrid.paraview
+
+    tagrid.paraview.load()
+    path = str(files.folder / "scan.tag")
+    image, grid = simple.TagridImage(FileName=path), simple.TagridMesh(FileName=path, Level=12)
+    for name, source in (("image", image), ("structured grid", simple.TagridStructuredGrid(FileName=path))):
+        expect(f"scan.tag, {name}: points", of(source).GetNumberOfPoints(), math.prod(DIMS))
+        expect(f"scan.tag, {name}: bounds", of(source).GetBounds(), bounds(), 1e-6)
+        expect(f"scan.tag, {name}: range of value", source.PointData.GetArray("value").GetRange(), files.range_of_samples())
+    expect("scan.tag, mesh: tetrahedra", of(grid).GetNumberOfCells(), files.mesh["tetrahedra"])
+    expect("scan.tag, mesh: points", of(grid).GetNumberOfPoints(), files.mesh["points"])
+    middle = [(n - 1) * spacing / 2 for n, spacing in zip(DIMS, SPACING)]
+    slice = simple.Slice(Input=image, SliceType="Plane")
+    slice.SliceType.Origin, slice.SliceType.Normal = middle, (0, 0, 1)
+    half = grid
+    for normal in ((0, 0, 1), (-1, 0, 0)):
+        half = simple.Clip(Input=half, ClipType="Plane", Crinkleclip=1)
+        half.ClipType.Origin, half.ClipType.Normal = middle, normal
+    picture = Picture(output, "reader.png")
+    picture.show(slice, "Surface", ("POINTS", "value"), "Grayscale")
+    picture.show(half, "Surface With Edges", ("CELLS", "level"), "Viridis (matplotlib)", "level").EdgeColor = (0.15, 0.15, 0.2)
+    picture.save((0.25, 0.55, -1.0), zoom=1.1)
+
+
 def directions(files):
     """A volume that is turned by 90 degrees about z: what lies where it should, and what the page warns of."""
     files.turn()
@@ -242,10 +268,12 @@ def main():
     parser.add_argument("--tagrid", type=Path, default=SOURCES / "build/release/tagrid", metavar="PROGRAM")
     parser.add_argument("--output", type=Path, default=SOURCES / "docs/paraview", metavar="FOLDER")
     options = parser.parse_args()
+    # The Python package is beside the program where it was built with -DTAGRID_PYTHON=ON.
+    sys.path.append(str(options.tagrid.resolve().parent / "python"))
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as drawn:
         try:
             files = Files(options.tagrid.resolve(), Path(folder))
-            for step in (volumes, mesh, surface):
+            for step in (volumes, mesh, surface, readers):
                 step(files, Path(drawn))
             directions(files)
             # ParaView 5.11 may crash when the interpreter ends with a view.

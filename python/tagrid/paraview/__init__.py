@@ -1,12 +1,13 @@
-"""Readers of .tag files for ParaView: the voxels as image data, and the tetrahedra of the grid as an unstructured grid.
+"""Readers of .tag files for ParaView: the voxels as image data or as a structured grid, and the tetrahedra of the grid as an
+unstructured grid.
 
 In pvpython, or in the Python Shell of ParaView:
 
     import tagrid.paraview
     tagrid.paraview.load()
 
-From then on, ParaView opens .tag files: File > Open asks which of the two readers is wanted. In scripts they are
-paraview.simple.TagridImage and paraview.simple.TagridMesh.
+From then on, ParaView opens .tag files: File > Open asks which of the readers is wanted. In scripts they are
+TagridImage, TagridStructuredGrid and TagridMesh of paraview.simple.
 
 Debian 12 has ParaView 5.11.0 and Python 3.11, in which that ParaView loads no plugin that is written in Python: it imports
 inspect.getargspec, which is gone. So its plugin manager fails there, and load() does not.

@@ -10,13 +10,14 @@ import tagrid
 
 from paraview.util.vtkAlgorithm import VTKPythonAlgorithmBase, smdomain, smhint, smproperty, smproxy
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkDataObject, vtkImageData, vtkUnstructuredGrid
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkPoints
+from vtkmodules.vtkCommonDataModel import (VTK_TETRA, vtkCellArray, vtkDataObject, vtkImageData, vtkStructuredGrid,
+                                           vtkUnstructuredGrid)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline as Pipeline
 
 
 class _Reader(VTKPythonAlgorithmBase):
-    """What both readers share: the file, which is opened when something is asked for."""
+    """What the readers share: the file, which is opened when something is asked for."""
 
     def __init__(self, output: str):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType=output)
@@ -37,23 +38,59 @@ class _Reader(VTKPythonAlgorithmBase):
 
 
 def _image_geometry(volume: tagrid.Volume) -> tuple[list[float], list[float], list[float]]:
-    """Origin, spacing and direction (3 x 3, row by row) of the samples, along x, y and z."""
-    vectors, origin = volume.affine[:3, :3], volume.affine[:3, 3]
-    spacing = np.linalg.norm(vectors, axis=0)
-    direction = vectors / spacing
-    if not np.allclose(direction.T @ direction, np.eye(3), atol=1e-4):
-        # Image data has no shear: what a tilted gantry makes. The mesh has it.
-        direction = np.eye(3)
-    return list(origin), list(spacing), list(direction.ravel())
+    """Origin, spacing and direction (3 x 3, row by row) of the samples, along x, y and z.
+
+    Image data has no shear. Slices of a sheared volume stay where they are, but are no longer shifted against each other.
+    """
+    directions, steps = np.linalg.qr(volume.affine[:3, :3])
+    signs = np.where(np.diag(steps) < 0, -1, 1)
+    return list(volume.affine[:3, 3]), list(np.abs(np.diag(steps))), list((directions * signs).ravel())
+
+
+def _is_sheared(volume: tagrid.Volume) -> bool:
+    directions = volume.affine[:3, :3] / np.linalg.norm(volume.affine[:3, :3], axis=0)
+    return not np.allclose(directions.T @ directions, np.eye(3), atol=1e-4)
+
+
+class _Voxels(_Reader):
+    """What both readers of voxels share: they decode the part that is asked for. ParaView sees no properties of a base."""
+
+    def __init__(self, output: str):
+        super().__init__(output)
+        self._step = 1
+
+    def set_step(self, step: int) -> None:
+        if step != self._step:
+            self._step = step
+            self.Modified()
+
+    def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
+        volume = self.volume()
+        info = outputs.GetInformationObject(0)
+        extent = [end for n in volume.shape[::-1] for end in (0, (n - 1) // self._step)]
+        info.Set(Pipeline.WHOLE_EXTENT(), extent, 6)
+        info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
+        vtkDataObject.SetPointDataActiveScalarInfo(info, numpy_to_vtk(np.empty(0, volume.dtype)).GetDataType(), 1)
+        return 1
+
+    def decode(self, outputs: Any) -> tuple[list[int], Any]:
+        """The extent that is asked for, and its samples, as the array "value"."""
+        extent = outputs.GetInformationObject(0).Get(Pipeline.UPDATE_EXTENT())
+        step = self._step
+        samples = self.volume().read([(step * extent[axis], step * extent[axis + 1] + 1) for axis in (4, 2, 0)], step)
+        values = numpy_to_vtk(samples.ravel())
+        values.SetName("value")
+        return extent, values
 
 
 @smproxy.reader(name="TagridImage", label="Tagrid Image", extensions="tag", file_description="tagrid: image of the voxels")
-class TagridImage(_Reader):
-    """The samples as image data, in the point array "value". Only what is asked for is decoded."""
+class TagridImage(_Voxels):
+    """The samples as image data, in the point array "value". Only what is asked for is decoded. Image data has equal
+    distances and right angles: a warning says if the volume has others."""
 
     def __init__(self) -> None:
         super().__init__("vtkImageData")
-        self._step = 1
+        self._judged: Any = None
 
     @smproperty.stringvector(name="FileName", panel_visibility="never")
     @smdomain.filelist()
@@ -65,39 +102,85 @@ class TagridImage(_Reader):
     @smdomain.intrange(min=1, max=64)
     def SetStep(self, step: int) -> None:
         """Every how many samples along each axis."""
-        if step != self._step:
-            self._step = step
-            self.Modified()
+        self.set_step(step)
 
     def RequestInformation(self, request: Any, inputs: Any, outputs: Any) -> int:
-        volume, step = self.volume(), self._step
-        origin, spacing, direction = _image_geometry(volume)
+        super().RequestInformation(request, inputs, outputs)
+        origin, spacing, direction = _image_geometry(self.volume())
         info = outputs.GetInformationObject(0)
-        extent = [end for n in volume.shape[::-1] for end in (0, (n - 1) // step)]
-        info.Set(Pipeline.WHOLE_EXTENT(), extent, 6)
         info.Set(vtkDataObject.ORIGIN(), origin, 3)
-        info.Set(vtkDataObject.SPACING(), [step * s for s in spacing], 3)
+        info.Set(vtkDataObject.SPACING(), [self._step * s for s in spacing], 3)
         info.Set(vtkDataObject.DIRECTION(), direction, 9)
-        info.Set(vtkAlgorithm.CAN_PRODUCE_SUB_EXTENT(), 1)
-        vtkDataObject.SetPointDataActiveScalarInfo(info, numpy_to_vtk(np.empty(0, volume.dtype)).GetDataType(), 1)
+        self._warn()
         return 1
 
     def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
-        info = outputs.GetInformationObject(0)
-        extent = info.Get(Pipeline.UPDATE_EXTENT())
-        volume, step = self.volume(), self._step
         image = vtkImageData.GetData(outputs, 0)
+        extent, values = self.decode(outputs)
         image.SetExtent(extent)
-        origin, spacing, direction = _image_geometry(volume)
+        origin, spacing, direction = _image_geometry(self.volume())
         image.SetOrigin(origin)
-        image.SetSpacing([step * s for s in spacing])
+        image.SetSpacing([self._step * s for s in spacing])
         image.SetDirectionMatrix(direction)
-        region = [(step * extent[axis], step * extent[axis + 1] + 1) for axis in (4, 2, 0)]
-        samples = volume.read(region, step)
-        values = numpy_to_vtk(samples.ravel())
-        values.SetName("value")
         image.GetPointData().SetScalars(values)
         return 1
+
+    def _warn(self) -> None:
+        """Says once of each file what image data cannot show."""
+        volume = self.volume()
+        if volume is self._judged:
+            return
+        self._judged = volume
+        wrong = ["slices lie at unequal distances, and are shown at equal ones"] if volume.slice_positions is not None else []
+        wrong += ["slices are shifted against each other (a tilted gantry), and are shown straight"] if _is_sheared(volume) else []
+        if wrong:
+            vtkOutputWindow.GetInstance().DisplayWarningText(
+                f"{self._path}: {'; '.join(wrong)}. The reader \"tagrid: voxels at their places\" (TagridStructuredGrid) shows "
+                "them where they are.\n")
+
+
+@smproxy.reader(name="TagridStructuredGrid", label="Tagrid Structured Grid", extensions="tag",
+                file_description="tagrid: voxels at their places")
+class TagridStructuredGrid(_Voxels):
+    """The samples as a structured grid, in the point array "value": each has its own place in the world, also where slices
+    lie at unequal distances or are shifted against each other. Places take 24 bytes of memory a sample."""
+
+    def __init__(self) -> None:
+        super().__init__("vtkStructuredGrid")
+
+    @smproperty.stringvector(name="FileName", panel_visibility="never")
+    @smdomain.filelist()
+    @smhint.filechooser(extensions="tag", file_description="tagrid: voxels at their places")
+    def SetFileName(self, path: Any) -> None:
+        self.set_path(path)
+
+    @smproperty.intvector(name="Step", default_values=1)
+    @smdomain.intrange(min=1, max=64)
+    def SetStep(self, step: int) -> None:
+        """Every how many samples along each axis."""
+        self.set_step(step)
+
+    def RequestData(self, request: Any, inputs: Any, outputs: Any) -> int:
+        grid = vtkStructuredGrid.GetData(outputs, 0)
+        extent, values = self.decode(outputs)
+        grid.SetExtent(extent)
+        points = vtkPoints()
+        points.SetData(numpy_to_vtk(self._places(extent)))
+        grid.SetPoints(points)
+        grid.GetPointData().SetScalars(values)
+        return 1
+
+    def _places(self, extent: list[int]) -> Any:
+        """x, y, z of each sample of an extent, along x first."""
+        affine, positions = self.volume().affine, self.volume().slice_positions
+        x, y, z = (self._step * np.arange(extent[i], extent[i + 1] + 1) for i in (0, 2, 4))
+        if positions is None:
+            positions = affine[:3, 3] + np.arange(self.volume().shape[0])[:, None] * affine[:3, 2]
+        places = np.empty((len(z), len(y), len(x), 3))
+        places[:] = positions[z][:, None, None]
+        places += (y[:, None] * affine[:3, 1])[None, :, None]
+        places += (x[:, None] * affine[:3, 0])[None, None]
+        return places.reshape(-1, 3)
 
 
 @smproxy.reader(name="TagridMesh", label="Tagrid Mesh", extensions="tag", file_description="tagrid: mesh of the grid")

@@ -1,0 +1,170 @@
+"""The readers in ParaView itself, and the steps of docs/paraview.md.
+
+    pvpython_test.py PROGRAM PYTHON_FOLDER UNPACKED_FOLDER
+        UNPACKED_FOLDER: where ParaView is unpacked if pvpython is not installed, and found the next time
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM, PACKAGE, UNPACKED = (os.path.abspath(argument) for argument in sys.argv[1:4])
+
+# Runs in pvpython, and writes what it finds as JSON.
+LOOK = """
+import json, sys
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+window = vtkStringOutputWindow()
+import tagrid.paraview
+tagrid.paraview.load()
+from paraview import simple
+from paraview.simple import TagridImage, TagridMesh, TagridStructuredGrid
+
+found = {}
+for name in sys.argv[1:]:
+    for reader in (TagridImage, TagridStructuredGrid, TagridMesh):
+        vtkOutputWindow.SetInstance(window)
+        before = len(window.GetOutput())
+        source = reader(FileName=name)
+        source.UpdatePipeline()
+        about = source.GetDataInformation()
+        contour = simple.Contour(Input=source, ContourBy=["POINTS", "value"], Isosurfaces=[300.5])
+        contour.UpdatePipeline()
+        found[f"{name} {reader.__name__}"] = {
+            "type": about.GetDataSetTypeAsString(), "points": about.GetNumberOfPoints(), "cells": about.GetNumberOfCells(),
+            "bounds": about.GetBounds(), "range": source.PointData.GetArray("value").GetRange(),
+            "contour": contour.GetDataInformation().GetBounds(), "warnings": window.GetOutput()[before:]}
+    image = TagridImage(FileName=name, Step=3)
+    image.UpdatePipeline()
+    found[f"{name} Step"] = {"points": image.GetDataInformation().GetNumberOfPoints()}
+chosen = simple.OpenDataFile(sys.argv[1])
+found["opened"] = chosen is not None and chosen.GetXMLName()
+with open("found.json", "w") as file:
+    json.dump(found, file)
+"""
+
+DIMS = (40, 36, 30)
+# Lines of a header: where the samples are.
+PLACES = {
+    "turned": ["space: left-posterior-superior", "space directions: (0,0.5,0) (-0.5,0,0) (0,0,2)", "space origin: (10,20,30)"],
+    "sheared": ["space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0) (0,1,2)", "space origin: (0,0,0)"],
+    "uneven": ["space: left-posterior-superior", "space directions: (0.5,0,0) (0,0.5,0) (0,0,2)", "space origin: (0,0,0)",
+               "slice_positions:=" + "; ".join(f"0 0 {z if z < 20 else z + 30}" for z in range(DIMS[2]))],
+}
+BOUNDS = {
+    "turned": ([-7.5, 10, 20, 39.5, 30, 88], [-7.5, 10, 20, 39.5, 30, 88]),
+    "sheared": ([0, 19.5, 0, 17.5, 0, 58], [0, 19.5, 0, 46.5, 0, 58]),
+    "uneven": ([0, 19.5, 0, 17.5, 0, 58], [0, 19.5, 0, 17.5, 0, 59]),
+}
+
+
+def pvpython():
+    """The program, or a reason why there is none."""
+    installed = shutil.which("pvpython")
+    if installed:
+        return installed
+    if not shutil.which("apt-get"):
+        return None, "there is no pvpython, and no apt-get to download it"
+    done = subprocess.run([ROOT / "tools/unpack_paraview.sh", UNPACKED], text=True, capture_output=True)
+    if done.returncode != 0:
+        return None, "there is no pvpython, and its packages cannot be downloaded: " + done.stderr.strip().splitlines()[-1]
+    return os.path.join(UNPACKED, "pvpython")
+
+
+PVPYTHON = pvpython()
+if isinstance(PVPYTHON, tuple):
+    print("skipped:", PVPYTHON[1])
+    sys.exit(0)
+
+
+class Readers(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        for name, places in PLACES.items():
+            subprocess.run([PROGRAM, "phantom", "--dims", ",".join(map(str, DIMS)), "-q", "-o", cls.folder / f"{name}.nhdr"], check=True)
+            header = cls.folder / f"{name}.nhdr"
+            kept = [line for line in header.read_text().splitlines() if not line.startswith(("space", "spacings"))]
+            header.write_text("\n".join(kept + places) + "\n")
+            subprocess.run([PROGRAM, "encode", header, "-q"], check=True, capture_output=True)
+        files = [cls.folder / f"{name}.tag" for name in PLACES]
+        cls.run_in_pvpython(LOOK, *files)
+        cls.found = {key.replace(f"{cls.folder}/", ""): value
+                     for key, value in json.loads((cls.folder / "found.json").read_text()).items()}
+
+    @classmethod
+    def run_in_pvpython(cls, code, *arguments):
+        (cls.folder / "script.py").write_text(code)
+        done = subprocess.run([PVPYTHON, cls.folder / "script.py", *arguments], cwd=cls.folder, text=True, capture_output=True,
+                              env=os.environ | {"PYTHONPATH": PACKAGE})
+        if done.returncode != 0 or "Traceback" in done.stderr:
+            raise AssertionError(f"pvpython ended with {done.returncode}\n{done.stdout}\n{done.stderr}")
+        return done
+
+    def test_voxels_are_in_both_readers(self):
+        for name in PLACES:
+            image, grid = self.found[f"{name}.tag TagridImage"], self.found[f"{name}.tag TagridStructuredGrid"]
+            self.assertEqual((image["type"], grid["type"]), ("vtkImageData", "vtkStructuredGrid"))
+            self.assertEqual(image["points"], 40 * 36 * 30)
+            self.assertEqual((grid["points"], grid["cells"], grid["range"]), (image["points"], image["cells"], image["range"]))
+            self.assertLess(image["range"][0], image["range"][1])
+            self.assertEqual(self.found[f"{name}.tag Step"]["points"], 14 * 12 * 10)
+
+    def test_they_are_where_the_file_says(self):
+        for name, expected in BOUNDS.items():
+            for reader, bounds in zip(("TagridImage", "TagridStructuredGrid"), expected):
+                found = self.found[f"{name}.tag {reader}"]["bounds"]
+                self.assertLess(max(abs(a - b) for a, b in zip(found, bounds)), 1e-5, (name, reader, found))
+
+    def test_a_contour_of_the_structured_grid_is_where_that_of_the_mesh_is(self):
+        for name in ("turned", "sheared"):
+            contours = [self.found[f"{name}.tag {reader}"]["contour"] for reader in ("TagridStructuredGrid", "TagridMesh")]
+            self.assertLess(max(abs(a - b) for a, b in zip(*contours)), 2, (name, contours))
+
+    def test_an_image_that_cannot_be_right_is_a_warning_once(self):
+        for name, words in (("turned", None), ("sheared", "tilted gantry"), ("uneven", "unequal distances")):
+            said = self.found[f"{name}.tag TagridImage"]["warnings"]
+            self.assertEqual((said.count("TagridStructuredGrid"), not words or words in said), (1 if words else 0, True), (name, said))
+            self.assertNotIn("unequal", self.found[f"{name}.tag TagridStructuredGrid"]["warnings"])
+
+    def test_a_mesh_is_read_up_to_a_level(self):
+        for name in PLACES:
+            mesh = self.found[f"{name}.tag TagridMesh"]
+            self.assertEqual(mesh["type"], "vtkUnstructuredGrid")
+            self.assertGreater(mesh["cells"], 100)
+
+    def test_the_page_says_what_paraview_shows(self):
+        if not shutil.which("xvfb-run"):
+            self.skipTest("there is no xvfb-run")
+        done = subprocess.run([ROOT / "tools/paraview.sh", "--tagrid", PROGRAM, "--output", self.folder / "pictures"], text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | {"PVPYTHON": PVPYTHON})
+        self.assertEqual(done.returncode, 0, done.stdout)
+        page = (ROOT / "docs/paraview.md").read_text()
+        drawn = {path.name for path in (self.folder / "pictures").iterdir()}
+        self.assertEqual(drawn, set(re.findall(r"\(paraview/(\w+\.png)\)", page)))
+
+    def test_the_code_of_the_page_runs(self):
+        page = (ROOT / "docs/paraview.md").read_text()
+        blocks = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+        self.assertGreaterEqual(len(blocks), 3)
+        commands = ["phantom --dims 64,64,48 -o scan.nhdr", "encode scan.nhdr --max-error 5", "decode scan.tag -o scan.vtkhdf"]
+        for command in commands:
+            subprocess.run([PROGRAM, *command.split(), "-q"], cwd=self.folder, check=True)
+        said = self.run_in_pvpython("\n".join(blocks)).stdout
+        self.assertGreater(int(said.split()[-1]), 1000, said)
+
+    def test_paraview_opens_tag_files(self):
+        self.assertIn(self.found["opened"], ("TagridImage", "TagridMesh", "TagridStructuredGrid"))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
