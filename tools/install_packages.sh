@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a named set of Debian packages if they are missing: for building, testing, fuzzing, comparing with
-# other codecs, and making the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|test|fuzz|bench|pictures|paper
+# other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
+#   tools/install_packages.sh build|mpi|python|packages|test|fuzz|bench|pictures|paper
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
@@ -9,6 +9,7 @@ build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev lib
   libopenvdb-dev libimath-dev libboost-dev)
 mpi=("${build[@]}" libopenmpi-dev openmpi-bin)
 python=("${build[@]}" pybind11-dev python3-dev python3-numpy)
+packages=("${python[@]}" dpkg-dev file)
 test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-format mandoc shellcheck zsh
   libopenvdb-tools python3 pkgconf dpkg-dev file jq
   python3-numpy python3-tifffile libtiff-tools python3-nibabel plastimatch teem-apps python3-pil
@@ -23,12 +24,13 @@ case "${1:-}" in
   build) wanted=("${build[@]}") ;;
   mpi) wanted=("${mpi[@]}") ;;
   python) wanted=("${python[@]}") ;;
+  packages) wanted=("${packages[@]}") ;;
   test) wanted=("${test[@]}") ;;
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
   pictures) wanted=("${pictures[@]}") ;;
   paper) wanted=("${paper[@]}") ;;
-  *) echo "usage: $0 build|mpi|python|test|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  *) echo "usage: $0 build|mpi|python|packages|test|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

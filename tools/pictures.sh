@@ -23,3 +23,5 @@ echo 'units: "mm" "mm" "mm"' >> "$folder/phantom.nhdr"
 "$tagrid" encode "$folder/scan.nhdr" --max-error 5 -o "$folder/scan.tag" --quiet
 # The package is beside the program where it was built with -DTAGRID_PYTHON=ON.
 PYTHONPATH=${tagrid%/*}/python tools/pictures/python_tour.py "$folder/scan.tag" docs/images
+
+tools/pictures/tour.sh "$tagrid"

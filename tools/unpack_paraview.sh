@@ -7,10 +7,12 @@ set -euo pipefail
 [ $# -eq 1 ] || { echo "usage: $0 FOLDER" >&2; exit 64; }
 
 folder=$(realpath -m "$1")
+mkdir -p "$folder"
+exec 9>"$folder/.lock"
+flock 9
 [ -e "$folder/pvpython" ] && exit 0
 # Libraries that are not on this machine; what is missing for Python is not needed to read and draw.
 packages=$(apt-get install -s --no-install-recommends paraview python3-paraview | sed -nE 's/^Inst (lib[^ ]*|(python3-)?paraview) .*/\1/p')
-mkdir -p "$folder"
 work=$(mktemp -d "$folder/.new-XXXXXX")
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/packages" "$work/root"

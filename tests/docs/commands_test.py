@@ -17,40 +17,13 @@ import sys
 import tempfile
 import unittest
 
+from documents import blocks, sessions, without_memory
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = pathlib.Path(sys.argv.pop(1)).resolve()
 
 # Documents use a volume of this size; here a smaller one is enough.
 SMALLER = {"512,512,300": "96,96,48"}
-
-
-def blocks(text):
-    """The text between ``` and ```, or between .Bd and .Ed in the manual page."""
-    found = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    return found + re.findall(r"^\.Bd[^\n]*\n(.*?)^\.Ed", text, re.MULTILINE | re.DOTALL)
-
-
-def sessions(text):
-    """The blocks that are sessions, each as a list of [command, its output]."""
-    for block in blocks(text):
-        if not block.startswith("$ "):
-            continue
-        session = []
-        complete = True
-        for line in block.splitlines():
-            if line.startswith("$ "):
-                session.append([line[2:], ""])
-                complete = is_complete(line[2:])
-            elif not complete:
-                session[-1][0] += "\n" + line
-                complete = is_complete(session[-1][0])
-            else:
-                session[-1][1] += line + "\n"
-        yield session
-
-
-def is_complete(command):
-    return subprocess.run(["bash", "-n", "-c", command], capture_output=True).returncode == 0
 
 
 def commands(text):
@@ -72,11 +45,6 @@ def tiff(pages, description):
         file += struct.pack("<H", 8) + b"".join(struct.pack("<HHII", *tag) for tag in tags)
         file += struct.pack("<I", 0 if last else after + len(text) + 1200) + text + bytes([page]) * 1200
     return bytes(file)
-
-
-def without_memory(text):
-    """Removes the memory that a run took, which is different each time."""
-    return re.sub(r"[\d.]+ MiB", "# MiB", text)
 
 
 class Commands(unittest.TestCase):

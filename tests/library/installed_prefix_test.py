@@ -154,7 +154,7 @@ class InstalledLibrary(unittest.TestCase):
     @unittest.skipUnless(shutil.which("dpkg-deb") and shutil.which("dpkg-shlibdeps"), "there are no tools for Debian packages")
     def test_there_are_debian_packages(self):
         folder = self.folder / "packages"
-        run("cpack", "-G", "DEB", "-B", folder, cwd=BUILD)
+        run(ROOT / "tools/packages.sh", folder, TAGRID_BUILD=str(BUILD))
         packages = {file.name.split("_")[0]: file for file in folder.glob("*.deb")}
         plugins = {"tagrid-hdf5"} if (BUILD / "hdf5_plugins").exists() else set()
         with_python = {"python3-tagrid"} if next(BUILD.glob("python/tagrid/_tagrid.*.so"), None) else set()
@@ -198,6 +198,10 @@ class InstalledLibrary(unittest.TestCase):
         for name in packages:
             self.assertRegex(field[name], r"Maintainer: [^<@]+ <[^@\s]+@[^@\s]+>")
             self.assertNotIn("tagrid@localhost", field[name])
+        # As docs/tour.md says, and with nothing that Debian does not have.
+        if shutil.which("apt-get"):
+            said = run("apt-get", "install", "-s", "-y", *packages.values())
+            self.assertEqual(set(re.findall(r"^Inst (\S*tagrid\S*) ", said, re.MULTILINE)), set(packages))
             self.assertIn("Description: CT volumes as one file", field[name])
 
 

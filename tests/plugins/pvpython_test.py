@@ -14,6 +14,8 @@ import sys
 import tempfile
 import unittest
 
+import paraview_program
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM, PACKAGE, UNPACKED = (os.path.abspath(argument) for argument in sys.argv[1:4])
 
@@ -65,22 +67,9 @@ BOUNDS = {
 }
 
 
-def pvpython():
-    """The program, or a reason why there is none."""
-    installed = shutil.which("pvpython")
-    if installed:
-        return installed
-    if not shutil.which("apt-get"):
-        return None, "there is no pvpython, and no apt-get to download it"
-    done = subprocess.run([ROOT / "tools/unpack_paraview.sh", UNPACKED], text=True, capture_output=True)
-    if done.returncode != 0:
-        return None, "there is no pvpython, and its packages cannot be downloaded: " + done.stderr.strip().splitlines()[-1]
-    return os.path.join(UNPACKED, "pvpython")
-
-
-PVPYTHON = pvpython()
-if isinstance(PVPYTHON, tuple):
-    print("skipped:", PVPYTHON[1])
+PVPYTHON, WHY_NOT = paraview_program.pvpython(UNPACKED)
+if PVPYTHON is None:
+    print("skipped:", WHY_NOT)
     sys.exit(0)
 
 
@@ -146,7 +135,7 @@ class Readers(unittest.TestCase):
         if not shutil.which("xvfb-run"):
             self.skipTest("there is no xvfb-run")
         done = subprocess.run([ROOT / "tools/paraview.sh", "--tagrid", PROGRAM, "--output", self.folder / "pictures"], text=True,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | {"PVPYTHON": PVPYTHON})
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | {"PVPYTHON": str(PVPYTHON)})
         self.assertEqual(done.returncode, 0, done.stdout)
         page = (ROOT / "docs/paraview.md").read_text()
         drawn = {path.name for path in (self.folder / "pictures").iterdir()}
