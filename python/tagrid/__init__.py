@@ -14,6 +14,7 @@
 Axes are z, y, x, as numpy has them; world coordinates are x, y, z; lengths are in the units of the scan, mostly mm.
 """
 
+import importlib as _importlib
 from typing import Any
 
 from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError
@@ -23,8 +24,24 @@ from ._volume import Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version()
+_MODULES = ("hdf5", "numcodecs", "paraview", "xarray", "zarr")
 __all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Surface", "Volume",
            "Writer", "encode", "open", "verify"]
+
+# Errors and help() say tagrid.DamagedError, not where it is written down.
+for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, Surface, Volume, Writer, encode, verify):
+    _thing.__module__ = __name__
+
+
+def __getattr__(name: str) -> Any:
+    """Modules for other libraries are imported when they are used: tagrid.hdf5.Filter() needs no further import."""
+    if name in _MODULES:
+        return _importlib.import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, *_MODULES, "__version__"])
 
 
 def open(source: Any, threads: int = 0) -> Volume:  # noqa: A001: as gzip.open()

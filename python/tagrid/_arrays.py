@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from itertools import accumulate, pairwise
 from typing import Any, Iterator, Optional
 
@@ -22,16 +23,25 @@ def checked_dtype(dtype: npt.DTypeLike) -> np.dtype[Any]:
     """The type in the byte order of the machine. TypeError: a volume cannot have such samples."""
     native = np.dtype(dtype).newbyteorder("=")
     if native.name not in TYPES:
-        near = {"bool": "uint8", "int64": "int32", "uint64": "uint32", "float16": "float32"}.get(native.name, "float32")
-        raise TypeError(f"samples of the type {native.name} cannot be encoded; the types are {', '.join(TYPES)}. "
-                        f"Convert them, for example by array.astype(numpy.{near})")
+        near = {"bool": "uint8", "int64": "int32", "uint64": "uint32", "float16": "float32"}.get(native.name)
+        advice = f"convert them, for example by array.astype(numpy.{near or 'float64'})"
+        if native.kind == "c":
+            advice = "encode array.real and array.imag, each for itself"
+        elif native.kind not in "biuf":
+            advice = "a volume has one number for each voxel"
+        raise TypeError(f"samples of the type {native.name} cannot be encoded; the types are {', '.join(TYPES)}; {advice}")
     return native
 
 
 def checked_shape(shape: Any) -> tuple[int, int, int]:
-    sizes = tuple(int(size) for size in shape)
+    try:
+        sizes = tuple(operator.index(size) for size in shape)
+    except TypeError:
+        raise ArgumentError(f"a shape is three whole numbers (z, y, x), not {shape!r}") from None
     if len(sizes) != 3:
-        raise ArgumentError(f"a volume has three axes z, y, x, but the shape is {sizes}")
+        advice = {2: "; one slice is a volume of one slice: array[numpy.newaxis]",
+                  4: "; encode one volume at a time, such as array[0]"}.get(len(sizes), "")
+        raise ArgumentError(f"a volume has three axes z, y, x, but the shape is {sizes}{advice}")
     if min(sizes) < 1:
         raise ArgumentError(f"a volume has at least one sample along each axis, but the shape is {sizes}")
     return sizes[0], sizes[1], sizes[2]
@@ -42,10 +52,21 @@ def as_volume(data: Any) -> Any:
     if isinstance(data, np.ma.MaskedArray):
         raise TypeError("a masked array cannot be encoded; fill it first: array.filled(value)")
     is_lazy = all(hasattr(data, name) for name in ("shape", "dtype", "__getitem__"))
+    if not is_lazy and not isinstance(data, (list, tuple)) and not hasattr(data, "__array__"):
+        raise TypeError(f"cannot encode {type(data).__name__!r}: give an array with the axes z, y, x (of numpy, h5py, zarr, "
+                        "dask ...), a Volume, or the path of a .tag file; slices that come one by one are for tagrid.Writer")
     array = data if is_lazy else np.asarray(data)
     checked_dtype(array.dtype)
     checked_shape(array.shape)
     return array
+
+
+def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """A chunk of an array of others, with three axes: those that are longer than 1, after others of 1."""
+    long = [size for size in chunk.shape if size != 1]
+    if len(long) > 3:
+        raise TypeError(f"a chunk of the shape {chunk.shape} has more than three axes that are longer than 1")
+    return chunk.reshape([1] * (3 - len(long)) + long)
 
 
 def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:

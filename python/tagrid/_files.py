@@ -30,6 +30,9 @@ class NewFile:
                 break
             except FileExistsError:
                 continue
+            except OSError as error:
+                # The name that was given says more than that of the temporary file.
+                raise OSError(error.errno, error.strerror, os.fsdecode(path)) from None
         self._file: Optional[IO[bytes]] = os.fdopen(descriptor, "wb")
 
     def write(self, data: bytes) -> None:

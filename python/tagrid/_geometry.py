@@ -8,6 +8,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import numbers
 from ._errors import ArgumentError
 
 Metadata = Union[str, Mapping[str, str]]
@@ -57,6 +58,8 @@ def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike
     steps = _checked_spacing(spacing)
     if isinstance(metadata, str):
         return _places(steps, affine, "space:" in metadata.lower()) + metadata
+    if metadata is not None and not isinstance(metadata, Mapping):
+        raise TypeError(f"metadata is a dictionary of names and texts, or lines of an NRRD header, not {metadata!r}")
     pairs = {str(key): str(value) for key, value in (metadata or {}).items()}
     space = next((pairs.pop(key) for key in list(pairs) if key.lower() == "space"), None)
     lines = "" if space is None else _field("space", space)
@@ -66,16 +69,17 @@ def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike
 def _checked_spacing(spacing: Optional[Sequence[float]]) -> Optional[list[float]]:
     if spacing is None:
         return None
-    steps = [float(step) for step in spacing]
-    if len(steps) != 3:
-        raise ArgumentError(f"spacing must be three numbers (z, y, x), not {spacing!r}")
+    steps = numbers("spacing", spacing, "three numbers (z, y, x)")
     if all(math.isnan(step) for step in steps):
         return None
     return steps[::-1]
 
 
 def _checked_affine(affine: npt.ArrayLike, steps: Optional[list[float]]) -> npt.NDArray[np.float64]:
-    matrix = np.asarray(affine, dtype=float)
+    try:
+        matrix = np.asarray(affine, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
         raise ArgumentError("affine must be a 4 x 4 matrix of finite numbers with the last row 0, 0, 0, 1")
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any, Optional, Sequence, Union
 
 import numpy as np
@@ -17,20 +18,37 @@ Region = Sequence[Sequence[Optional[int]]]
 def runs_of(region: Optional[Region], step: Union[int, Sequence[int]],
             shape: tuple[int, int, int]) -> tuple[Run, Run, Run]:
     """The positions along z, y and x."""
-    pairs: list[Sequence[Optional[int]]] = [(None, None)] * 3 if region is None else [tuple(pair) for pair in region]
-    if len(pairs) != 3 or any(len(pair) != 2 for pair in pairs):
-        raise ArgumentError(f"a region is ((z0, z1), (y0, y1), (x0, x1)), not {region!r}")
-    steps = (step,) * 3 if isinstance(step, (int, np.integer)) else tuple(step)
-    if len(steps) != 3 or min(steps) < 1:
-        raise ArgumentError(f"a step is a number of at least 1, or three (z, y, x), not {step!r}")
     runs = []
-    for name, (first, last), size, every in zip("zyx", pairs, shape, steps):
-        low, high = 0 if first is None else int(first), size if last is None else int(last)
+    for name, (first, last), size, every in zip("zyx", _pairs_of(region), shape, _steps_of(step)):
+        low, high = 0 if first is None else first, size if last is None else last
         if not 0 <= low < high <= size:
             raise ArgumentError(f"the region has {low}:{high} along {name}, where the volume has 0:{size}; a region "
                                 "must be within the volume, and not empty")
-        runs.append(Run(low, high, min(int(every), size)))
+        runs.append(Run(low, high, min(every, size)))
     return runs[0], runs[1], runs[2]
+
+
+def _pairs_of(region: Optional[Region]) -> list[list[Optional[int]]]:
+    if region is None:
+        return [[None, None]] * 3
+    try:
+        pairs = [[None if end is None else operator.index(end) for end in pair] for pair in region]
+    except TypeError:
+        pairs = []
+    if len(pairs) != 3 or any(len(pair) != 2 for pair in pairs):
+        raise ArgumentError(f"a region is ((z0, z1), (y0, y1), (x0, x1)), whole numbers or None, not {region!r}; "
+                            "slices are for volume[z0:z1, y0:y1, x0:x1]")
+    return pairs
+
+
+def _steps_of(step: Union[int, Sequence[int]]) -> tuple[int, ...]:
+    try:
+        steps = tuple(map(operator.index, step)) if isinstance(step, (Sequence, np.ndarray)) else (operator.index(step),) * 3
+    except TypeError:
+        steps = ()
+    if len(steps) != 3 or min(steps) < 1:
+        raise ArgumentError(f"a step is a whole number of at least 1, or three (z, y, x), not {step!r}")
+    return steps
 
 
 def checked_out(out: Any, shape: tuple[int, ...], dtype: np.dtype[Any]) -> npt.NDArray[Any]:

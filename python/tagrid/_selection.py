@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Sequence
 import numpy as np
 
 SUPPORTED = ("integers, slices, Ellipsis, None, and one array of integers, or of one bool for each position, along "
-             "one axis")
+             "one axis; for everything else decode first: numpy.asarray(volume)[...]")
 
 
 class Run(NamedTuple):

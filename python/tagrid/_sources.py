@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
+import re
 import stat
 import threading
 from typing import Any
+
+import numpy as np
 
 from ._errors import InputError
 from ._tagrid import Reader
@@ -33,17 +37,27 @@ def open_reader(source: Any) -> Reader:
     if hasattr(source, "read") and hasattr(source, "seek"):
         file = _FileObject(source)
         return Reader.of_object(file.read_at, file.size, describe(source))
-    raise TypeError(
-        f"cannot open {type(source).__name__!r}: give a path, bytes, a binary file that can seek, or an object with "
-        "read_at(offset, size) and size")
+    advice = "give a path, bytes, a binary file that can seek, or an object with read_at(offset, size) and size"
+    if isinstance(source, np.ndarray):
+        advice = "an array is encoded by tagrid.encode(array), and needs no opening"
+    elif callable(getattr(source, "open", None)):
+        advice = "give the file that its open() returns"
+    raise TypeError(f"cannot open {type(source).__name__!r}: {advice}")
 
 
 def is_path(source: Any) -> bool:
     return isinstance(source, (str, os.PathLike))
 
 
+def is_tied(source: Any) -> bool:
+    """Whether a source belongs to this process, so that another one cannot have it."""
+    return isinstance(source, (memoryview, io.BufferedReader, io.BufferedRandom, io.FileIO))
+
+
 def _is_memory(source: Any) -> bool:
-    return isinstance(source, (bytes, bytearray, memoryview))
+    # An array of bytes, as numpy.fromfile(path, numpy.uint8) has them.
+    return isinstance(source, (bytes, bytearray, memoryview)) or (
+        isinstance(source, np.ndarray) and source.dtype == np.uint8 and source.ndim == 1)
 
 
 def _checked_size(size: Any) -> int:
@@ -65,8 +79,15 @@ def _open_path(path: str | bytes) -> Reader:
 
 def _raise_what_python_knows(path: str | bytes) -> None:
     """Python's own exceptions tell a missing file from one that must not be read."""
-    # A pipe would wait for its writer.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        # A pipe would wait for its writer.
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except FileNotFoundError:
+        if not re.match(r"\w[\w+.-]+://", os.fsdecode(path)):
+            raise
+        advice = ("tagrid.open() takes files of this machine; for a URL give fsspec.open(URL).open(), or an object with "
+                  "read_at(offset, size) and size")
+        raise FileNotFoundError(errno.ENOENT, advice, os.fsdecode(path)) from None
     try:
         if stat.S_ISDIR(os.fstat(descriptor).st_mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fsdecode(path))

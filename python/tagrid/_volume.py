@@ -11,12 +11,13 @@ from typing import Any, Callable, Iterator, Optional, Sequence, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import number, whole_number, work
 from ._errors import ArgumentError
 from ._geometry import affine_of, metadata_of, slice_positions_of
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._selection import Run, Selection, select
-from ._sources import describe, is_path, open_reader
+from ._sources import describe, is_path, is_tied, open_reader
 
 Progress = Optional[Callable[[int, int], object]]
 
@@ -30,10 +31,10 @@ class Volume:
     """
 
     def __init__(self, source: Any, threads: int = 0):
+        self._threads = whole_number("threads", threads)
         self._reader = open_reader(source)
         self._source = os.path.abspath(source) if is_path(source) else source
         self._name = describe(source)
-        self._threads = threads
         self._info = self._reader.info()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
 
@@ -215,7 +216,7 @@ class Volume:
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
         first thing that is wrong."""
-        self._reader.verify(self._threads_of(threads), memory_limit, progress)
+        self._reader.verify(*self._work(threads, memory_limit), progress)
 
     # ---- the grid
 
@@ -223,7 +224,7 @@ class Volume:
                       progress: Progress = None) -> npt.NDArray[np.uint64]:
         """The number of vertices of the grid on each level, 0 up to `levels`. If the file does not store its grid, all
         of it is decoded."""
-        return self._reader.levels(self._threads_of(threads), memory_limit, progress)
+        return self._reader.levels(*self._work(threads, memory_limit), progress)
 
     def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
              threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> Mesh:
@@ -233,7 +234,7 @@ class Volume:
         bricks around it are read. padded: whole root cubes, instead of ending at the first and last samples.
         """
         points, values, cells, levels = self._reader.mesh(
-            self._checked_level(level), padded, self._box_of(region), self._threads_of(threads), memory_limit, progress)
+            self._checked_level(level), padded, self._box_of(region), *self._work(threads, memory_limit), progress)
         return Mesh(points, cells, values, levels)
 
     def surface(self, iso: float, level: Optional[int] = None, region: Optional[Region] = None, close: bool = False, *,
@@ -246,8 +247,8 @@ class Volume:
         Within the volume, every edge has exactly two triangles.
         """
         points, triangles = self._reader.surface(
-            float(iso), rescaled, self._checked_level(level), close, self._box_of(region), self._threads_of(threads),
-            memory_limit, progress)
+            number("iso", iso), rescaled, self._checked_level(level), close, self._box_of(region),
+            *self._work(threads, memory_limit), progress)
         return Surface(points, triangles)
 
     # ---- opening and closing
@@ -257,6 +258,11 @@ class Volume:
         given to tagrid.open() stays open."""
         self._reader.close()
 
+    @property
+    def closed(self) -> bool:
+        """Whether close() was called. Then there are no samples any more, but all that the header says."""
+        return self._reader.closed
+
     def __enter__(self) -> Volume:
         return self
 
@@ -264,7 +270,8 @@ class Volume:
         self.close()
 
     def __reduce__(self) -> Any:
-        if not isinstance(self._source, (str, bytes, bytearray)):
+        # Objects with read_at(), and files of fsspec, know whether they can go to another process.
+        if is_tied(self._source):
             raise TypeError(f"a volume from {type(self._source).__name__!r} cannot be pickled; open it by its path")
         return Volume, (self._source, self._threads)
 
@@ -277,12 +284,13 @@ class Volume:
 
     # ---- arguments
 
-    def _threads_of(self, threads: Optional[int]) -> int:
-        return self._threads if threads is None else threads
+    def _work(self, threads: Optional[int], memory_limit: int) -> tuple[int, int]:
+        return work(self._threads if threads is None else threads, memory_limit)
 
     def _checked_level(self, level: Optional[int]) -> int:
         if level is None:
             return -1
+        level = whole_number("level", level)
         if not 0 <= level <= self.levels:
             raise ArgumentError(f"the grid has the levels 0 to {self.levels}, not {level}")
         return level
@@ -299,7 +307,7 @@ class Volume:
                    memory_limit: int = 0, progress: Progress = None) -> None:
         z, y, x = runs
         self._reader.read((x.start, y.start, z.start), (x.stop, y.stop, z.stop), (x.step, y.step, z.step), out,
-                          self._threads_of(threads), memory_limit, progress)
+                          *self._work(threads, memory_limit), progress)
 
     def _fill(self, samples: npt.NDArray[Any], selection: Selection) -> None:
         if samples.size == 0 and self._reader.closed:

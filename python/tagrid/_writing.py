@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import io
-import math
 import os
-from typing import Any, Callable, Optional, Sequence, Union
+import warnings
+from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import encoder_settings, work
 from ._arrays import as_volume, checked_dtype, checked_shape, range_of, slabs_of
 from ._errors import ArgumentError, DamagedError
 from ._files import NewFile
 from ._geometry import Metadata, header_of
 from ._tagrid import Encoder
 from ._volume import Progress, Volume
+
+
+class Sink(Protocol):
+    """Takes the bytes of a file as they are made."""
+
+    def write(self, data: bytes, /) -> object: ...
+
+
+Output = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]", Sink]
 
 _EFFORTS = {"default": 0, "fast": 1, "best": 2}
 
@@ -36,7 +46,7 @@ class Writer:
     The other arguments are those of encode(). For samples of 32 and 64 bits, value_range or field_scale must be given.
     """
 
-    def __init__(self, out: Any, *, shape: Sequence[int], dtype: npt.DTypeLike, max_error: Optional[float] = 0,
+    def __init__(self, out: Output, *, shape: Sequence[int], dtype: npt.DTypeLike, max_error: Optional[float] = 0,
                  spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
                  metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0,
                  surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
@@ -57,17 +67,16 @@ class Writer:
         options: dict[str, Any] = {
             "dims": (x, y, z), "dtype": self._dtype, "effort": _EFFORTS[effort], "grid_derived": grid == "derived",
             "grid_only": grid_only, "metadata": header_of(spacing, affine, metadata)}
-        given = {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "range": value_range,
-                 "field_scale": field_scale, "max_level": max_level, "cube": cube, "brick": brick,
-                 "accuracy": accuracy}
-        options.update((name, value) for name, value in given.items() if value is not None)
-        self._file = NewFile(out) if _is_path(out) else None
+        options.update(encoder_settings(
+            {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
+            {"max_level": max_level, "cube": cube, "brick": brick, "accuracy": accuracy}, value_range))
+        settings = work(threads, memory_limit)
+        self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
         self._written = 0
         self._info: Optional[dict[str, Any]] = None
         self._encoder: Optional[Encoder] = None
         try:
-            self._encoder = Encoder(options, _write_of(out) if self._file is None else self._file.write, threads,
-                                    memory_limit, progress)
+            self._encoder = Encoder(options, _write_of(out) if self._file is None else self._file.write, *settings, progress)
         except BaseException:
             self.abort()
             raise
@@ -121,6 +130,15 @@ class Writer:
             raise ArgumentError("the file is not complete yet")
         return dict(self._info)
 
+    @property
+    def closed(self) -> bool:
+        """Whether no more slices are taken: the file is complete, or the work was ended."""
+        return self._encoder is None
+
+    def __repr__(self) -> str:
+        state = "complete" if self._info is not None else "ended" if self.closed else f"{self._written} written"
+        return f"<tagrid.Writer {self._shape} {self._dtype}, {state}>"
+
     def __enter__(self) -> Writer:
         return self
 
@@ -133,12 +151,34 @@ class Writer:
     def __del__(self) -> None:
         # A writer that was not closed has no file.
         if getattr(self, "_encoder", None) is not None:
+            message = f"{self!r} was not closed, so there is no file"
             self.abort()
+            warnings.warn(message, ResourceWarning, source=self)
 
     def _open_encoder(self) -> Encoder:
         if self._encoder is None:
             raise ArgumentError("the writer is closed")
         return self._encoder
+
+
+@overload
+def encode(array_or_path: Any, out: None = None, max_error: Optional[float] = 0,
+           spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
+           metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
+           max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> bytes: ...
+
+
+@overload
+def encode(array_or_path: Any, out: Output, max_error: Optional[float] = 0,
+           spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
+           metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
+           surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
+           grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
+           max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None: ...
 
 
 def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
@@ -216,7 +256,8 @@ def _is_path(out: Any) -> bool:
 
 def _write_of(out: Any) -> Callable[[bytes], object]:
     if not callable(getattr(out, "write", None)):
-        raise TypeError(f"out must be a path, or have write(), not {type(out).__name__!r}")
+        advice = f"; a bound is given by name: max_error={out!r}" if isinstance(out, (int, float)) else ""
+        raise TypeError(f"out must be a path, or have write(), not {type(out).__name__!r}{advice}")
     write: Callable[[bytes], Any] = out.write
 
     def write_all(data: bytes) -> None:

@@ -18,6 +18,8 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import number
+from ._arrays import with_three_axes
 from ._errors import ArgumentError
 from ._volume import Volume
 from ._writing import encode
@@ -40,11 +42,12 @@ class Filter(Mapping):  # type: ignore[type-arg]
     """
 
     def __init__(self, max_error: float = 0, effort: str = "default"):
-        if not (max_error >= 0 and max_error < float("inf")):
+        bound = number("max_error", max_error)
+        if not 0 <= bound < float("inf"):
             raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
         if effort not in _EFFORTS:
             raise ArgumentError(f"effort is one of {', '.join(_EFFORTS)}, not {effort!r}")
-        self.max_error, self.effort = float(max_error), effort
+        self.max_error, self.effort = bound, effort
 
     @property
     def filter_id(self) -> int:
@@ -93,7 +96,7 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         chunk = np.full(dataset.chunks, dataset.fillvalue, dataset.dtype)
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
         chunk[tuple(map(slice, part.shape))] = part
-        return encode(_as_volume(chunk), max_error=settings.max_error, effort=settings.effort, grid="derived", threads=1)
+        return encode(with_three_axes(chunk), max_error=settings.max_error, effort=settings.effort, grid="derived", threads=1)
 
     for place, chunk in _in_order(encoded, _places(dataset), threads):
         dataset.id.write_direct_chunk(place, chunk)
@@ -142,9 +145,3 @@ def _in_order(work: Any, items: Iterator[Any], threads: int) -> Iterator[tuple[A
                 yield first, future.result()
         for first, future in waiting:
             yield first, future.result()
-
-
-def _as_volume(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The chunk with three axes: those that are longer than 1, after others of 1."""
-    long = [size for size in chunk.shape if size != 1]
-    return chunk.reshape([1] * (3 - len(long)) + long)

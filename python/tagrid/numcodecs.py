@@ -9,6 +9,8 @@ from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
 from numcodecs.registry import register_codec
 
+from ._arguments import number
+from ._arrays import with_three_axes
 from ._volume import Volume
 from ._writing import encode
 
@@ -27,7 +29,8 @@ class Tagrid(Codec):
     codec_id = "tagrid"
 
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0):
-        self.max_error = max_error
+        # The configuration becomes JSON, which knows no numbers of numpy.
+        self.max_error = number("max_error", max_error)
         self.effort = effort
         self.grid = grid
         self.threads = threads
@@ -40,14 +43,9 @@ class Tagrid(Codec):
         # Zarr gives chunks in C or in Fortran order, and wants their bytes back as they lie in memory.
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
-        shape = [size for size in samples.shape if size > 1]
-        if len(shape) > 3:
-            raise TypeError(f"a chunk of the shape {samples.shape} has more than three axes")
         order = {} if samples.dtype.isnative else {_ORDER: samples.dtype.byteorder}
-        data = encode(samples.reshape([1] * (3 - len(shape)) + shape), max_error=self.max_error, effort=self.effort,
+        return encode(with_three_axes(samples), max_error=self.max_error, effort=self.effort,
                       grid=self.grid, threads=self.threads, metadata=order)
-        assert data is not None
-        return data
 
     def decode(self, buf: Any, out: Optional[Any] = None) -> Any:
         with Volume(memoryview(buf), self.threads) as volume:

@@ -127,6 +127,15 @@ class _Bricks:
         self._kept: OrderedDict[_Index, npt.NDArray[Any]] = OrderedDict()
         self._turn = threading.Lock()
 
+    def __getstate__(self) -> Any:
+        # Another process has its own lock, and decodes what it needs.
+        return self._volume, self._borders, self._most
+
+    def __setstate__(self, state: Any) -> None:
+        self._volume, self._borders, self._most = state
+        self._kept = OrderedDict()
+        self._turn = threading.Lock()
+
     def copy(self, lows: list[int], highs: list[int], out: npt.NDArray[Any]) -> None:
         """Copies the samples from lows up to highs."""
         met = [range(int(np.searchsorted(borders, low, "right")) - 1, int(np.searchsorted(borders, high, "left")))

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import pickle
 import tempfile
 import unittest
 
@@ -91,6 +92,12 @@ class Stores(unittest.TestCase):
             self.skipTest("there is no dask")
         np.testing.assert_array_equal(da.from_zarr(self.group["1"]).compute(), self.samples[::2, ::2, ::2])
 
+    def test_other_processes_have_their_own_store(self):
+        self.group["0"][:9]
+        again = pickle.loads(pickle.dumps(self.group))
+        np.testing.assert_array_equal(again["1"][:], self.samples[::2, ::2, ::2])
+        np.testing.assert_array_equal(again["0"][:], self.samples)
+
 
 @unittest.skipIf(MISSING, "there is no zarr")
 class Codecs(unittest.TestCase):
@@ -114,7 +121,7 @@ class Codecs(unittest.TestCase):
         samples = blobs((40, 50, 60), "float32")
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.zarr")
-            zarr.save_array(path, samples, compressor=Tagrid(max_error=0.5, effort="fast"), chunks=(32, 32, 32))
+            zarr.save_array(path, samples, compressor=Tagrid(max_error=np.float32(0.5), effort="fast"), chunks=(32, 32, 32))
             again = zarr.open_array(path, mode="r")
             self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
             self.assertLessEqual(abs(again[:] - samples).max(), 0.5)
@@ -123,6 +130,7 @@ class Codecs(unittest.TestCase):
     def test_damaged_chunks_are_an_error(self):
         data = Tagrid().encode(blobs((9, 9, 9)))
         self.assertRaises(tagrid.DamagedError, Tagrid().decode, data[:-3])
+        self.assertRaises(TypeError, Tagrid, "5")
         out = np.empty(729, "i2")
         np.testing.assert_array_equal(Tagrid().decode(data, out), Tagrid().decode(data))
 

@@ -1,0 +1,58 @@
+"""Arguments of calls: numbers, or an error that says which one it is."""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any, Optional, Sequence
+
+from ._errors import ArgumentError
+
+
+def number(name: str, value: Any) -> float:
+    """TypeError: it is no number; text is none. ArgumentError: it is NaN."""
+    try:
+        found = math.nan if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isnan(found):
+        return found
+    if isinstance(value, (str, bytes)) or not hasattr(value, "__float__"):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    raise ArgumentError(f"{name} must be a number, not {value!r}")
+
+
+def whole_number(name: str, value: Any) -> int:
+    """TypeError: it is no whole number, which a float never is."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        example = " of bytes, such as 2**30" if name == "memory_limit" else ""
+        raise TypeError(f"{name} must be a whole number{example}, not {value!r}") from None
+
+
+def numbers(name: str, values: Any, form: str) -> list[float]:
+    """As many numbers as `form` has, such as "(low, high)"; each of them may be NaN."""
+    try:
+        found = [float(value) for value in values] if not isinstance(values, (str, bytes)) else []
+    except (TypeError, ValueError):
+        found = []
+    if len(found) != form.count(",") + 1:
+        raise ArgumentError(f"{name} must be {form}, not {values!r}")
+    return found
+
+
+def work(threads: Any, memory_limit: Any) -> tuple[int, int]:
+    """The two settings of every call that decodes or encodes."""
+    return whole_number("threads", threads), whole_number("memory_limit", memory_limit)
+
+
+def encoder_settings(numbers_given: dict[str, Any], whole_given: dict[str, Any],
+                     value_range: Optional[Sequence[float]]) -> dict[str, Any]:
+    """The settings of an encoding that were given."""
+    found: dict[str, Any] = {name: number(name, value) for name, value in numbers_given.items() if value is not None}
+    found.update((name, whole_number(name, value)) for name, value in whole_given.items() if value is not None)
+    if value_range is not None:
+        low, high = numbers("value_range", value_range, "(low, high)")
+        found["range"] = (low, high)
+    return found
