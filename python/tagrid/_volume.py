@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ._arguments import number, whole_number, work
 from ._errors import ArgumentError
 from ._geometry import affine_of, metadata_of, slice_positions_of
+from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._selection import Run, Selection, select
@@ -35,6 +36,7 @@ class Volume:
         self._reader = open_reader(source)
         self._source = os.path.abspath(source) if is_path(source) else source
         self._name = describe(source)
+        self._kept = KeptBox()
         self._info = self._reader.info()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
 
@@ -162,7 +164,8 @@ class Volume:
 
     def __getitem__(self, key: Any) -> Any:
         """The samples v[z, y, x], with numpy's rules: integers, slices with any steps, Ellipsis, None, and an array of
-        integers, or of one bool for each position, along one axis. Decodes just the bricks that hold them.
+        integers, or of one bool for each position, along one axis. Decodes just the bricks that hold them. When a second
+        part in a row meets the same bricks, they are kept for the next one; all volumes of a process keep 256 MiB at most.
 
         IndexError: a position is outside the volume, or the index is of another kind.
         """
@@ -257,6 +260,7 @@ class Volume:
         """Ends the use of the file. Calls of other threads that are running come to their end. A file object that was
         given to tagrid.open() stays open."""
         self._reader.close()
+        self._kept.forget()
 
     @property
     def closed(self) -> bool:
@@ -309,9 +313,22 @@ class Volume:
         self._reader.read((x.start, y.start, z.start), (x.stop, y.stop, z.stop), (x.step, y.step, z.step), out,
                           *self._work(threads, memory_limit), progress)
 
+    def _whole_bricks(self, axis: int, low: int, high: int) -> tuple[int, int]:
+        """The samples of the bricks that hold samples [low, high)."""
+        # A brick begins after the sample on its low face, except for the first one.
+        edge = self._info["brick_edge"]
+        first, last = max(low - 1, 0) // edge, max(high - 2, 0) // edge
+        return first * edge + (first > 0), min((last + 1) * edge + 1, self.shape[axis])
+
     def _fill(self, samples: npt.NDArray[Any], selection: Selection) -> None:
-        if samples.size == 0 and self._reader.closed:
+        if self._reader.closed:
             raise ArgumentError("the volume is closed")
+        if all(len(runs) == 1 and runs[0].step == 1 for runs in selection.runs):
+            part = tuple((runs[0].start, runs[0].stop) for runs in selection.runs)
+            box = tuple(self._whole_bricks(axis, *ends) for axis, ends in enumerate(part))
+            # What has most samples of its bricks is not read slice by slice.
+            if math.prod(high - low for low, high in box) >= 2 * samples.size and self._kept.read(box, part, samples, self.read):
+                return
         starts = [np.cumsum([0] + [run.length for run in runs]) for runs in selection.runs]
         for numbers in product(*(range(len(runs)) for runs in selection.runs)):
             runs = [selection.runs[axis][number] for axis, number in enumerate(numbers)]

@@ -274,7 +274,8 @@ class Writing(unittest.TestCase):
     def test_a_writer_that_is_dropped_leaves_nothing(self):
         writer = tagrid.Writer(self.folder / "v.tag", shape=SHAPE, dtype="int16")
         writer.write(blobs(SHAPE)[:40])
-        del writer
+        with self.assertWarns(ResourceWarning):
+            del writer
         self.assertEqual(self.left(), [])
 
     def test_threads_may_take_turns(self):
