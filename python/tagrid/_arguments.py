@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import Any, Optional, Sequence
+from typing import Any, Iterable, Optional, Sequence
 
 from ._errors import ArgumentError
+
+#: The number of each effort, in the library and in HDF5's files.
+EFFORTS = {"default": 0, "fast": 1, "best": 2}
+GRIDS = ("stored", "derived")
 
 
 def number(name: str, value: Any) -> float:
@@ -40,6 +44,11 @@ def numbers(name: str, values: Any, form: str) -> list[float]:
     if len(found) != form.count(",") + 1:
         raise ArgumentError(f"{name} must be {form}, not {values!r}")
     return found
+
+
+def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
+    if value not in choices:
+        raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")
 
 
 def work(threads: Any, memory_limit: Any) -> tuple[int, int]:

@@ -61,6 +61,32 @@ def as_volume(data: Any) -> Any:
     return array
 
 
+def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.float64]]]:
+    """The spacing, or the affine matrix, of a DataArray of xarray whose coordinates along z, y and x are evenly spaced
+    numbers. Of all others, nothing."""
+    if getattr(data, "dims", None) != ("z", "y", "x") or not all(name in getattr(data, "coords", ()) for name in "zyx"):
+        return None, None
+    coordinates = [data.coords[name] for name in "zyx"]
+    # What the engine "tagrid" says of them: positions, numbers of samples, or distances along axes that are turned.
+    meanings = {str(coordinate.attrs.get("long_name", "position")).split()[0] for coordinate in coordinates}
+    steps = [_even_step(np.asarray(coordinate)) for coordinate in coordinates]
+    if not all(steps) or "sample" in meanings:
+        return None, None
+    if "distance" in meanings:
+        return steps, None
+    affine = np.diag([*steps[::-1], 1.0])
+    affine[:3, 3] = [float(coordinate[0]) for coordinate in coordinates[::-1]]
+    return None, affine
+
+
+def _even_step(places: npt.NDArray[Any]) -> float:
+    """The distance of neighbours; 0 if they have none in common."""
+    if places.ndim != 1 or len(places) < 2 or places.dtype.kind not in "iuf":
+        return 0
+    step = (float(places[-1]) - float(places[0])) / (len(places) - 1)
+    return step if np.allclose(np.diff(places), step, rtol=1e-4, atol=0) else 0
+
+
 def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """A chunk of an array of others, with three axes: those that are longer than 1, after others of 1."""
     long = [size for size in chunk.shape if size != 1]

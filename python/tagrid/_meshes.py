@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Iterator, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,10 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
-    """A conforming mesh of tetrahedra: every point exists once, and neighbours share whole faces."""
+    """A conforming mesh of tetrahedra: every point exists once, and neighbours share whole faces.
+
+    points, cells, values, levels = mesh
+    """
 
     #: (n, 3) float64: x, y, z of each point in the world.
     points: npt.NDArray[np.float64]
@@ -26,6 +29,9 @@ class Mesh:
     def types(self) -> npt.NDArray[np.uint8]:
         """(m,) uint8: the type of each cell as VTK numbers them: 10, a tetrahedron."""
         return np.full(len(self.cells), 10, np.uint8)
+
+    def __iter__(self) -> Iterator[npt.NDArray[Any]]:
+        return iter((self.points, self.cells, self.values, self.levels))
 
     def __repr__(self) -> str:
         return f"<tagrid.Mesh of {len(self.points)} points and {len(self.cells)} tetrahedra>"

@@ -10,8 +10,8 @@ from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import encoder_settings, work
-from ._arrays import as_volume, checked_dtype, checked_shape, range_of, slabs_of
+from ._arguments import EFFORTS, GRIDS, encoder_settings, one_of, work
+from ._arrays import as_volume, checked_dtype, checked_shape, place_of, range_of, slabs_of
 from ._errors import ArgumentError, DamagedError
 from ._files import NewFile
 from ._geometry import Metadata, header_of
@@ -26,8 +26,6 @@ class Sink(Protocol):
 
 
 Output = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]", Sink]
-
-_EFFORTS = {"default": 0, "fast": 1, "best": 2}
 
 
 class Writer:
@@ -56,16 +54,14 @@ class Writer:
                  progress: Progress = None):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
-        if effort not in _EFFORTS:
-            raise ArgumentError(f"effort is one of {', '.join(_EFFORTS)}, not {effort!r}")
-        if grid not in ("stored", "derived"):
-            raise ArgumentError(f"grid is 'stored' or 'derived', not {grid!r}")
+        one_of("effort", effort, EFFORTS)
+        one_of("grid", grid, GRIDS)
         if self._dtype.itemsize > 2 and value_range is None and field_scale is None:
             raise ArgumentError(f"{self._dtype.name} samples have no usual range: give value_range=(low, high), the span of "
                                 "values that matters, or field_scale")
         z, y, x = self._shape
         options: dict[str, Any] = {
-            "dims": (x, y, z), "dtype": self._dtype, "effort": _EFFORTS[effort], "grid_derived": grid == "derived",
+            "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid_derived": grid == "derived",
             "grid_only": grid_only, "metadata": header_of(spacing, affine, metadata)}
         options.update(encoder_settings(
             {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
@@ -192,8 +188,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
         and byte order; or anything with shape, dtype and slices, which is loaded slab by slab (h5py, zarr, dask); or an
-        open Volume or the path of a .tag file, whose place and metadata are kept. The program `tagrid encode` reads
-        scans: DICOM, TIFF, NRRD, NIfTI and others.
+        open Volume or the path of a .tag file, whose place and metadata are kept; or a DataArray of xarray, whose
+        coordinates along z, y and x say where it is. The program `tagrid encode` reads scans: DICOM, TIFF and others.
     out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
         object with write().
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless. None, with
@@ -219,6 +215,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
     try:
         if isinstance(volume, Volume) and metadata is None:
             metadata = volume.header if spacing is None and affine is None else volume.metadata
+        if spacing is None and affine is None:
+            spacing, affine = place_of(array_or_path)
         if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
             low, high = range_of(volume)
             # A constant has no range, and every scale gives the same grid.

@@ -13,12 +13,12 @@ import os
 import struct
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import number
+from ._arguments import EFFORTS, number, one_of, whole_number
 from ._arrays import with_three_axes
 from ._errors import ArgumentError
 from ._volume import Volume
@@ -29,10 +29,19 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
 
-_EFFORTS = ("default", "fast", "best")
+if TYPE_CHECKING:
+    _Base = Mapping[str, Any]
+else:
+    try:
+        # With it, create_dataset(..., compression=Filter()) is right, too.
+        import h5py
+
+        _Base = h5py.filters.FilterRefBase
+    except ImportError:
+        _Base = Mapping
 
 
-class Filter(Mapping):  # type: ignore[type-arg]
+class Filter(_Base):
     """Options of h5py's create_dataset() that compress a data set: create_dataset(..., **Filter(max_error=2)).
 
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless.
@@ -45,8 +54,7 @@ class Filter(Mapping):  # type: ignore[type-arg]
         bound = number("max_error", max_error)
         if not 0 <= bound < float("inf"):
             raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
-        if effort not in _EFFORTS:
-            raise ArgumentError(f"effort is one of {', '.join(_EFFORTS)}, not {effort!r}")
+        one_of("effort", effort, EFFORTS)
         self.max_error, self.effort = bound, effort
 
     @property
@@ -56,7 +64,7 @@ class Filter(Mapping):  # type: ignore[type-arg]
     @property
     def filter_options(self) -> tuple[int, ...]:
         """The numbers (cd_values) that HDF5 hands to the filter."""
-        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), _EFFORTS.index(self.effort))
+        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), EFFORTS[self.effort])
 
     def __getitem__(self, key: str) -> Any:
         return {"compression": self.filter_id, "compression_opts": self.filter_options}[key]
@@ -67,17 +75,22 @@ class Filter(Mapping):  # type: ignore[type-arg]
     def __len__(self) -> int:
         return 2
 
+    def __hash__(self) -> int:
+        return hash(self.filter_options)
+
     def __repr__(self) -> str:
         return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r})"
 
 
 def filter_of(dataset: Any) -> Filter:
     """The filter of a data set. ArgumentError: it has none, or others beside it."""
+    if not hasattr(dataset, "id"):
+        raise TypeError(f"give a data set of an open file, h5py.File(path)[name], not {dataset!r}")
     properties = dataset.id.get_create_plist()
     if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
     low, high, effort = properties.get_filter(0)[2][:3]
-    return Filter(struct.unpack("<d", struct.pack("<2I", low, high))[0], _EFFORTS[effort])
+    return Filter(struct.unpack("<d", struct.pack("<2I", low, high))[0], [*EFFORTS][effort])
 
 
 def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
@@ -135,7 +148,9 @@ def _stored_places(dataset: Any) -> Iterator[tuple[int, ...]]:
 
 def _in_order(work: Any, items: Iterator[Any], threads: int) -> Iterator[tuple[Any, Any]]:
     """Items and what work() makes of them. A few are ahead, so that memory does not grow with their number."""
-    count = threads or len(os.sched_getaffinity(0))
+    count = whole_number("threads", threads) or len(os.sched_getaffinity(0))
+    if count < 0:
+        raise ArgumentError("threads must be 0, for all processors, or more")
     with ThreadPoolExecutor(count) as pool:
         waiting: list[Any] = []
         for item in items:

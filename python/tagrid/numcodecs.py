@@ -9,7 +9,7 @@ from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
 from numcodecs.registry import register_codec
 
-from ._arguments import number
+from ._arguments import EFFORTS, GRIDS, number, one_of
 from ._arrays import with_three_axes
 from ._volume import Volume
 from ._writing import encode
@@ -31,6 +31,8 @@ class Tagrid(Codec):
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0):
         # The configuration becomes JSON, which knows no numbers of numpy.
         self.max_error = number("max_error", max_error)
+        one_of("effort", effort, EFFORTS)
+        one_of("grid", grid, GRIDS)
         self.effort = effort
         self.grid = grid
         self.threads = threads

@@ -12,6 +12,7 @@ from typing import Any, Iterator, MutableMapping, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import whole_number
 from ._errors import ArgumentError
 from ._volume import Volume
 
@@ -31,6 +32,7 @@ class Store(MutableMapping[str, bytes]):
     """
 
     def __init__(self, source: Any, *, chunk: int = 64, threads: int = 0, cache_bytes: int = 1 << 27):
+        chunk = whole_number("chunk", chunk)
         if chunk < 1:
             raise ArgumentError(f"a chunk has at least one sample along each edge, not {chunk}")
         self.volume = source if isinstance(source, Volume) else Volume(source, threads)
@@ -111,6 +113,15 @@ class Store(MutableMapping[str, bytes]):
 
     def __delitem__(self, key: str) -> None:
         raise PermissionError("the store of a .tag file is read-only")
+
+    def __repr__(self) -> str:
+        return f"<tagrid.zarr.Store of {self.volume!r}, {self._levels} resolutions>"
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         self.volume.close()

@@ -114,6 +114,14 @@ class Arguments(unittest.TestCase):
         self.refused(TypeError, "cannot open 'OpenFile': give the file that its open() returns", tagrid.open, has_open)
         self.assertEqual(tagrid.open(has_open.open()).shape, SHAPE)
 
+    def test_a_mesh_and_a_surface_are_taken_apart_alike(self):
+        mesh = self.volume.mesh(level=3)
+        points, cells, values, levels = mesh
+        self.assertIs(points, mesh.points)
+        self.assertIs(cells, mesh.cells)
+        self.assertIs(values, mesh.values)
+        self.assertIs(levels, mesh.levels)
+
     def test_what_an_index_cannot_do_has_a_way(self):
         for key in (SAMPLES > 5, ([1, 2], [3, 4]), 1.0, "a"):
             self.refused(IndexError, "numpy.asarray(volume)[...]", self.volume.__getitem__, key)

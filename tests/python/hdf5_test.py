@@ -47,6 +47,15 @@ class Hdf5Test(unittest.TestCase):
                 self.assertEqual(numpy.abs(file["a"][...] - data).max(), 1)
                 sizes[effort] = file["a"].id.get_storage_size()
         self.assertLess(sizes["best"], sizes["default"])
+        with h5py.File(self.path, "w") as file:
+            settings = tagrid.hdf5.Filter(max_error=1.5)
+            one = file.create_dataset("a", data=data, chunks=(30, 40, 50), compression=settings)
+            self.assertEqual(tagrid.hdf5.filter_of(one), settings)
+            self.assertEqual(len({settings, tagrid.hdf5.Filter(1.5), tagrid.hdf5.Filter(2)}), 2)
+            for threads, kind in (("2", TypeError), (-1, tagrid.ArgumentError)):
+                self.assertRaises(kind, tagrid.hdf5.read, one, threads)
+                self.assertRaises(kind, tagrid.hdf5.write, one, data, threads)
+        self.assertRaisesRegex(TypeError, "data set of an open file", tagrid.hdf5.read, str(self.path))
         for bad in ({"max_error": -1}, {"max_error": float("nan")}, {"max_error": float("inf")}, {"effort": "most"}):
             with self.assertRaises(ValueError):
                 tagrid.hdf5.Filter(**bad)

@@ -109,6 +109,26 @@ class Xarray(Libraries):
                                           self.samples[[3, 1]][:, ::-2][:, :, [0, 5]])
             np.testing.assert_array_equal(data.volume.isel(z=-1, x=slice(3, 30, 4)), self.samples[-1, :, 3:30:4])
 
+    def test_an_array_with_coordinates_is_encoded_where_it_is(self):
+        placed = np.array([[0.25, 0, 0, 3], [0, 0.5, 0, -7], [0, 0, -2, 9], [0, 0, 0, 1.0]])
+        with self.open(tagrid.encode(self.samples, affine=placed)) as data:
+            part = data.volume.isel(z=slice(4, 60), y=slice(None, None, 2), x=slice(10, None))
+            again = tagrid.open(tagrid.encode(part))
+            np.testing.assert_allclose(again.affine, placed @ [[1, 0, 0, 10], [0, 2, 0, 0], [0, 0, 1, 4], [0, 0, 0, 1]])
+            np.testing.assert_array_equal(again, self.samples[4:60, ::2, 10:])
+            other = tagrid.open(tagrid.encode(part, spacing=(1, 2, 3)))
+            self.assertEqual(other.spacing, (1, 2, 3))
+            # Positions that are not even are no spacing, and neither is one position, or another order of axes.
+            for odd in (part.isel(z=[0, 1, 3]), part.isel(z=[0]), part.transpose("x", "y", "z"), part.drop_vars("y")):
+                self.assertTrue(np.isnan(tagrid.open(tagrid.encode(odd)).spacing).all())
+        turned = placed[:, [1, 0, 2, 3]]
+        with self.open(tagrid.encode(self.samples, affine=turned)) as data:
+            again = tagrid.open(tagrid.encode(data.volume[2:, ::3]))
+            np.testing.assert_allclose(again.spacing, (2, 0.75, 0.5))
+            self.assertFalse(again.info["has_origin"])
+        with self.open(tagrid.encode(self.samples)) as data:
+            self.assertTrue(np.isnan(tagrid.open(tagrid.encode(data.volume)).spacing).all())
+
     def test_it_is_lazy(self):
         source = Counting(self.bytes)
         with self.open(source) as data:

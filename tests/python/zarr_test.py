@@ -92,6 +92,13 @@ class Stores(unittest.TestCase):
             self.skipTest("there is no dask")
         np.testing.assert_array_equal(da.from_zarr(self.group["1"]).compute(), self.samples[::2, ::2, ::2])
 
+    def test_a_store_says_what_it_is_and_is_closed_by_a_block(self):
+        with Store(self.bytes) as store:
+            self.assertRegex(repr(store), r"<tagrid.zarr.Store of <tagrid.Volume .*>, \d resolutions>")
+            self.assertIn("0/.zarray", store)
+        self.assertTrue(store.volume.closed)
+        self.assertRaises(TypeError, Store, self.bytes, chunk="64")
+
     def test_other_processes_have_their_own_store(self):
         self.group["0"][:9]
         again = pickle.loads(pickle.dumps(self.group))
@@ -131,6 +138,8 @@ class Codecs(unittest.TestCase):
         data = Tagrid().encode(blobs((9, 9, 9)))
         self.assertRaises(tagrid.DamagedError, Tagrid().decode, data[:-3])
         self.assertRaises(TypeError, Tagrid, "5")
+        self.assertRaises(tagrid.ArgumentError, Tagrid, effort="most")
+        self.assertRaises(tagrid.ArgumentError, Tagrid, grid="none")
         out = np.empty(729, "i2")
         np.testing.assert_array_equal(Tagrid().decode(data, out), Tagrid().decode(data))
 
