@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from itertools import accumulate, pairwise
 from typing import Any, Iterator, Optional
@@ -62,17 +63,17 @@ def as_volume(data: Any) -> Any:
 
 
 def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.float64]]]:
-    """The spacing, or the affine matrix, of a DataArray of xarray whose coordinates along z, y and x are evenly spaced
-    numbers. Of all others, nothing."""
+    """The affine matrix of a DataArray of xarray with coordinates along z, y and x; if they are no positions in the world, or
+    not even, the spacing, NaN where there is none. Of all others, nothing."""
     if getattr(data, "dims", None) != ("z", "y", "x") or not all(name in getattr(data, "coords", ()) for name in "zyx"):
         return None, None
     coordinates = [data.coords[name] for name in "zyx"]
     # What the engine "tagrid" says of them: positions, numbers of samples, or distances along axes that are turned.
     meanings = {str(coordinate.attrs.get("long_name", "position")).split()[0] for coordinate in coordinates}
     steps = [_even_step(np.asarray(coordinate)) for coordinate in coordinates]
-    if not all(steps) or "sample" in meanings:
+    if "sample" in meanings:
         return None, None
-    if "distance" in meanings:
+    if "distance" in meanings or not np.isfinite(steps).all():
         return steps, None
     affine = np.diag([*steps[::-1], 1.0])
     affine[:3, 3] = [float(coordinate[0]) for coordinate in coordinates[::-1]]
@@ -80,11 +81,11 @@ def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.
 
 
 def _even_step(places: npt.NDArray[Any]) -> float:
-    """The distance of neighbours; 0 if they have none in common."""
+    """The distance of neighbours; NaN if they have none in common."""
     if places.ndim != 1 or len(places) < 2 or places.dtype.kind not in "iuf":
-        return 0
+        return math.nan
     step = (float(places[-1]) - float(places[0])) / (len(places) - 1)
-    return step if np.allclose(np.diff(places), step, rtol=1e-4, atol=0) else 0
+    return step if step != 0 and np.allclose(np.diff(places), step, rtol=1e-4, atol=0) else math.nan
 
 
 def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:

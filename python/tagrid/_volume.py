@@ -200,7 +200,7 @@ class Volume:
              progress: Progress = None) -> npt.NDArray[Any]:
         """Reads the samples of a region, ((z0, z1), (y0, y1), (x0, x1)), the second of each not included; None: all.
 
-        step: every how manieth sample, for all axes or for each (z, y, x).
+        step: 2 takes every second sample. One number for all axes, or one for each (z, y, x).
         out: a writable array of the same shape and dtype, with any strides, which is filled and returned.
         threads: 0 for all processors; None for those of tagrid.open(). memory_limit: bytes for the work, without the
         result; 0: no limit. progress(done, total): called now and then with bytes of samples; what it raises ends the
