@@ -36,7 +36,11 @@ for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError,
 def __getattr__(name: str) -> Any:
     """Modules for other libraries are imported when they are used: tagrid.hdf5.Filter() needs no further import."""
     if name in _MODULES:
-        return _importlib.import_module(f"{__name__}.{name}")
+        try:
+            return _importlib.import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            # help() and hasattr() go on where the other library is not installed.
+            raise AttributeError(f"{__name__}.{name} cannot be used: {error}") from error
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pathlib
 import pickle
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -166,6 +167,23 @@ class Arguments(unittest.TestCase):
         self.assertEqual(dict(tagrid.hdf5.Filter(max_error=2))["compression"], tagrid.hdf5.FILTER_ID)
         self.refused(AttributeError, "module 'tagrid' has no attribute 'load'", getattr, tagrid, "load")
         self.refused(TypeError, "max_error must be a number, not 'a'", tagrid.hdf5.Filter, "a")
+
+    def test_help_needs_no_other_library(self):
+        code = """
+import sys
+for name in ("xarray", "numcodecs", "zarr", "dask"):
+    sys.modules[name] = None
+import pydoc, tagrid
+assert "decoded" in pydoc.render_doc(tagrid)
+assert not hasattr(tagrid, "xarray") and hasattr(tagrid, "zarr")
+try:
+    tagrid.xarray
+except AttributeError as error:
+    print(error)
+"""
+        done = subprocess.run([sys.executable, "-B", "-c", code], text=True, capture_output=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("tagrid.xarray cannot be used: ", done.stdout)
 
     def test_sources_that_can_go_to_another_process_do(self):
         for source in (self.path, str(self.path), DATA, bytearray(DATA), np.frombuffer(DATA, np.uint8), io.BytesIO(DATA), KnowsItsBytes(DATA)):
