@@ -76,7 +76,7 @@ class Tiff(ReaderTest):
         self.assertTrue((self.folder / "s.tag").exists())
         self.assertEqual(self.tagrid("verify", "s.tag", "--against", "s").returncode, 0)
         # Refused, as the tags of the files would be lost.
-        self.assert_refused(64, "--strip leaves out what surrounds its samples", "encode", "s", "--rm", "-f", "--strip")
+        self.assert_refused(64, "--strip leaves out its files", "encode", "s", "--rm", "-f", "--strip")
 
     def encoded_skyscan_folder(self, numbers, log):
         """What info says of slices with these numbers in their names, beside a log."""

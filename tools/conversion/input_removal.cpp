@@ -40,11 +40,8 @@ std::string lost_with_files(const SourceFacts& facts, bool keeps_files) {
   const SourceFiles source = source_files(facts);
   if (const std::string why = source.why_not_restorable(); !why.empty())
     return fmt::format("its files would not come back byte for byte: {}", why);
-  if (keeps_files) return "";
-  std::uint64_t bytes = 0;
-  for (const EnvelopeFile& file : source.files) bytes += file.size;
-  return bytes == source.shape.bytes() ? ""
-                                       : "--strip leaves out what surrounds its samples, which would be lost";
+  // Samples alone have names and a byte order, too.
+  return keeps_files ? "" : "--strip leaves out its files, and restore could not give them back";
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ std::vector<std::string> removable_tag(const std::string& input, const std::stri
 
 /// The same for a volume. Files are removed only if they come back: every byte, except that samples may have the error
 /// that was asked for (see require_replaceable()). So files with compressed samples are refused. `keeps_files`: the
-/// encoding keeps what surrounds the samples; with --strip it does not.
+/// encoding keeps the files; with --strip it does not.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, bool keeps_files, const char* advice);
 

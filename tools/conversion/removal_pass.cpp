@@ -30,13 +30,6 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
-/// True if the files hold the samples of the volume and nothing else.
-bool are_samples_alone(const VolumeSource& volume) {
-  std::uint64_t bytes = 0;
-  for (const InputFile& file : look_at(volume.files())) bytes += file.bytes;
-  return bytes == sample_bytes(volume.info().dims, volume.info().type);
-}
-
 /// The files of a volume; only the path in its line if they cannot be found out.
 std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known, const RunOptions& run) {
   try {
@@ -119,12 +112,9 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
 /// What the volume has besides its samples must come back as it is now.
 void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSource& volume) const {
   const TagBricks file(std::make_shared<FileSource>(output_path(line)));
-  if (file.sizes().envelope == 0) {
-    // Without headers nothing surrounds the samples.
-    if (are_samples_alone(volume)) return;
-    throw BrokenInput(fmt::format("{}: {} does not keep what surrounds its samples; it is kept", line.input,
-                                  output_path(line)));
-  }
+  if (file.sizes().envelope == 0)
+    throw BrokenInput(
+        fmt::format("{}: {} does not keep its files; it is kept", line.input, output_path(line)));
   const SourceComparison found = compare_source_files(file, volume, resources_.threads);
   if (!found.is_same)
     throw BrokenInput(
