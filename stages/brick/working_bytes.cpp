@@ -97,8 +97,7 @@ std::uint64_t working_bytes_of_decoding(const CodingParameters& p, Index3 brick,
   if (!activity_follows_values(p)) return bits + std::max(activity, z.voxel_bytes + values);
   if (!grid) return z.voxel_bytes + values;
   // Bytes that were carried are put before the others.
-  return z.voxel_bytes +
-         std::max(values, most_bytes_of_activity(z) + bits + with_forecast(z, p, activity));
+  return z.voxel_bytes + std::max(values, most_bytes_of_activity(z) + bits + with_forecast(z, p, activity));
 }
 
 }  // namespace tagrid
