@@ -59,9 +59,9 @@ struct DecodeCommand {
     if (salvage && is_pipe_input(input))
       throw UsageError(fmt::format("{}: --salvage reads a file in any order; save it to one first",
                                    input == "-" ? "standard input" : input));
+    const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
     std::vector<std::string> removed_after;
     if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb});
-    const UnchangedFiles watched(removed_after);
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
