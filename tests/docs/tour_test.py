@@ -122,6 +122,16 @@ class Tour(unittest.TestCase):
         self.assertEqual((kinds[0], kinds.count("install"), kinds.count("python")), ("install", 1, 1))
         self.assertGreaterEqual(kinds.count("session"), 8)
 
+    @unittest.skipUnless(shutil.which("apt-get"), "there is no apt-get on this machine")
+    def test_debian_has_the_packages_that_the_text_names(self):
+        named = re.findall(r"`sudo apt-get install -y ([\w-]+)`", PAGE)
+        self.assertEqual(named, ["paraview", "jq"])
+        for package in named:
+            done = subprocess.run(["apt-get", "install", "-s", "-y", package], text=True, capture_output=True)
+            if "Unable to locate" in done.stderr:
+                self.skipTest(f"apt-get has no lists of packages here: {done.stderr}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+
     def test_it_is_one_page_with_small_pictures(self):
         self.assertLess(len(PAGE.splitlines()), 150)
         self.assertIn("docs/tour.md", (ROOT / "README.md").read_text().split("##")[0])

@@ -6,6 +6,8 @@ set -euo pipefail
 sources=$(dirname "$(realpath "$0")")/../..
 tagrid=$(realpath "${1:-$sources/build/release/tagrid}")
 output=$(realpath -m "${2:-$sources/docs/images}")
+pvpython=$(command -v "${PVPYTHON:-pvpython}" || true)
+pvpython=${pvpython:+$(realpath "$pvpython")}
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 
@@ -17,9 +19,9 @@ cd "$folder"
 /usr/bin/python3 -c 'import sys
 from PIL import Image
 Image.open(sys.argv[1]).convert("RGB").reduce(2).quantize(128, dither=Image.Dither.NONE).save(sys.argv[2], optimize=True)' scan.png "$output/tour_preview.png"
-if ! command -v "${PVPYTHON:=pvpython}" >/dev/null; then
+if [ -z "$pvpython" ]; then
   echo "tools/pictures/tour.sh: pvpython is not installed, so the picture of the mesh stays" >&2
   exit 0
 fi
 "$tagrid" mesh scan.tag --level 12 -o scan.vtu
-xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" "$PVPYTHON" "$sources/tools/pictures/tour_mesh.py" scan.vtu "$output/tour_mesh.png"
+xvfb-run -a -s "-screen 0 1280x1024x24 -noreset" "$pvpython" "$sources/tools/pictures/tour_mesh.py" scan.vtu "$output/tour_mesh.png"
