@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <set>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -192,6 +194,62 @@ std::optional<LikelierReading> small_if_swapped(const Sample& sample, const RawD
   return LikelierReading{2, raw.type, !given};
 }
 
+std::optional<SampleType> with_other_sign(SampleType type) {
+  constexpr std::pair<SampleType, SampleType> pairs[] = {{SampleType::uint8, SampleType::int8},
+                                                         {SampleType::uint16, SampleType::int16},
+                                                         {SampleType::uint32, SampleType::int32}};
+  for (const auto& [without, with] : pairs)
+    if (type == without || type == with) return type == with ? without : with;
+  return std::nullopt;
+}
+
+/// Neighbours that are far apart in one reading, at its two ends, and close in the other one.
+struct Wraps {
+  double count = 0;
+  std::set<double> low, high;  ///< their values in the first reading, of which a few are enough
+};
+
+Wraps wraps_of(const std::vector<Stretch>& first, const std::vector<Stretch>& second, double span) {
+  constexpr std::size_t enough = 64;
+  Wraps wraps;
+  for (std::size_t s = 0; s < first.size(); ++s)
+    for (std::size_t i = 1; i < first[s].size(); ++i) {
+      const double a = first[s][i - 1], b = first[s][i];
+      if (std::abs(b - a) <= span / 2 || std::abs(second[s][i] - second[s][i - 1]) >= span / 4) continue;
+      ++wraps.count;
+      if (wraps.low.size() < enough) wraps.low.insert(std::min(a, b));
+      if (wraps.high.size() < enough) wraps.high.insert(std::max(a, b));
+    }
+  return wraps;
+}
+
+/// Detects integers with a sign that were read without one, and the reverse. Values then wrap around: neighbours lie at
+/// both ends of the type. So do black and white of a mask, or of a picture whose brightest part is cut off; but these are
+/// always the same two numbers.
+std::optional<LikelierReading> other_sign(const Sample& sample, const RawDescription& raw) {
+  const auto other = with_other_sign(raw.type);
+  if (!other) return std::nullopt;
+  constexpr double least_part = 0.0005, least_count = 64;
+  constexpr std::size_t least_values = 8;
+  const bool big = raw.big_endian.value_or(false);
+  const std::size_t size = size_of(raw.type);
+  const bool has_sign = raw.type > *other;
+  const std::vector<Stretch> given =
+                                 sample.read(size, big, has_sign ? Order::with_sign : Order::without_sign),
+                             likelier =
+                                 sample.read(size, big, has_sign ? Order::without_sign : Order::with_sign);
+  const double span = std::exp2(8 * static_cast<double>(size));
+  const Wraps wraps = wraps_of(given, likelier, span), reverse = wraps_of(likelier, given, span);
+  double neighbours = 0;
+  for (const Stretch& s : given) neighbours += static_cast<double>(s.size() - 1);
+  const bool is_suspect = wraps.count >= std::max(least_count, least_part * neighbours) &&
+                          wraps.count > 10 * reverse.count && wraps.low.size() >= least_values &&
+                          wraps.high.size() >= least_values &&
+                          near_difference(given, 1) > far_better * near_difference(likelier, 1);
+  if (!is_suspect) return std::nullopt;
+  return LikelierReading{size, *other, big};
+}
+
 /// True if nearly all samples other than 0 are smaller than any measured value: small integers look like
 /// this.
 template <class T>
@@ -252,7 +310,8 @@ std::optional<LikelierReading> likelier_reading(const std::string& path, const R
   if (const auto other = other_class(sample, raw)) return other;
   if (const auto smoother = smoother_reading(sample, raw)) return smoother;
   if (const auto swapped = small_if_swapped(sample, raw)) return swapped;
-  return smaller_samples(sample, raw);
+  if (const auto smaller = smaller_samples(sample, raw)) return smaller;
+  return other_sign(sample, raw);
 }
 
 }  // namespace tagrid

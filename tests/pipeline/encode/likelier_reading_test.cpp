@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -111,6 +112,44 @@ TEST_F(LikelierReadings, SmallNumbersInTheWrongOrderAreSuspected) {
   EXPECT_TRUE(reading(SampleType::uint16, true));
 }
 
+TEST_F(LikelierReadings, TheOtherSignIsSuspected) {
+  // Tissue is around 0: air, and noise of 20.
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0, 20);
+  std::string bytes;
+  for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
+    const auto v = static_cast<std::int16_t>(std::lround((i % dims_.x < 60 ? -1000 : 30) + noise(random)));
+    bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+  }
+  file("v.raw", bytes);
+  EXPECT_FALSE(reading(SampleType::int16, false));
+  const auto found = reading(SampleType::uint16, false);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->type, SampleType::int16);
+  EXPECT_FALSE(found->big_endian);
+  // Brightness around the middle of the type.
+  for (std::size_t i = 1; i < bytes.size(); i += 2) bytes[i] = static_cast<char>(bytes[i] ^ 0x80);
+  file("v.raw", bytes);
+  EXPECT_FALSE(reading(SampleType::uint16, false));
+  const auto unsigned_one = reading(SampleType::int16, false);
+  ASSERT_TRUE(unsigned_one);
+  EXPECT_EQ(unsigned_one->type, SampleType::uint16);
+}
+
+TEST_F(LikelierReadings, MasksAndCutOffBrightnessHaveNoOtherSign) {
+  std::mt19937 random(1);
+  for (const bool is_mask : {true, false}) {
+    std::string bytes;
+    for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
+      const bool is_bright = (i % dims_.x / 7 + i / dims_.x / 5) % 2 != 0;
+      const auto v = static_cast<std::uint16_t>(is_bright ? 65535 : is_mask ? 0 : random() % 3000);
+      bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+    }
+    file("v.raw", bytes);
+    EXPECT_FALSE(reading(SampleType::uint16, false)) << is_mask;
+  }
+}
+
 // Volumes that are unusual, but right.
 TEST_F(LikelierReadings, OddVolumesAreNotSuspected) {
   const auto count = static_cast<std::size_t>(dims_.x * dims_.y * dims_.z);
@@ -136,6 +175,10 @@ TEST_F(LikelierReadings, OddVolumesAreNotSuspected) {
        [&](std::size_t i) { return at(i, 0) < 12 ? -128 : 20 + static_cast<double>(random() % 9); }}};
   for (const auto& [name, value] : odd)
     for (const SampleType type : all_types) {
+      // Without a sign, noise around 0 is noise at both ends of the type, which is not right.
+      const bool has_sign =
+          type != SampleType::uint8 && type != SampleType::uint16 && type != SampleType::uint32;
+      if (std::string(name) == "noise around 0" && !has_sign) continue;
       std::string bytes;
       with_sample_type(type, [&, &value = value](auto zero) {
         using T = decltype(zero);
@@ -149,6 +192,20 @@ TEST_F(LikelierReadings, OddVolumesAreNotSuspected) {
       file("v.raw", bytes);
       EXPECT_FALSE(reading(type, false)) << name << " as " << name_of(type);
     }
+}
+
+/// True if at least a hundredth of all samples lies within 200 on either side of 0.
+bool has_both_signs(VolumeSource& volume) {
+  double below = 0, above = 0, count = 0;
+  read_to_end(volume, [&](std::span<std::byte> bytes) {
+    for (std::size_t i = 0; i < bytes.size(); i += 2, ++count) {
+      std::int16_t v;
+      std::memcpy(&v, bytes.data() + i, 2);
+      below += v < 0 && v >= -200;
+      above += v >= 0 && v < 200;
+    }
+  });
+  return below > count / 100 && above > count / 100;
 }
 
 TEST_F(LikelierReadings, RealVolumesAreNotSuspected) {
@@ -165,6 +222,13 @@ TEST_F(LikelierReadings, RealVolumesAreNotSuspected) {
     raw.type = volume->info().type;
     raw.big_endian = text.find("endian: big") != text.npos;
     EXPECT_FALSE(likelier_reading(samples, raw)) << samples;
+    if (raw.type == SampleType::int16 && has_both_signs(*volume)) {
+      raw.type = SampleType::uint16;
+      const auto found = likelier_reading(samples, raw);
+      ASSERT_TRUE(found) << samples << " as uint16";
+      EXPECT_EQ(found->type, SampleType::int16) << samples;
+      raw.type = SampleType::int16;
+    }
     if (size_of(raw.type) == 1) continue;
     raw.big_endian = !*raw.big_endian;
     EXPECT_TRUE(likelier_reading(samples, raw)) << samples;
