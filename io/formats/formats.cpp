@@ -174,6 +174,7 @@ std::vector<Format> all_formats() {
        },
        .any_order = true,
        .slices_are_alike = true,
+       .keeps_units = keeps_values_in_tiff,
        .lost = lost_in_tiff,
        .memory = memory_of_tiff},
       {.name = "vti",
@@ -365,7 +366,7 @@ std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
       differences.emplace_back("slices lie at unequal distances (slice_positions)");
     if (key == "slice_slopes") differences.emplace_back("slices have slopes of their own (slice_slopes)");
     has_slopes = has_slopes || key == "slice_slopes";
-    if (key == "rescale_units" && !format.keeps_header)
+    if (key == "rescale_units" && !format.keeps_header && !format.keeps_units(info))
       differences.push_back(fmt::format("values are in {} (rescale_units)", quoted(std::string_view(value))));
   }
   if (!differences.empty())

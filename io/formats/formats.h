@@ -71,6 +71,8 @@ struct Format {
   bool slices_are_alike = false;
   /// A file has every line of the header, or everything that follows from them.
   bool keeps_header = false;
+  /// Without the header, a file of this volume has the unit of values.
+  bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
   /// What else a file of this format cannot say of the volume; "" if nothing is lost.
   std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
   /// Bytes of memory that writing takes, besides the samples that are passed in, and besides VolumeSink::memory().

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <vector>
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
@@ -62,11 +63,12 @@ ReaderOptions options_of(const SourceDescription& source) {
 }
 
 std::string known_formats() {
-  std::string known;
+  std::vector<std::string_view> known;
   for (const Format& format : formats())
-    if (format.is_read() && format.is_mine != nullptr)
-      known += fmt::format("{}{}", known.empty() ? "" : " or ", format.what);
-  return known;
+    if (format.is_read() && format.is_mine != nullptr) known.push_back(format.what);
+  const std::string_view last = known.back();
+  known.pop_back();
+  return fmt::format("{} or {}", fmt::join(known, ", "), last);
 }
 
 BrokenInput no_volume(FileBytes& file) {

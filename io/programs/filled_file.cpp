@@ -19,11 +19,12 @@ namespace tagrid {
 /// A file without a name that another process can open by a path.
 class FilledFile::Nameless {
  public:
-  explicit Nameless(const std::string& path) : descriptor_(SpoolFile::beside(path).release()) {}
+  explicit Nameless(SpoolFile file) : folder_(file.folder()), descriptor_(file.release()) {}
   ~Nameless() { close(descriptor_); }
   Nameless(const Nameless&) = delete;
   Nameless& operator=(const Nameless&) = delete;
 
+  const std::string& folder() const { return folder_; }
   std::string path() const { return fmt::format("/proc/{}/fd/{}", getpid(), descriptor_); }
   void copy_to(OutputFile& file) const {
     std::vector<std::byte> bytes(std::size_t{1} << 20);
@@ -38,12 +39,16 @@ class FilledFile::Nameless {
   }
 
  private:
+  std::string folder_;
   int descriptor_;
 };
 
-FilledFile::FilledFile(OutputFile& file, const std::string& path) : file_(file) {
+FilledFile::FilledFile(OutputFile& file, const std::string& path, const std::string& spool)
+    : file_(file), name_(file.name()) {
   if (!file.can_seek()) {
-    nameless_ = std::make_unique<Nameless>(path);
+    nameless_ = std::make_unique<Nameless>(spool.empty() ? SpoolFile::beside(path)
+                                                         : SpoolFile::in(spool, file.name()));
+    name_ += fmt::format(" (through a temporary file in {})", nameless_->folder());
     path_ = nameless_->path();
     return;
   }

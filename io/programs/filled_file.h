@@ -14,14 +14,17 @@ namespace tagrid {
 /// Gives a program the temporary file of an output to fill. Pipes and devices get a copy of what it wrote.
 class FilledFile {
  public:
-  /// `file` must outlive the object; nothing has been written to it. `path`: its own.
-  FilledFile(OutputFile& file, const std::string& path);
+  /// `file` must outlive the object; nothing has been written to it. `path`: its own. What is for a pipe or a device waits
+  /// in a temporary file in the folder `spool`; "": in that for temporary files.
+  FilledFile(OutputFile& file, const std::string& path, const std::string& spool = "");
   ~FilledFile();
   FilledFile(const FilledFile&) = delete;
   FilledFile& operator=(const FilledFile&) = delete;
 
   /// An empty file, for the program.
   const std::string& path() const { return path_; }
+  /// For messages: the name of the output, and the folder in which it waits, which may be full.
+  const std::string& name() const { return name_; }
   /// To be called once, when the program has ended. Throws WorldError if it removed or replaced the file. Returns the
   /// bytes of the whole output.
   std::uint64_t complete();
@@ -31,7 +34,7 @@ class FilledFile {
 
   OutputFile& file_;
   std::unique_ptr<Nameless> nameless_;
-  std::string path_;
+  std::string path_, name_;
   dev_t device_ = 0;
   ino_t number_ = 0;  ///< of the file that the program fills
 };

@@ -18,9 +18,9 @@ class ProgramSink final : public VolumeSink {
               const SinkOptions& options, const WriterOptions& wishes, std::uint64_t first_memory)
       : VolumeSink(info),
         file_(path, options.overwrite, {.like = options.like}),
-        filled_(file_, path),
+        filled_(file_, path, options.spool),
         conversation_(program, {.memory = first_memory}),
-        ready_(conversation_.begin(filled_.path(), file_.name(), info, wishes)) {}
+        ready_(conversation_.begin(filled_.path(), filled_.name(), info, wishes)) {}
 
   bool any_order() const override { return false; }
   Place place() const override { throw std::logic_error("a program writes the samples"); }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "io/bytes/little_endian.h"
+#include "io/nrrd/rescale.h"
 #include "io/samples/file_sink.h"
 
 namespace tagrid {
@@ -58,10 +59,15 @@ class Headers {
   std::string text_;
 };
 
-constexpr std::uint64_t fields_of_page = 12;
+constexpr std::uint64_t fields_of_page = 13;
 
 std::uint64_t page_bytes(bool is_big) {
   return is_big ? 8 + fields_of_page * 20 + 8 : 2 + fields_of_page * 12 + 4;
+}
+
+/// True if the text can be the rest of a line of ImageJ's description.
+bool fits_line(const std::string& text) {
+  return text.find_first_of("\r\n") == text.npos && text.find('\0') == text.npos;
 }
 
 /// ImageJ takes resolutions without a unit for those of paper. A unit is the rest of its line.
@@ -69,8 +75,20 @@ bool has_known_spacing(const Geometry& geometry) {
   const std::string& unit = geometry.units[0];
   for (const std::size_t axis : {0U, 1U})
     if (!(std::abs(geometry.spacing[axis]) > 1e-6) || !(std::abs(geometry.spacing[axis]) < 1e6)) return false;
-  return geometry.has_spacing && !unit.empty() && unit.find_first_of("\r\n") == unit.npos &&
-         unit.find('\0') == unit.npos;
+  return geometry.has_spacing && !unit.empty() && fits_line(unit);
+}
+
+/// What the samples mean, as ImageJ has it; "" if they are the values. REQUIRES: keeps_values_in_tiff().
+std::string calibration_of(const VolumeInfo& info) {
+  const Rescale rescale = rescale_of(info.nrrd_fields);
+  if (rescale == Rescale{}) return "";
+  // In memory, ImageJ has signed numbers as unsigned ones, to which the calibration belongs.
+  constexpr double half = 32768;
+  const double c0 =
+      info.type == SampleType::int16 ? rescale.intercept - rescale.slope * half : rescale.intercept;
+  constexpr int straight_line = 0;
+  return fmt::format("cf={}\nc0={}\nc1={}\n", straight_line, c0, rescale.slope) +
+         (rescale.units.empty() ? "" : fmt::format("vunit={}\n", rescale.units));
 }
 
 /// What ImageJ reads of a stack.
@@ -81,6 +99,7 @@ std::string description_of(const VolumeInfo& info) {
     if (!std::isnan(geometry.spacing[2])) text += fmt::format("spacing={}\n", std::abs(geometry.spacing[2]));
     text += fmt::format("unit={}\n", geometry.units[0]);
   }
+  if (keeps_values_in_tiff(info)) text += calibration_of(info);
   return text + '\0';
 }
 
@@ -142,6 +161,9 @@ std::string headers_of(const VolumeInfo& info) {
       headers.put_field(282, FieldType::ratio, 1, ratios_at);
       headers.put_field(283, FieldType::ratio, 1, ratios_at + 8);
     }
+    // Resolutions of paper would be in inches.
+    constexpr std::uint64_t no_unit = 1;
+    headers.put_field(296, FieldType::half, 1, no_unit);
     headers.put_field(339, FieldType::half, 1, format);
     headers.put_offset(page + 1 < pages ? pages_at + (page + 1) * page_bytes(is_big) : 0);
   }
@@ -157,8 +179,15 @@ std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInf
       info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), headers_of(info));
 }
 
+bool keeps_values_in_tiff(const VolumeInfo& info) {
+  // ImageJ calibrates no other numbers.
+  return (info.type == SampleType::uint8 || info.type == SampleType::uint16 ||
+          info.type == SampleType::int16) &&
+         fits_line(rescale_of(info.nrrd_fields).units);
+}
+
 std::string lost_in_tiff(const VolumeInfo& info) {
-  if (info.nrrd_fields.find("rescale_slope:=") != std::string::npos)
+  if (rescale_of(info.nrrd_fields) != Rescale{} && !keeps_values_in_tiff(info))
     return "TIFF has no place for slope and intercept of its values, nor for positions and directions";
   const Geometry& geometry = info.geometry;
   if (geometry.has_spacing && !has_known_spacing(geometry))

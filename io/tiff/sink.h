@@ -9,9 +9,12 @@
 namespace tagrid {
 
 /// Writes a page for each slice, uncompressed, all headers in front of all samples; BigTIFF if the file is larger than 4 GB.
-/// Spacing and unit are those of ImageJ.
+/// Spacing, unit, and the calibration of values are those of ImageJ.
 std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
                                         const SinkOptions& options);
+
+/// True if the file says what samples mean: ImageJ has a calibration of some types.
+bool keeps_values_in_tiff(const VolumeInfo& info);
 
 /// What TIFF cannot say of this volume; "" if nothing is lost.
 std::string lost_in_tiff(const VolumeInfo& info);

@@ -12,10 +12,12 @@ bool WantedRegion::is_all() const {
 
 std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
                                         const CodingParameters& parameters, bool others_write) {
-  WriteOptions options = {
-      .files = {.overwrite = run.overwrite, .like = attributes_of(run.input), .others_write = others_write},
-      .wishes = run.wishes,
-      .first_memory = first_memory_of_programs(run.resources.memory)};
+  WriteOptions options = {.files = {.overwrite = run.overwrite,
+                                    .like = attributes_of(run.input),
+                                    .spool = run.resources.spool,
+                                    .others_write = others_write},
+                          .wishes = run.wishes,
+                          .first_memory = first_memory_of_programs(run.resources.memory)};
   // A value that stands for lost samples can be off by any amount.
   if (parameters.max_error >= 0 && !run.fill)
     options.wishes["max-error"] = fmt::format("{}", parameters.max_error);

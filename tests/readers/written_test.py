@@ -4,6 +4,7 @@
 """
 
 import itertools
+import os
 import re
 import shutil
 import struct
@@ -184,10 +185,14 @@ class Written(ReaderTest):
         self.assertIn("no place for positions", self.decode("b.tif"))
         self.assertEqual(self.decode("b.vti"), "")
         self.encode(pairs="rescale_slope:=2.5\nrescale_intercept:=0\n")
-        for name in ("b.tif", "b.vti"):
-            self.assertIn("slope", self.decode(name))
+        self.assertIn("slope", self.decode("b.vti"))
+        self.assertNotIn("slope", self.decode("b.tif"))
+        self.encode("float32", pairs="rescale_slope:=2.5\nrescale_intercept:=0\nrescale_units:=HU\n")
+        self.assertIn("TIFF has no place for slope", self.decode("b.tif"))
+        self.assertIn("values are in \"HU\"", self.decode("b.tif"))
         self.encode(pairs="rescale_units:=HU\n")
-        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.tif", "b.vti"):
+        self.assertNotIn("HU", self.decode("b.tif"))
+        for name in ("b.nii", "b.nii.gz", "b.mha", "b.mhd", "b.vti"):
             self.assertIn("values are in \"HU\" (rescale_units)", self.decode(name), name)
         for name in ("b.nrrd", "b.h5", "b.vtkhdf"):
             self.assertNotIn("HU", self.decode(name), name)
@@ -209,6 +214,45 @@ class Written(ReaderTest):
         pairs = self.encoded("b.nii")[1]["source"]["pairs"]
         self.assertEqual((pairs["rescale_slope"], pairs["rescale_intercept"], pairs["nifti_descrip"], pairs["nifti_cal_max"]),
                          ("2.5", "-7", "a scan", "9"))
+
+    @unittest.skipIf(tifffile is None, "there is no tifffile on this machine (python3-tifffile)")
+    def test_tiff_has_the_calibration_of_image_j(self):
+        for type, slope, intercept in itertools.product(("uint8", "uint16", "int16"), (1, 2.5), (0, -1024)):
+            pairs = f"rescale_slope:={slope}\nrescale_intercept:={intercept}\nrescale_units:=HU\n"
+            truth = self.encode(type, directions=None, space="spacing", pairs=pairs if (slope, intercept) != (1, 0) else "rescale_units:=HU\n")
+            self.assertEqual(self.decode("b.tif"), "", type)
+            with tifffile.TiffFile(self.folder / "b.tif") as file:
+                known, tags = file.imagej_metadata, file.pages[0].tags
+                self.assertEqual((known["spacing"], known["unit"], known["vunit"], known["cf"]), (3, "um", "HU", 0))
+                # ImageJ calibrates signed numbers as the unsigned ones that it has in memory.
+                self.assertEqual((known["c1"], known["c0"]), (slope, intercept - (32768 * slope if type == "int16" else 0)))
+                x, y = tags["XResolution"].value, tags["YResolution"].value
+                self.assertAlmostEqual(x[0] / x[1], 1 / 0.5, places=6)
+                self.assertAlmostEqual(y[0] / y[1], 1 / 0.25, places=6)
+                self.assertEqual(int(tags["ResolutionUnit"].value), 1)
+            samples, info = self.encoded("b.tif")
+            self.assert_same(samples, truth, type)
+            found = info["source"]["pairs"]
+            self.assertEqual((float(found.get("rescale_slope", 1)), float(found.get("rescale_intercept", 0)), found["rescale_units"]),
+                             (slope, intercept, "HU"), type)
+        # Slices with slopes of their own have no common one.
+        self.encode(pairs="slice_slopes:=1 2 1 2 1\nslice_intercepts:=0 0 0 0 0\nrescale_slope:=2\nrescale_intercept:=0\n")
+        self.assertIn("slice_slopes", self.decode("b.tif"))
+        self.assertNotIn(b"cf=", (self.folder / "b.tif").read_bytes())
+
+    def test_a_program_writes_for_a_pipe_where_spool_says(self):
+        self.encode()
+        for options, folder in (((), "/nowhere-to-be"), (("--spool", "/not-here-either"), "/not-here-either")):
+            run = subprocess.run([other_readers.PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", *options], cwd=self.folder,
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": "/nowhere-to-be"})
+            self.assertEqual(run.returncode, 74, run.stderr)
+            self.assertIn(f"temporary file in {folder}".encode(), run.stderr)
+        self.decode("b.h5")
+        (self.folder / "spool").mkdir()
+        run = subprocess.run([other_readers.PROGRAM, "decode", "a.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, "TMPDIR": "/nowhere-to-be"})
+        self.assertEqual((run.returncode, run.stderr), (0, b""))
+        self.assertEqual(run.stdout, (self.folder / "b.h5").read_bytes())
 
     def test_wide_volumes_in_nifti_2(self):
         truth = self.encode(shape=(1, 2, 40000))

@@ -100,9 +100,10 @@ void add_memory_option(CLI::App& command, RunOptions& options) {
 
 void add_spool_option(CLI::App& command, RunOptions& options) {
   command
-      .add_option(
-          "--spool", options.spool,
-          "Folder for a temporary file of samples, needed if the slices of a pipe are too wide for memory")
+      .add_option("--spool", options.spool,
+                  "Folder for temporary files: of samples, needed if the slices of a pipe are too wide for "
+                  "memory, and of "
+                  "what another program writes for a pipe")
       ->option_text("DIR");
 }
 
