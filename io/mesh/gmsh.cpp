@@ -101,12 +101,16 @@ void GmshFile::write_mesh() {
   Fields fields(output_);
   fields.put(1);  // tells the order of bytes
   fields.flush();
-  output_.write(fmt::format("\n$EndMeshFormat\n$PhysicalNames\n1\n{} {} \"volume\"\n$EndPhysicalNames\n",
-                            of_volumes, group_tag));
+  output_.write("\n$EndMeshFormat\n");
+  if (!notes_.space.empty())
+    output_.write(fmt::format("$Comments\n{}\n$EndComments\n", space_comment(notes_)));
+  output_.write(
+      fmt::format("$PhysicalNames\n1\n{} {} \"volume\"\n$EndPhysicalNames\n", of_volumes, group_tag));
   write_entities();
   write_nodes();
   write_elements();
   write_node_data();
+  if (notes_.has_rescale()) write_rescaled_data();
   write_element_data("level", [](std::byte level) { return level; });
   write_element_data("type", primitive_of);
 }
@@ -161,6 +165,19 @@ void GmshFile::write_node_data() {
         fields.put(static_cast<double>(load_little_endian<T>(piece.data() + i)));
       }
     });
+  });
+  fields.flush();
+  output_.write("\n$EndNodeData\n");
+}
+
+void GmshFile::write_rescaled_data() {
+  output_.write(head_of_data("NodeData", "rescaled", mesh_.points));
+  Fields fields(output_);
+  for_each_rescaled([&](std::int64_t first, std::span<const std::byte> numbers) {
+    for (std::size_t i = 0; i < numbers.size(); i += sizeof(double)) {
+      fields.put(static_cast<std::int32_t>(++first));
+      fields.put(load_little_endian<double>(numbers.data() + i));
+    }
   });
   fields.flush();
   output_.write("\n$EndNodeData\n");

@@ -26,6 +26,7 @@ class GmshFile final : public MeshFile {
   void write_nodes();
   void write_elements();
   void write_node_data();
+  void write_rescaled_data();
   void write_element_data(const char* name, std::byte (*number_of)(std::byte level));
 };
 

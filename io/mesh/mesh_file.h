@@ -6,10 +6,13 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "io/bytes/little_endian.h"
 #include "io/files/output_file.h"
 #include "io/files/spool_file.h"
+#include "io/mesh/mesh_notes.h"
 #include "io/mesh/mesh_sink.h"
 #include "stages/volume/sample_type.h"
 
@@ -40,6 +43,10 @@ class MeshFile : public MeshSink {
   MeshFile(const std::string& path, SampleType value_type, bool overwrite)
       : output_(path, overwrite), mesh_(path, value_type) {}
 
+  /// What the file says besides its arrays. If values have a slope or an intercept, it gets an array `rescaled`, too. To
+  /// be called before finish().
+  void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
+
   void add_points(std::span<const double> xyz, std::span<const std::byte> values) override;
   void add_tetrahedra(std::span<const std::int64_t> connectivity,
                       std::span<const std::uint8_t> levels) override;
@@ -61,8 +68,13 @@ class MeshFile : public MeshSink {
   /// Writes all of `mesh_`.
   virtual void write_mesh() = 0;
 
+  /// Passes the rescaled values of all points on, in pieces; see for_each_piece().
+  template <class Use>
+  void for_each_rescaled(Use use);
+
   OutputFile output_;
   SpooledMesh mesh_;
+  MeshNotes notes_;
 
  private:
   std::int64_t largest_index_ = -1;
@@ -79,6 +91,29 @@ void for_each_piece(SpoolFile& array, std::size_t entry_bytes, Use use) {
     array.read_at(position, piece);
     use(static_cast<std::int64_t>(position / entry_bytes), std::span<const std::byte>(piece));
   }
+}
+
+template <class Use>
+void MeshFile::for_each_rescaled(Use use) {
+  with_sample_type(mesh_.value_type, [&](auto type) {
+    using T = decltype(type);
+    std::vector<std::byte> numbers;
+    for_each_piece(mesh_.values, sizeof(T), [&](std::int64_t first, std::span<const std::byte> piece) {
+      const std::size_t count = piece.size() / sizeof(T);
+      // A piece of numbers has no more bytes than one of samples may have.
+      for (std::size_t begin = 0; begin < count;) {
+        const std::size_t end = std::min(count, begin + (std::size_t{1} << 16));
+        numbers.resize((end - begin) * sizeof(double));
+        for (std::size_t i = begin; i < end; ++i)
+          store_little_endian(numbers.data() + (i - begin) * sizeof(double),
+                              notes_.rescale.slope * static_cast<double>(load_little_endian<T>(
+                                                         piece.data() + i * sizeof(T))) +
+                                  notes_.rescale.intercept);
+        use(first + static_cast<std::int64_t>(begin), std::span<const std::byte>(numbers));
+        begin = end;
+      }
+    });
+  });
 }
 
 /// The primitive of a tetrahedron (0, 1, 2: I, II, III), from its level.

@@ -33,19 +33,23 @@ std::string VtuFile::head() const {
     return line;
   };
   const auto cells = static_cast<std::uint64_t>(mesh_.tetrahedra);
+  const auto points = static_cast<std::uint64_t>(mesh_.points);
   std::string xml = fmt::format(
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
       "header_type=\"UInt64\">\n"
       "  <UnstructuredGrid>\n"
+      "{}"
       "    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-      mesh_.points, mesh_.tetrahedra);
+      vtk_field_data(notes_), mesh_.points, mesh_.tetrahedra);
   xml += "      <Points>\n" + array("Float64", "Points", 3, mesh_.coordinates.size()) + "      </Points>\n";
   xml += "      <Cells>\n" + array("Int64", "connectivity", 1, mesh_.connectivity.size());
   xml += array("Int64", "offsets", 1, cells * sizeof(std::int64_t));
   xml += array("UInt8", "types", 1, cells) + "      </Cells>\n";
   xml += "      <PointData Scalars=\"value\">\n" +
-         array(vtk_name_of(mesh_.value_type), "value", 1, mesh_.values.size()) + "      </PointData>\n";
+         array(vtk_name_of(mesh_.value_type), "value", 1, mesh_.values.size());
+  if (notes_.has_rescale()) xml += array("Float64", "rescaled", 1, points * sizeof(double));
+  xml += "      </PointData>\n";
   xml += "      <CellData Scalars=\"level\">\n" + array("UInt8", "level", 1, cells);
   xml += array("UInt8", "type", 1, cells) + "      </CellData>\n";
   xml += "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_";
@@ -59,6 +63,10 @@ void VtuFile::write_mesh() {
   write_computed<std::int64_t>(output_, mesh_.tetrahedra, [](std::int64_t i) { return 4 * (i + 1); });
   write_computed<std::uint8_t>(output_, mesh_.tetrahedra, [](std::int64_t) { return vtk_tetra; });
   write_spooled(output_, mesh_.values);
+  if (notes_.has_rescale()) {
+    write_size(output_, static_cast<std::uint64_t>(mesh_.points) * sizeof(double));
+    for_each_rescaled([&](std::int64_t, std::span<const std::byte> numbers) { output_.write(numbers); });
+  }
   write_spooled(output_, mesh_.levels);
   write_types(output_, mesh_.levels);
   output_.write("\n  </AppendedData>\n</VTKFile>\n");

@@ -234,6 +234,12 @@ std::string pair_line(std::string_view key, std::string_view value) {
 
 }  // namespace
 
+std::string text_of_key(std::string_view nrrd_fields, std::string_view key) {
+  for (auto& [name, text] : key_values_of(nrrd_fields))
+    if (name == key) return std::move(text);
+  return "";
+}
+
 KeyValues key_values_of(std::string_view nrrd_fields) {
   KeyValues pairs;
   while (!nrrd_fields.empty()) {

@@ -28,6 +28,12 @@ void add_rescale(const Rescale& rescale, KeyValues& pairs);
 /// The key-value pairs of NRRD header lines, in order. Throws BrokenInput if a line is not one of a header.
 KeyValues key_values_of(std::string_view nrrd_fields);
 
+/// The key under which readers say that samples were compressed with a loss before, and by what: "TIFF, JPEG".
+inline constexpr std::string_view lossy_source_key = "lossy source";
+
+/// The text of a key; "" if there is none. Throws as key_values_of() does.
+std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
+
 /// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes, intercepts and
 /// positions of slices stay, and what OpenVDB grids need; comments and the content go.
 std::string stripped(std::string_view nrrd_fields);

@@ -1,5 +1,6 @@
 #include "io/nrrd/rescale.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/files/text.h"
@@ -18,6 +19,21 @@ Rescale rescale_of(std::string_view nrrd_fields) {
   }
   const bool valid = std::isfinite(rescale.slope) && rescale.slope != 0 && std::isfinite(rescale.intercept);
   return valid ? rescale : Rescale{};
+}
+
+bool has_slopes_of_slices(std::string_view nrrd_fields) {
+  return std::ranges::any_of(key_values_of(nrrd_fields),
+                             [](const auto& pair) { return pair.first == "slice_slopes"; });
+}
+
+double largest_slope(std::string_view nrrd_fields) {
+  double largest = 0;
+  for (const auto& [key, value] : key_values_of(nrrd_fields))
+    if (key == "slice_slopes")
+      for (const std::string_view word : words_of(value))
+        if (const auto slope = number_of(word); slope && std::isfinite(*slope))
+          largest = std::max(largest, std::abs(*slope));
+  return largest > 0 ? largest : std::abs(rescale_of(nrrd_fields).slope);
 }
 
 double error_in_samples(double error, const Rescale& rescale) {

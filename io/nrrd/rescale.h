@@ -11,6 +11,13 @@ namespace tagrid {
 /// numbers, or if each slice has its own, values are the samples. Throws BrokenInput if a line is not one of a header.
 Rescale rescale_of(std::string_view nrrd_fields);
 
+/// True if each slice has a slope of its own (slice_slopes). Throws as above.
+bool has_slopes_of_slices(std::string_view nrrd_fields);
+
+/// The slope with which an error of values becomes the error of samples that is safe for all slices: that of rescale_of()
+/// or the largest of slice_slopes. Throws as above.
+double largest_slope(std::string_view nrrd_fields);
+
 /// The largest error of samples that is at most `error` in values.
 double error_in_samples(double error, const Rescale& rescale);
 

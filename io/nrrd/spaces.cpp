@@ -24,4 +24,19 @@ std::optional<std::array<int, 3>> signs_of_space(const std::string& space) {
   return rest.empty() ? std::optional(signs) : std::nullopt;
 }
 
+std::string short_name_of_space(const std::string& space) {
+  std::string name;
+  if (const auto signs = signs_of_space(space)) {
+    constexpr std::array<std::string_view, 3> letters = {"LR", "PA", "IS"};
+    for (std::size_t axis = 0; axis < 3; ++axis) name += letters[axis][(*signs)[axis] > 0 ? 1 : 0];
+    return name;
+  }
+  for (const char c : space) {
+    const bool is_plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-';
+    if (is_plain && name.size() < 32) name += c;
+  }
+  return name;
+}
+
 }  // namespace tagrid

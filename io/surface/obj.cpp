@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <iterator>
+#include <utility>
 
 namespace tagrid {
 namespace {
@@ -12,6 +13,7 @@ constexpr std::size_t buffer = std::size_t{1} << 16;
 }  // namespace
 
 void ObjFile::add(const SurfacePiece& piece) {
+  begin();
   for (std::size_t i = 0; i < piece.ids.size(); ++i) {
     if (piece.ids[i] < vertex_count_) continue;
     const std::array<double, 3> p = piece.position(i);
@@ -25,6 +27,15 @@ void ObjFile::add(const SurfacePiece& piece) {
                    piece.ids[triangle[1]] + 1, piece.ids[triangle[2]] + 1);
     flush(buffer);
   }
+}
+
+void ObjFile::begin() {
+  if (!std::exchange(has_begun_, true) && !notes_.space.empty()) text_ = "# " + space_comment(notes_) + "\n";
+}
+
+void ObjFile::finish() {
+  begin();
+  flush(0);
 }
 
 void ObjFile::flush(std::size_t most) {

@@ -14,11 +14,13 @@ class ObjFile : public SurfaceFile {
   using SurfaceFile::SurfaceFile;
 
   void add(const SurfacePiece& piece) override;
-  void finish() override { flush(0); }
+  void finish() override;
 
  private:
+  void begin();
   void flush(std::size_t most);
 
+  bool has_begun_ = false;
   std::string text_;
   std::int64_t vertex_count_ = 0;
 };

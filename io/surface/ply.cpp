@@ -14,10 +14,11 @@ namespace {
 
 constexpr std::size_t vertex_bytes = 3 * sizeof(double);
 constexpr std::size_t face_bytes = 1 + 3 * sizeof(std::int32_t);
-constexpr std::size_t head_bytes = 256;
+constexpr std::size_t head_bytes = 320;
 
-std::string head_of(std::int64_t vertices, std::uint64_t faces) {
-  const std::string begin = "ply\nformat binary_little_endian 1.0\ncomment tagrid surface";
+std::string head_of(std::int64_t vertices, std::uint64_t faces, const std::string& space) {
+  const std::string begin = fmt::format("ply\nformat binary_little_endian 1.0\n{}comment tagrid surface",
+                                        space.empty() ? "" : "comment " + space + "\n");
   const std::string end = fmt::format(
       "\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
       "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -53,7 +54,7 @@ void PlyFile::add(const SurfacePiece& piece) {
 }
 
 void PlyFile::finish() {
-  const std::string head = head_of(vertex_count_, faces_.size() / face_bytes);
+  const std::string head = head_of(vertex_count_, faces_.size() / face_bytes, space_comment(notes_));
   vertices_.finish(std::as_bytes(std::span(head.data(), head.size())));
   faces_.read_back([&](std::span<const std::byte> part) { output_.write(part); });
 }

@@ -3,9 +3,10 @@
 #include "io/surface/stl.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
-#include <string_view>
+#include <string>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
@@ -61,7 +62,9 @@ void StlFile::finish() {
   if (count_ > std::numeric_limits<std::uint32_t>::max())
     throw WorldError(output_.name() + ": the surface has more triangles than STL can count; write .vtp");
   std::array<std::byte, stl_head> head{};
-  constexpr std::string_view text = "tagrid isosurface, binary STL";
+  std::string text = "tagrid isosurface, binary STL";
+  if (!notes_.space.empty()) text += "; " + space_comment(notes_);
+  assert(text.size() < 80);
   for (std::size_t i = 0; i < text.size(); ++i) head[i] = static_cast<std::byte>(text[i]);
   store_little_endian(head.data() + 80, static_cast<std::uint32_t>(count_));
   triangles_.finish(head);

@@ -6,8 +6,10 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "io/files/output_file.h"
+#include "io/mesh/mesh_notes.h"
 #include "io/surface/surface_sink.h"
 
 namespace tagrid {
@@ -19,6 +21,9 @@ class SurfaceFile : public SurfaceSink {
   /// Throws UsageError if the output exists and `overwrite` is false.
   SurfaceFile(const std::string& path, bool overwrite) : output_(path, overwrite) {}
 
+  /// What the file says besides its triangles. To be called before the first piece.
+  void set_notes(MeshNotes notes) { notes_ = std::move(notes); }
+
   /// Puts the file together. To be called once, after the last piece.
   virtual void finish() = 0;
   /// Makes the file durable and gives it its name. REQUIRES: finish() was called.
@@ -28,6 +33,7 @@ class SurfaceFile : public SurfaceSink {
 
  protected:
   OutputFile output_;
+  MeshNotes notes_;
 };
 
 /// One of the formats of surfaces.

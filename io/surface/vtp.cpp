@@ -36,6 +36,7 @@ std::string VtpFile::head() const {
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
       "  <PolyData>\n"
+      "{}"
       "    <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
       "NumberOfPolys=\"{}\">\n"
       "      <Points>\n"
@@ -49,7 +50,7 @@ std::string VtpFile::head() const {
       "    </Piece>\n"
       "  </PolyData>\n"
       "  <AppendedData encoding=\"raw\">\n_",
-      point_count_, triangle_count_, connectivity, offsets);
+      vtk_field_data({notes_.space}), point_count_, triangle_count_, connectivity, offsets);
 }
 
 void VtpFile::finish() {

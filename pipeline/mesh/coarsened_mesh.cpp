@@ -15,7 +15,7 @@ void take_coarsened(TagReader& reader, bool padded, double error, const std::str
                     const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
   const MeshBound bound{parameters.dims, parameters.cube_size,
-                        error_in_samples(error, rescale_of(reader.header().nrrd_fields)), padded};
+                        error_in_samples(error, {largest_slope(reader.header().nrrd_fields), 0}), padded};
   const BrickGrid bricks = parameters.bricks();
   coarsen_file(
       reader, bound, Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)}), path, taker_bytes,

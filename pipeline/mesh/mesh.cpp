@@ -7,6 +7,7 @@
 #include "pipeline/mesh/coarsened_mesh.h"
 #include "pipeline/mesh/grid_input.h"
 #include "pipeline/mesh/mesh_builder.h"
+#include "pipeline/mesh/notes.h"
 #include "pipeline/region/decode_region.h"
 
 namespace tagrid {
@@ -48,6 +49,7 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   });
 
   const std::shared_ptr<MeshFile> file = format.create(run.output, parameters.type, options.overwrite);
+  file->set_notes(notes_of(input.header()));
   MeshBuilder builder(input.header(), positions, part, *file);
   if (options.coarsen)
     take_coarsened(input.stream(), part.padded, *options.coarsen, run.output, bytes, run.resources, builder,

@@ -6,6 +6,7 @@
 #include "io/files/file_attributes.h"
 #include "io/surface/surface_file.h"
 #include "pipeline/mesh/grid_input.h"
+#include "pipeline/mesh/notes.h"
 #include "pipeline/region/decode_region.h"
 #include "pipeline/surface/surface_bricks.h"
 
@@ -29,6 +30,7 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   input.check_memory(positions, builder_bytes, run.resources);
 
   const std::shared_ptr<SurfaceFile> file = format.create(run.output, options.overwrite);
+  file->set_notes(notes_of(input.header()));
   SurfaceBuilder builder(input.header(), positions, part, level, *file);
   input.pass_to(builder, positions, builder_bytes, run.resources, run.progress);
   const SurfaceCounts& counts = builder.counts();

@@ -51,6 +51,17 @@ def metadata_of(header: str) -> dict[str, str]:
     return found
 
 
+def rescale_of(metadata: Mapping[str, str]) -> tuple[float, float]:
+    """Slope and intercept of the values; 1 and 0 if the file has none. ArgumentError: each slice has its own."""
+    if "slice_slopes" in metadata:
+        raise ArgumentError("each slice has a slope of its own (slice_slopes)")
+    try:
+        slope, intercept = float(metadata.get("rescale_slope", 1)), float(metadata.get("rescale_intercept", 0))
+    except ValueError:
+        return 1, 0
+    return (slope, intercept) if math.isfinite(slope) and slope != 0 and math.isfinite(intercept) else (1, 0)
+
+
 def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike],
               metadata: Optional[Metadata]) -> str:
     """The header lines for a spacing (z, y, x), an affine matrix of voxels x, y, z, and metadata: a dictionary, or

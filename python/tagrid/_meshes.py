@@ -20,7 +20,7 @@ class Mesh:
     points: npt.NDArray[np.float64]
     #: (m, 4) int64: the numbers of the points of each tetrahedron, in positive order.
     cells: npt.NDArray[np.int64]
-    #: (n,) of the volume's type: the value of each point.
+    #: (n,): the value of each point: a sample in the volume's type, or slope * sample + intercept in float64.
     values: npt.NDArray[Any]
     #: (m,) uint8: the level of each tetrahedron in the grid; 0 is the coarsest.
     levels: npt.NDArray[np.uint8]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ._arguments import number, whole_number, work
 from ._errors import ArgumentError
-from ._geometry import affine_of, metadata_of, slice_positions_of
+from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
@@ -230,14 +230,21 @@ class Volume:
         return self._reader.levels(*self._work(threads, memory_limit), progress)
 
     def mesh(self, level: Optional[int] = None, region: Optional[Region] = None, *, padded: bool = False,
-             threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> Mesh:
-        """The tetrahedra of the grid, in the world.
+             rescaled: bool = False, threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Progress = None) -> Mesh:
+        """The tetrahedra of the grid, in the world: the coordinate system is metadata["space"].
 
         level: the grid up to this level, for a coarser mesh. region: only tetrahedra that meet it, as in read(); only
         bricks around it are read. padded: whole root cubes, instead of ending at the first and last samples.
+        rescaled: values are slope * sample + intercept, in float64, where the file has them; otherwise samples. If each
+        slice has a slope of its own, that is an ArgumentError.
         """
+        rescale = rescale_of(self.metadata) if rescaled else None
         points, values, cells, levels = self._reader.mesh(
             self._checked_level(level), padded, self._box_of(region), *self._work(threads, memory_limit), progress)
+        if rescale is not None:
+            slope, intercept = rescale
+            values = slope * values.astype(np.float64) + intercept
         return Mesh(points, cells, values, levels)
 
     def surface(self, iso: float, level: Optional[int] = None, region: Optional[Region] = None, close: bool = False, *,

@@ -107,6 +107,16 @@ class Meshes(unittest.TestCase):
         for a, b in zip(volume.surface(1100, rescaled=True), volume.surface(600)):
             np.testing.assert_array_equal(a, b)
 
+    def test_values_may_be_rescaled(self):
+        data = tagrid.encode(self.samples, metadata={"rescale_slope": "2", "rescale_intercept": "-100"})
+        volume = tagrid.open(data)
+        stored, rescaled = volume.mesh(), volume.mesh(rescaled=True)
+        self.assertEqual(stored.values.dtype, self.samples.dtype)
+        np.testing.assert_array_equal(rescaled.values, 2.0 * stored.values - 100)
+        np.testing.assert_array_equal(tagrid.open(tagrid.encode(self.samples)).mesh(rescaled=True).values, stored.values)
+        of_slices = tagrid.open(tagrid.encode(self.samples, metadata={"slice_slopes": "1 2"}))
+        self.assertRaises(tagrid.ArgumentError, of_slices.mesh, rescaled=True)
+
     def test_meshio_takes_them(self):
         try:
             import meshio

@@ -48,6 +48,81 @@ class MeshTest(Hdf5Test):
         return abs(numpy.linalg.det(numpy.array(directions))) * 22 * 18 * 4
 
 
+SPACES = (("left-posterior-superior", "LPS"), ("RAS", "RAS"), ("scanner-xyz", "scanner-xyz"), ("", None))
+
+
+@unittest.skipIf(vtk is None or h5py is None, "there is no VTK on this machine")
+class WhatValuesAndCoordinatesAre(MeshTest):
+    """Meshes have the stored samples, and the rescaled values beside them; all files say their space where they can."""
+
+    def grid(self, name):
+        from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
+
+        reader = {"vtu": vtkXMLUnstructuredGridReader, "vtp": vtkXMLPolyDataReader, "vtkhdf": vtk.vtkHDFReader}[name.split(".")[1]]()
+        reader.SetFileName(str(self.folder / name))
+        reader.Update()
+        return reader.GetOutput()
+
+    def field(self, name, key):
+        array = self.grid(name).GetFieldData().GetAbstractArray(key)
+        return array and array.GetVariantValue(0).ToString()
+
+    def test_values_are_samples_and_rescaled_ones(self):
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+
+        self.encode("int16", fields=placed(DIAGONAL) + "rescale_slope:=2.5\nrescale_intercept:=-1024\nrescale_units:=HU\n")
+        for name in ("b.vtu", "b.vtkhdf", "b.msh"):
+            run = self.tagrid("mesh", "a.tag", "-f", "-o", name)
+            self.assertEqual((run.returncode, run.stderr), (0, f"tagrid: {name}: value is the stored sample; rescaled is 2.5 * value - 1024 (HU)\n"))
+        for name in ("b.vtu", "b.vtkhdf"):
+            data = self.grid(name).GetPointData()
+            value, rescaled = (vtk_to_numpy(data.GetArray(key)) for key in ("value", "rescaled"))
+            self.assertEqual((value.dtype, rescaled.dtype), ("int16", "float64"))
+            numpy.testing.assert_array_equal(rescaled, 2.5 * value - 1024)
+        if meshio:
+            data = meshio.read(self.folder / "b.msh").point_data
+            numpy.testing.assert_array_equal(data["value"], value)
+            numpy.testing.assert_array_equal(data["rescaled"], rescaled)
+        self.assertEqual([self.field("b.vtu", key) for key in ("rescale_slope", "rescale_intercept", "rescale_units")], ["2.5", "-1024", "HU"])
+        with h5py.File(self.folder / "b.vtkhdf") as file:
+            attributes = dict(file["VTKHDF/PointData/value"].attrs)
+            self.assertEqual((attributes["rescale_slope"], attributes["rescale_intercept"], attributes["rescale_units"], attributes["space"]),
+                             (2.5, -1024, "HU", "LPS"))
+
+    def test_the_space_of_the_coordinates_is_said(self):
+        for space, name in SPACES:
+            self.encode("uint8", fields=placed(DIAGONAL, space=space))
+            for output in ("b.vtu", "b.vtkhdf", "b.msh"):
+                self.mesh(output)
+            for output in ("b.ply", "b.stl", "b.obj", "b.vtp"):
+                self.assertEqual(self.tagrid("surface", "a.tag", "--iso", "120.5", "-o", output, "-f").returncode, 0)
+            self.assertEqual([self.field(file, "SPACE") for file in ("b.vtu", "b.vtp")], [name, name])
+            with h5py.File(self.folder / "b.vtkhdf") as file:
+                self.assertEqual(file["VTKHDF/PointData/value"].attrs.get("space"), name)
+            comment = f"SPACE={name}".encode()
+            for output, start in (("b.ply", b"\ncomment "), ("b.stl", b"; "), ("b.obj", b"# "), ("b.msh", b"$Comments\n")):
+                beginning = (self.folder / output).read_bytes()[:300]
+                self.assertEqual(beginning.find(start + comment) >= 0, name is not None, (output, space))
+                self.assertEqual(b"SPACE" in beginning, name is not None, (output, space))
+            if meshio:
+                for output in ("b.msh", "b.ply", "b.stl", "b.obj"):
+                    self.assertGreater(len(meshio.read(self.folder / output).points), 10)
+            for command in (("mesh", "-o", "b.vtu"), ("surface", "--iso", "120.5", "-o", "b.ply")):
+                said = self.tagrid(command[0], "a.tag", *command[1:], "-f", "-v").stderr
+                self.assertIn(f"coordinates: space {space or 'unknown'}, in mm\n", said)
+
+    def test_slopes_of_slices(self):
+        self.encode("uint8", fields=placed(DIAGONAL) + "slice_slopes:=1 2 1 -4 1\nslice_intercepts:=0 0 0 0 0\n")
+        run = self.tagrid("mesh", "a.tag", "-f", "-o", "b.vtu", "--coarsen", "80")
+        self.assertEqual(run.returncode, 0)
+        self.assertIn("slices have slopes of their own; in the mesh, value is the stored sample, and the largest slope, 4, turns --coarsen", run.stderr)
+        expected = self.arrays("b.vtu")
+        self.encode("uint8", fields=placed(DIAGONAL))
+        self.mesh("b.vtu", "--coarsen", "20")
+        for name in ARRAYS:
+            self.assertEqual(expected[name].tobytes(), self.arrays("b.vtu")[name].tobytes())
+
+
 @unittest.skipIf(vtk is None or h5py is None, "there is no VTK on this machine")
 class Vtkhdf(MeshTest):
     def test_vtk_finds_the_mesh_of_the_vtu_file(self):

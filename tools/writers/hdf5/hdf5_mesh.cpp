@@ -10,6 +10,7 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "io/programs/serve.h"
 #include "tools/hdf5/sample_types.h"
 #include "tools/writers/hdf5/hdf5_file.h"
@@ -33,6 +34,7 @@ class Hdf5Mesh final : public ServedMesh {
     add_count("NumberOfCells", mesh_.tetrahedra);
     add_count("NumberOfConnectivityIds", 4 * mesh_.tetrahedra);
     make_arrays();
+    add_notes(request.options);
   }
 
   void write_entries(std::size_t array, std::int64_t first, std::int64_t count,
@@ -74,6 +76,17 @@ class Hdf5Mesh final : public ServedMesh {
       make("PointData/" + name, hdf5_type_of(type), {size(mesh_.points)});
     for (const auto& [name, type] : mesh_.cell_data)
       make("CellData/" + name, hdf5_type_of(type), {size(mesh_.tetrahedra)});
+  }
+
+  /// What the values and the coordinates mean, where files of volumes have it: at the first data set of points.
+  void add_notes(const WriterOptions& options) {
+    if (mesh_.point_data.empty()) return;
+    const hid_t values = arrays_[2].dataset.get();
+    for (const auto& [name, text] : options) {
+      if (name == "space" || name == "rescale_units") file_.add_text(values, name, text);
+      if (name != "rescale_slope" && name != "rescale_intercept") continue;
+      if (const auto number = number_of(text)) file_.add_numbers(values, name, std::array{*number});
+    }
   }
 
   /// A data set of number_of(0), number_of(1), ...
