@@ -66,8 +66,9 @@ struct EncodeResult {
   std::uint64_t memory = 0;           ///< the plan's upper limit
   std::vector<std::string> warnings;  ///< of the source
   std::string reason_of_bound;        ///< how the largest error follows from the samples; see PlainBound
-  std::string why_not_restorable;     ///< why the source files cannot be restored; "" if they can
-  double times_read = 0;              ///< how often a sample was read for encoding, on average
+  std::string lossy_source;  ///< how samples were compressed with a loss before; "" if nothing says that
+  std::string why_not_restorable;  ///< why the source files cannot be restored; "" if they can
+  double times_read = 0;           ///< how often a sample was read for encoding, on average
 };
 
 using FinishedEncode = Finished<EncodeResult>;

@@ -11,6 +11,7 @@
 #include "io/files/temporaries.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
+#include "io/nrrd/geometry.h"
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/row_encoder.h"
@@ -164,11 +165,14 @@ class RunInParts {
     result.header = std::move(summary.header);
     result.index = std::move(summary.index);
     result.bytes_in = input_bytes();
+    result.lossy_source = lossy_source();
     result.file_bytes = summary.sizes.file;
     result.temporary = run_.output;
     result.memory = plan_.memory;
     return result;
   }
+
+  std::string lossy_source() const { return text_of_key(volume_->info().nrrd_fields, lossy_source_key); }
 
   std::uint64_t input_bytes() const {
     std::uint64_t sum = 0;
@@ -213,6 +217,7 @@ class RunInParts {
     const PartsOfRun parts(folder.path(), record_bytes_);
     // For all parts, including those of earlier runs.
     result.warnings = volume_->facts().warnings;
+    result.lossy_source = lossy_source();
     result.reason_of_bound = reason_of_bound_;
     result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;
     PlaceOrder order{folder.path(), record_bytes_, "", run_.output, {}};

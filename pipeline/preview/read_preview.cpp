@@ -21,8 +21,8 @@ namespace {
 std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
   const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
   if (slice < 0 || slice >= dims[axis])
-    throw UsageError(fmt::format("slice {} = {}: is outside of the volume, whose slices there are 0 to {}",
-                                 "xyz"[axis], slice, dims[axis] - 1));
+    throw UsageError(fmt::format("slice {} = {}: is outside the volume, whose slices along {} are 0 to {}",
+                                 "xyz"[axis], slice, "xyz"[axis], dims[axis] - 1));
   return slice;
 }
 

@@ -233,9 +233,10 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
     const auto a = static_cast<std::size_t>(axis);
     const std::int64_t low = wanted.low[a].value_or(0), high = wanted.high[a].value_or(dims[axis]);
     if (low < 0 || low >= high || high > dims[axis])
-      throw UsageError(fmt::format(
-          "a region of {}:{} along {}: is empty or not within the volume, which has {} samples there (0:{})",
-          low, high, "xyz"[axis], dims[axis], dims[axis]));
+      throw UsageError(
+          fmt::format("a region of {}:{} along {}: is empty or reaches beyond the volume, which has {} "
+                      "samples along {} (0:{})",
+                      low, high, "xyz"[axis], dims[axis], "xyz"[axis], dims[axis]));
     region.step[axis] = wanted.step;
     region.box.low[axis] = (low + wanted.step - 1) / wanted.step * wanted.step;
     region.box.high[axis] = high - 1;

@@ -7,6 +7,7 @@
 #include "io/files/output_file.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
+#include "io/nrrd/geometry.h"
 #include "io/samples/spooled.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -50,6 +51,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   if (copied) volume = spooled(std::move(volume), resources.spool);
   const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads);
   result.warnings = volume->facts().warnings;
+  result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   result.reason_of_bound = plain.reason.empty() ? reason : plain.reason;
   const bool reads_range = takes_range_from_data(plain.options, *volume);
   result.header = {resolve(plain.options, *volume), kept_fields(plain.options, volume->info())};
@@ -159,6 +161,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   VerifySetup setup = verify_setup(reader.name(), reader.parameters(), run.original, run.source,
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
+  const std::string fields_of_original = setup.fields_of_original;
   const auto verified = [&] {
     if (ranks.count() == 1 || !setup.any_order || !is_file)
       return verify_all(reader, std::move(setup), run.progress);
@@ -167,6 +170,8 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
     return verify_parts(ranks, order, std::move(setup), run.progress);
   };
   VerifyResult result = verified();
+  if (!run.original.empty())
+    result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original);
   // Of a pipe, only the checksums of the envelope are checked.
   if (is_file) source_files_of(TagBricks(std::make_shared<FileSource>(run.input)));
   return result;
@@ -176,7 +181,10 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
                      const UnchangedFiles& files, const Resources& resources) {
   try {
     Ranks alone;
-    verify_file(alone, {.input = encoded, .original = input, .source = source, .resources = resources});
+    const VerifyResult found =
+        verify_file(alone, {.input = encoded, .original = input, .source = source, .resources = resources});
+    if (!found.geometry.differences.empty())
+      throw BrokenInput(encoded + ": " + found.geometry.differences.front());
     const TagBricks file(std::make_shared<FileSource>(encoded));
     if (file.sizes().envelope > 0) {
       const auto volume = open_volume(input, source);

@@ -29,7 +29,8 @@ FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run);
 /// Decodes all of a .tag file and throws BrokenInput at the first error: a wrong checksum, a brick that does
 /// not decode, an activity that is not conforming, a face on which two bricks disagree, or wrong statistics.
 /// With an original, also a voxel that differs from it by more than the file's bound, with its coordinates
-/// and both values, and a mesh that differs by more than its bound. All ranks share the work if the file and
+/// and both values, and a mesh that differs by more than its bound. What both say of the geometry is compared, and
+/// differences are in the result. All ranks share the work if the file and
 /// the original can be read in any order: no pipe, no compressed original. Otherwise this process does it
 /// alone.
 VerifyResult verify_file(Ranks& ranks, const VerifyRun& run);

@@ -20,9 +20,9 @@ std::string text(Index3 p) { return fmt::format("({}, {}, {})", p.x, p.y, p.z); 
 
 void check_original(const std::string& name, const VolumeInfo& original, const CodingParameters& parameters) {
   if (original.dims != parameters.dims || original.type != parameters.type)
-    throw BrokenInput(fmt::format("{}: the original has {} samples of {}, but the file has {} of {}", name,
-                                  text(original.dims), name_of(original.type), text(parameters.dims),
-                                  name_of(parameters.type)));
+    throw BrokenInput(fmt::format("{}: the original is {}, but the file has {}", name,
+                                  described(original.dims, original.type),
+                                  described(parameters.dims, parameters.type)));
 }
 
 AgainstOriginal::AgainstOriginal(std::string name, const CodingParameters& parameters,

@@ -158,7 +158,10 @@ void Verifier::compare_with_index(const Statistics& counted) const {
   if (counted.max_error != total.max_error || counted.mesh_error != total.mesh_error ||
       counted.sum_squared_error != total.sum_squared_error ||
       !(std::abs(counted.sum_squared_real - real) <= 1e-9 * real))
-    fail_index("the recorded errors are not those found against this original");
+    fail_index(fmt::format(
+        "the recorded errors are not those found against this original: the largest is {}, but {} was "
+        "found; this is not the volume that was encoded, or the file is damaged",
+        total.max_error, counted.max_error));
 }
 
 VerifyResult Verifier::finish(const Statistics& counted, const TagSizes& sizes) {

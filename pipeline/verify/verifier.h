@@ -29,6 +29,7 @@ struct VerifySetup {
   DecodePlan plan;
   std::unique_ptr<Comparison> against = nullptr;  ///< comparison with an original; null if there is none
   bool any_order = true;                          ///< rows may be compared in any order
+  std::string fields_of_original = "";            ///< what the original says of itself; see VolumeInfo
 };
 
 /// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that

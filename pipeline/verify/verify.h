@@ -10,6 +10,7 @@
 #include "io/volume/volume_info.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
+#include "pipeline/verify/geometry.h"
 
 namespace tagrid {
 
@@ -30,6 +31,7 @@ struct VerifyResult {
   /// With an original: errors measured against it.
   std::optional<double> max_error;
   std::optional<double> mesh_error;  ///< only if the mesh of the file has a bound
+  GeometryComparison geometry;       ///< with an original, of verify_file() alone
 };
 
 /// Verifies any bytes, without an original; otherwise like verify_file() in pipeline/run/run.h.

@@ -17,6 +17,7 @@ VerifySetup verify_setup(const std::string& name, const CodingParameters& parame
   const std::uint64_t of_files = of_envelope > 0 ? memory_of_source_files(volume->facts()) : 0;
   VerifySetup setup;
   setup.any_order = volume->traits().any_rows;
+  setup.fields_of_original = volume->info().nrrd_fields;
   setup.plan =
       plan_decoding(parameters, resources, setup.any_order ? DecodeUse::verify : DecodeUse::verify_stream,
                     volume->traits().memory + of_envelope + of_files);

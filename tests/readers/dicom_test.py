@@ -254,6 +254,71 @@ class Dicom(ReaderTest):
                 samples, info = self.encoded("t")
                 self.assert_same(samples, truth.astype("int16"), f"{tool} {signed}")
 
+    @unittest.skipIf(shutil.which("dcmcjpeg") is None, "there are no dcmcjpeg and dcmcjpls on this machine (dcmtk)")
+    def test_a_loss_before_is_known_and_a_larger_file_is_said(self):
+        noise = volume(8, (4, 64, 80))
+        self.write_series(noise, BitsAllocated=8, BitsStored=8, HighBit=7, RescaleIntercept=0)
+        for tool, method in ((["dcmcjpeg", "+eb", "+q", "30"], "ISO_10918_1"), (["dcmcjpls", "+en", "+md", "20"], "ISO_14495_1")):
+            shutil.rmtree(self.folder / "t", ignore_errors=True)
+            (self.folder / "t").mkdir()
+            for file in sorted((self.folder / "s").iterdir()):
+                self.run_tool(*tool, file, self.folder / "t" / file.name)
+            info = self.encoded("t")[1]
+            self.assertEqual(info["source"]["pairs"]["lossy source"], "DICOM, " + method)
+            before, after = sum(file.stat().st_size for file in (self.folder / "t").iterdir()), info["bytes"]["file"]
+            self.assertGreater(after, before)
+            warning = f"t: the source was compressed with loss already (DICOM, {method}), and the .tag file is {100 * (after / before - 1):.0f} % larger"
+            self.assertIn(warning, self.messages)
+            run = self.tagrid("encode", "t", "-o", "out.tag", "-f", "--strip", "--json", "run.json")
+            self.assertIn("with loss already", run.stderr, "--strip leaves the pair out")
+            self.assertEqual(json.loads((self.folder / "run.json").read_text())["lossy_source"], "DICOM, " + method)
+            run = self.tagrid("encode", "t", "-o", "out.tag", "-f", "--max-error", "200")
+            self.assertEqual((run.returncode, run.stderr), (0, ""), "the file is small")
+            (self.folder / "list.tsv").write_text("t\n")
+            shutil.rmtree(self.folder / "tags", ignore_errors=True)
+            run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "tags")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn("t: the source was compressed with loss already", run.stderr)
+            records = [json.loads(line) for file in (self.folder / "tags").glob("*.jsonl") for line in file.read_text().splitlines()]
+            self.assertEqual([record["lossy_source"] for record in records], ["DICOM, " + method])
+        # Without a loss, a larger file is not worth a word.
+        info = self.encoded("s")[1]
+        self.assertNotIn("lossy source", info["source"]["pairs"])
+        self.assertNotIn("with loss", self.messages)
+
+    def test_errors_are_said_in_samples_and_in_values(self):
+        self.write_series(volume(), RescaleSlope=2.5, RescaleIntercept=-7)
+        run = self.tagrid("encode", "s", "-o", "a.tag", "--max-error", "10", "-v", "--json", "run.json")
+        self.assertIn("largest error 4 in stored samples (10 HU)", run.stderr)
+        achieved = json.loads((self.folder / "run.json").read_text())["achieved"]
+        self.assertEqual((achieved["max_error"], achieved["max_error_in_values"], achieved["units_of_values"]), (4, 10, "HU"))
+        self.assertAlmostEqual(achieved["rmse_in_values"], 2.5 * achieved["rmse"])
+        self.assertIn("largest error against s: 4 in stored samples (10 HU)", self.tagrid("verify", "a.tag", "--against", "s").stdout)
+        self.assertRegex(self.tagrid("info", "a.tag").stdout, r"bound 4, reached 4 in stored samples \(10 HU\)")
+        self.write_series(volume(), folder="hu")
+        run = self.tagrid("encode", "hu", "-o", "b.tag", "--max-error", "2", "-v")
+        self.assertIn("largest error 2 HU", run.stderr)
+
+    def test_what_both_say_of_the_geometry_is_compared(self):
+        self.write_series(volume())
+        self.encoded("s")
+        self.assertIn("geometry: the same (spacing, directions, origin)", self.tagrid("verify", "out.tag", "--against", "s").stdout)
+        for changes, words in (({"PixelSpacing": [0.5, 0.3]}, "the spacing along x is 0.25, but 0.3 in the original"),
+                               ({"step": (0, 0, 1.6)}, "the spacing along z is 1.5, but 1.6 in the original"),
+                               ({"step": (0.25, 0, 1.5)}, "the direction of z is (0, 0, 1.5), but (0.25, 0, 1.5) in the original")):
+            shutil.rmtree(self.folder / "t", ignore_errors=True)
+            self.write_series(volume(), folder="t", **changes)
+            self.assertIn(words, self.assert_refused(65, "out.tag: the ", "verify", "out.tag", "--against", "t", "--json", "run.json", "-f"))
+            found = json.loads((self.folder / "run.json").read_text())["geometry"]
+            self.assertTrue(any(words in difference for difference in found["differences"]), found)
+        for name in ("b.nrrd", "b.nii", "b.mha", "b.h5", "b.tif", "b.raw"):
+            self.assertEqual(self.tagrid("decode", "out.tag", "-o", name, "-f").returncode, 0)
+            raw = ("--dims", "31,20,7", "--type", "int16") if name == "b.raw" else ()
+            run = self.tagrid("verify", "out.tag", "--against", name, *raw)
+            self.assertEqual((run.returncode, run.stderr), (0, ""), name)
+            words = "not compared" if raw else "the same (spacing" if name != "b.tif" else "the same (spacing)"
+            self.assertIn(f"geometry: {words}", run.stdout, name)
+
     def test_many_frames_in_one_file(self):
         truth = volume()
         file = data_set(truth, SOPClassUID=ENHANCED_CT, ImageOrientationPatient=None, ImagePositionPatient=None, PixelSpacing=None)

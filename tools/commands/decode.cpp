@@ -75,7 +75,7 @@ struct DecodeCommand {
       settings[settings.contains(chosen.name) ? "written" : chosen.name] = facts =
           nlohmann::ordered_json::parse(result.facts);
     RunFigures figures = {result.dims,     parameters.type,  settings,
-                          result.bytes_in, result.bytes_out, achieved_json(result.index)};
+                          result.bytes_in, result.bytes_out, achieved_json(result.header, result.index)};
     if (result.salvage) {
       // Errors against the original are known of whole volumes only.
       if (!result.salvage->has_index || !result.salvage->lost.empty()) figures.achieved = nullptr;

@@ -65,13 +65,19 @@ struct EncodeCommand {
     if (remove) verify_encoding(input, asked.source, result.temporary, watched, run.resources(ranks));
     nlohmann::ordered_json settings = settings_json(result.header.parameters);
     if (!result.reason_of_bound.empty()) settings["reason_of_max_error"] = result.reason_of_bound;
-    report.write({result.header.parameters.dims, result.header.parameters.type, settings, result.bytes_in,
-                  result.file_bytes, achieved_json(result.index)});
+    report.write({result.header.parameters.dims,
+                  result.header.parameters.type,
+                  settings,
+                  result.bytes_in,
+                  result.file_bytes,
+                  achieved_json(result.header, result.index),
+                  {{"lossy_source", json_text_or_null(result.lossy_source)}}});
     encoded.commit();
     report.keep();
     for (const std::string& warning : result.warnings) warn(run, warning);
     if (!result.reason_of_bound.empty() && !run.quiet) say_line("tagrid: " + result.reason_of_bound);
     warn_of_range(run, input, asked.options, result);
+    warn_of_lossy_source(run, input, result);
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory, result.times_read));

@@ -4,9 +4,13 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "io/nrrd/rescale.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/wanted_region.h"
+#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -40,15 +44,33 @@ struct MeshCommand {
     settings["points"] = result.points;
     settings["tetrahedra"] = result.tetrahedra;
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.index)});
+                  achieved_json(result.header, result.index)});
     mesh.commit();
     report.keep();
     for (const std::string& warning : result.warnings) warn(run, warning);
     if (has_uneven_slices(result.header))
       warn(run,
            path + ": slices of the source lie at unequal distances; in the mesh all distances are equal");
-    if (run.verbosity > 0 && !run.quiet)
+    tell_of_values(path, result.header.nrrd_fields);
+    if (run.verbosity > 0 && !run.quiet) {
       say_line(fmt::format("{} points, {} tetrahedra", result.points, result.tetrahedra));
+      say_line("coordinates: " + coordinates_text(result.header));
+    }
+  }
+
+  void tell_of_values(const std::string& path, const std::string& fields) const {
+    if (has_slopes_of_slices(fields))
+      warn(run, path + ": slices have slopes of their own; in the mesh, value is the stored sample" +
+                    (options.coarsen ? fmt::format(", and the largest slope, {:.6g}, turns --coarsen into an "
+                                                   "error of samples",
+                                                   largest_slope(fields))
+                                     : ""));
+    const Rescale rescale = rescale_of(fields);
+    if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
+    const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));
+    say_line(fmt::format("tagrid: {}: value is the stored sample; rescaled is {:.6g} * value {} {:.6g}{}",
+                         path == "-" ? "standard output" : path, rescale.slope,
+                         rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept), unit));
   }
 
   Finished<MeshResult> write(const Ranks& ranks, const std::string& path) const {

@@ -90,7 +90,7 @@ struct PreviewCommand {
     settings["window"] = {shown.low, shown.high};
     settings["bricks"] = content.bricks;
     return {parameters.dims,   parameters.type, settings,
-            file.sizes().file, bytes,           achieved_json(file.index())};
+            file.sizes().file, bytes,           achieved_json(file.header(), file.index())};
   }
 
   PreviewWishes wanted_slices() const {

@@ -46,7 +46,7 @@ struct RestoreCommand {
                                   ? nlohmann::ordered_json(nullptr)
                                   : nlohmann::ordered_json(json_text(result.kept.compression));
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
-                  achieved_json(result.index)});
+                  achieved_json(result.header, result.index)});
     restored.commit();
     report.keep();
     tell(result);

@@ -4,6 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include "io/nrrd/rescale.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/wanted_region.h"
@@ -37,7 +41,7 @@ struct SurfaceCommand {
     const SurfaceResult& result = surface.result;
     const CodingParameters& parameters = result.header.parameters;
     report.write({parameters.dims, parameters.type, settings_of(result), result.bytes_in, result.bytes_out,
-                  achieved_json(result.index)});
+                  achieved_json(result.header, result.index)});
     surface.commit();
     report.keep();
     if (has_uneven_slices(result.header))
@@ -45,10 +49,22 @@ struct SurfaceCommand {
                     ": slices of the source lie at unequal distances; in the surface all distances are "
                     "equal");
     if (result.counts.triangles == 0)
-      warn(run,
-           fmt::format("{}: the surface is empty: no value lies on the other side of {}", path, options.iso));
-    if (run.verbosity > 0 && !run.quiet)
+      warn(run, fmt::format("{}: the surface is empty: all values are on the same side of {}{}", path,
+                            options.iso, span_of_values(result)));
+    if (run.verbosity > 0 && !run.quiet) {
       say_line(fmt::format("{} vertices, {} triangles", result.counts.vertices, result.counts.triangles));
+      say_line("coordinates: " + coordinates_text(result.header));
+    }
+  }
+
+  /// "; the samples of the scan lie between 0 and 255", in values.
+  static std::string span_of_values(const SurfaceResult& result) {
+    const Rescale rescale = rescale_of(result.header.nrrd_fields);
+    const double a = rescale.slope * result.index.total.low + rescale.intercept,
+                 b = rescale.slope * result.index.total.high + rescale.intercept;
+    const double low = std::min(a, b), high = std::max(a, b);
+    if (!std::isfinite(low) || !std::isfinite(high)) return "";
+    return fmt::format("; those of the scan lie between {:.6g} and {:.6g}", low, high);
   }
 
   nlohmann::ordered_json settings_of(const SurfaceResult& result) const {

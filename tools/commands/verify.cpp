@@ -4,6 +4,8 @@
 
 #include <cstdio>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
@@ -44,18 +46,42 @@ struct VerifyCommand {
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["against"] =
         original.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(original);
-    const std::string files = compare_files(description);
+    const std::vector<std::string>& differences = result.geometry.differences;
+    // Where the geometry differs, the files do, too; but that says less.
+    const std::string files = differences.empty() ? compare_files(description) : "not compared";
     if (!original.empty()) settings["source_files"] = files;
-    report.write(
-        {parameters.dims, parameters.type, settings, result.bytes_in, 0, achieved_json(result.index)});
+    RunFigures figures = {parameters.dims,
+                          parameters.type,
+                          settings,
+                          result.bytes_in,
+                          0,
+                          achieved_json(result.header, result.index)};
+    if (!original.empty())
+      figures.more["geometry"] = {{"compared", result.geometry.compared}, {"differences", differences}};
+    report.write(figures);
     report.keep();
-    if (run.quiet || run.json == "-") return;
+    if (!run.quiet && run.json != "-") tell(result, files);
+    if (!differences.empty())
+      throw BrokenInput(
+          fmt::format("{}: {}", input == "-" ? "standard input" : input, fmt::join(differences, "; ")));
+  }
+
+  void tell(const VerifyResult& result, const std::string& files) const {
     fmt::print("{}: {} bricks are intact; the grid of {} active points is conforming\n", printable(input),
                result.bricks, result.active_points);
     if (result.max_error)
-      fmt::print("largest error against {}: {}\n", printable(original), *result.max_error);
-    if (result.mesh_error) fmt::print("largest error of the mesh: {}\n", *result.mesh_error);
-    if (!original.empty()) fmt::print("source files: {}\n", files);
+      fmt::print("largest error against {}: {}\n", printable(original),
+                 error_text(*result.max_error, result.header));
+    if (result.mesh_error)
+      fmt::print("largest error of the mesh: {}\n", error_text(*result.mesh_error, result.header));
+    if (original.empty()) return;
+    const auto& [compared, differences] = result.geometry;
+    if (differences.empty())
+      fmt::print("geometry: {}\n", compared.empty()
+                                       ? "not compared: only one of them says something"
+                                       : fmt::format("the same ({})", fmt::join(compared, ", ")));
+    fmt::print("source files: {}\n", files);
+    std::fflush(stdout);  // an error may follow on another stream
   }
 
   /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.

@@ -9,6 +9,7 @@
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
+#include "io/nrrd/geometry.h"
 #include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
@@ -37,8 +38,9 @@ using nlohmann::ordered_json;
 
 /// Adds the description of an output to its record, which says from now on that the output is good.
 void describe(const TagHeader& header, const TagIndex& index, const std::vector<InputFile>& files,
-              bool headerless, std::uint64_t bytes_out, const std::string& why_not_restorable,
-              std::uint64_t input_checksum, std::uint64_t output_checksum, ordered_json& record) {
+              bool headerless, std::uint64_t bytes_out, const std::string& lossy_source,
+              const std::string& why_not_restorable, std::uint64_t input_checksum,
+              std::uint64_t output_checksum, ordered_json& record) {
   const CodingParameters& parameters = header.parameters;
   std::uint64_t bytes_in = 0;
   for (const InputFile& file : files) bytes_in += file.bytes;
@@ -50,11 +52,12 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["restorable"] = why_not_restorable.empty();
   record["why_not_restorable"] =
       why_not_restorable.empty() ? ordered_json(nullptr) : ordered_json(why_not_restorable);
+  record["lossy_source"] = json_text_or_null(lossy_source);
   record["input_files"] = json_of(files);
   record["headerless"] = headerless;
   record["input_xxh3"] = checksum_text(input_checksum);
   record["output_xxh3"] = checksum_text(output_checksum);
-  record["achieved"] = achieved_json(index);
+  record["achieved"] = achieved_json(header, index);
   record["status"] = "ok";
 }
 
@@ -190,9 +193,10 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   if (!result.reason_of_bound.empty() && !options_.run.quiet)
     say_line(fmt::format("{}: {}", volume.input, result.reason_of_bound));
   warn_of_range(options_.run, volume.input, volume.asked.options, result);
+  warn_of_lossy_source(options_.run, volume.input, result);
   describe(result.header, result.index, volume.files, volume.headerless, result.file_bytes,
-           why_not_restorable(result.why_not_restorable, result.header.parameters), input_checksum,
-           output_checksum, record);
+           result.lossy_source, why_not_restorable(result.why_not_restorable, result.header.parameters),
+           input_checksum, output_checksum, record);
 }
 
 void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& record) const {
@@ -222,6 +226,7 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
                                      ? ""
                                      : source_files(original->facts()).why_not_restorable();
     describe(found.header, found.index, volume.files, volume.headerless, found.bytes_in,
+             text_of_key(original->info().nrrd_fields, lossy_source_key),
              why_not_restorable(why_lost, header.parameters),
              checksum_of_samples(*open_volume(volume.input, source)), output_checksum, record);
   } catch (const BrokenInput& broken) {

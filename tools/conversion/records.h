@@ -55,9 +55,10 @@ struct KnownOutput {
 };
 
 /// The keys of a record that describe the output; null if unknown.
-inline constexpr std::array output_keys = {"dims",        "type",       "settings",   "achieved",
-                                           "bytes_in",    "bytes_out",  "restorable", "why_not_restorable",
-                                           "input_files", "headerless", "input_xxh3", "output_xxh3"};
+inline constexpr std::array output_keys = {"dims",         "type",        "settings",   "achieved",
+                                           "bytes_in",     "bytes_out",   "restorable", "why_not_restorable",
+                                           "lossy_source", "input_files", "headerless", "input_xxh3",
+                                           "output_xxh3"};
 
 /// Whether the output is there, with the size that it was written with.
 bool has_size(const KnownOutput& known, const std::string& path);

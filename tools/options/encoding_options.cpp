@@ -12,6 +12,7 @@
 #include "pipeline/encode/likelier_reading.h"
 #include "tools/options/encoding_rows.h"
 #include "tools/options/suggestion.h"
+#include "tools/report/printable.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -150,6 +151,16 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
                         "lo:hi sets the span that matters",
                         input == "-" ? "standard input" : input, low, high, p.range_low, p.range_high,
                         name_of(p.type), input == "-" ? "" : "--range auto takes the span of the samples, "));
+}
+
+void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {
+  if (result.lossy_source.empty() || result.bytes_in == 0 || result.file_bytes <= result.bytes_in) return;
+  const double more = static_cast<double>(result.file_bytes) / static_cast<double>(result.bytes_in) - 1;
+  warn(run,
+       fmt::format("{}: the source was compressed with loss already ({}), and the .tag file is {:.{}f} % "
+                   "larger; keep the source instead, or give a bound with --max-error",
+                   input == "-" ? "standard input" : input, printable(result.lossy_source), 100 * more,
+                   more < 0.1 ? 1 : 0));
 }
 
 }  // namespace tagrid

@@ -60,4 +60,7 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result);
 
+/// Warns if the samples were compressed with a loss before, and the .tag file is larger than what they came from.
+void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result);
+
 }  // namespace tagrid

@@ -11,6 +11,7 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
+#include "io/nrrd/rescale.h"
 #include "io/nrrd/slice_positions.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
@@ -153,7 +154,7 @@ void print_source(const TagHeader& header, const Line& line) {
     const auto found = pairs.find(key);
     return found == pairs.end() ? std::string() : printable(found->second);
   };
-  if (pairs.contains("slice_slopes"))
+  if (has_slopes_of_slices(header.nrrd_fields))
     line("values", "of a slope and intercept for each slice; --json has them");
   else if (pairs.contains("rescale_slope"))
     line("values", fmt::format("{} * sample + {} {}", text("rescale_slope"), text("rescale_intercept"),
@@ -172,9 +173,32 @@ std::uint64_t voxels(const TagHeader& header) {
 
 bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
 
+std::string coordinates_text(const TagHeader& header) {
+  const Geometry g = geometry_of(header.nrrd_fields);
+  const auto& units = g.units;
+  std::string text = g.space.empty() ? "space unknown" : "space " + printable(g.space);
+  if (!g.has_spacing) return text + ", in samples";
+  if (units[0] == units[1] && units[1] == units[2] && !units[0].empty())
+    text += ", in " + printable(units[0]);
+  return text;
+}
+
 std::string json_text(const std::string& bytes) {
   using nlohmann::json;
   return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
+}
+
+nlohmann::ordered_json json_text_or_null(const std::string& bytes) {
+  return bytes.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(json_text(bytes));
+}
+
+std::string error_text(double error, const TagHeader& header) {
+  if (has_slopes_of_slices(header.nrrd_fields)) return fmt::format("{} in stored samples", error);
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const std::string unit = rescale.units.empty() ? "" : " " + printable(rescale.units);
+  if (rescale.slope == 1 && rescale.intercept == 0) return fmt::format("{}{}", error, unit);
+  return fmt::format("{} in stored samples ({:.6g}{})", error, error * std::abs(rescale.slope),
+                     unit.empty() ? " in values" : unit);
 }
 
 std::string summary(const EncodeResult& result) {
@@ -182,14 +206,16 @@ std::string summary(const EncodeResult& result) {
   const auto file = static_cast<double>(result.file_bytes);
   return fmt::format("{} -> {}, ratio {:.2f}, {:.4f} bits per voxel, largest error {}", human_bytes(raw),
                      human_bytes(result.file_bytes), static_cast<double>(raw) / file,
-                     8 * file / static_cast<double>(n), result.index.total.max_error);
+                     8 * file / static_cast<double>(n),
+                     error_text(result.index.total.max_error, result.header));
 }
 
 std::string summary(const DecodeResult& result) {
   const std::uint64_t raw = voxels(result.header) * size_of(result.header.parameters.type);
-  return fmt::format(
-      "{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in), human_bytes(result.bytes_out),
-      static_cast<double>(raw) / static_cast<double>(result.bytes_in), result.index.total.max_error);
+  return fmt::format("{} -> {}, ratio {:.2f}, largest error {}", human_bytes(result.bytes_in),
+                     human_bytes(result.bytes_out),
+                     static_cast<double>(raw) / static_cast<double>(result.bytes_in),
+                     error_text(result.index.total.max_error, result.header));
 }
 
 std::string memory_summary(std::uint64_t planned, std::optional<double> times_read) {
@@ -220,12 +246,18 @@ nlohmann::ordered_json settings_json(const CodingParameters& p) {
   return json;
 }
 
-nlohmann::ordered_json achieved_json(const TagIndex& index) {
+nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
   const Achieved a = achieved_of(index.total);
+  const bool is_known = !has_slopes_of_slices(header.nrrd_fields);
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const double slope = std::abs(rescale.slope);
   return {{"max_error", number_or_null(a.max_error, true)},
           {"rmse", a.rmse},
           {"psnr", std::isnan(a.psnr) ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(a.psnr)},
-          {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)}};
+          {"mesh_error", number_or_null(index.total.mesh_error, index.total.mesh_error >= 0)},
+          {"max_error_in_values", number_or_null(slope * a.max_error, is_known)},
+          {"rmse_in_values", number_or_null(slope * a.rmse, is_known)},
+          {"units_of_values", json_text_or_null(is_known ? rescale.units : "")}};
 }
 
 namespace {
@@ -264,7 +296,7 @@ nlohmann::ordered_json info_json(const TagSummary& file, bool with_levels) {
   }
   json["bytes"] = {{"file", sizes.file},     {"header", sizes.header},     {"activity", sizes.activity},
                    {"values", sizes.values}, {"envelope", sizes.envelope}, {"index", sizes.index}};
-  json["achieved"] = achieved_json(index);
+  json["achieved"] = achieved_json(header, index);
   const std::string compression = compression_of(file);
   json["restorable"] = sizes.envelope > 0 && header.parameters.is_exact() && compression.empty();
   json["compression"] =
@@ -290,10 +322,12 @@ std::string info_text(const TagSummary& file, bool with_levels) {
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");
   line("effort", std::string(name_of(p.effort)));
-  line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error), index.total.max_error));
+  line("largest error", fmt::format("bound {}, reached {}", bound_text(p.max_error),
+                                    error_text(index.total.max_error, header)));
   if (p.surface_error >= 0) line("", fmt::format("bound {} at active points", p.surface_error));
   if (p.mesh_error >= 0)
-    line("mesh error", fmt::format("bound {}, reached {}", p.mesh_error, index.total.mesh_error));
+    line("mesh error",
+         fmt::format("bound {}, reached {}", p.mesh_error, error_text(index.total.mesh_error, header)));
   const Achieved a = achieved_of(index.total);
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)

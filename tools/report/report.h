@@ -22,7 +22,13 @@ std::string memory_summary(std::uint64_t planned, std::optional<double> times_re
 /// The settings of the encoder, and the errors that it achieved: parts of the objects of `info --json` and
 /// --json.
 nlohmann::ordered_json settings_json(const CodingParameters& parameters);
-nlohmann::ordered_json achieved_json(const TagIndex& index);
+nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index);
+
+/// An error of samples: "2", "2 HU", "2 in stored samples (5 HU)", as the volume says what samples mean.
+std::string error_text(double error, const TagHeader& header);
+
+/// "space left-posterior-superior, in mm": in which coordinates a mesh or a surface lies.
+std::string coordinates_text(const TagHeader& header);
 /// True if the slices of the source lie at unequal distances.
 bool has_uneven_slices(const TagHeader& header);
 
@@ -35,5 +41,7 @@ std::string info_text(const TagSummary& file, bool with_levels = true);
 
 /// `bytes` as text that JSON can hold: file names may contain any bytes.
 std::string json_text(const std::string& bytes);
+/// The same; null if there are none.
+nlohmann::ordered_json json_text_or_null(const std::string& bytes);
 
 }  // namespace tagrid

@@ -230,6 +230,17 @@ std::string unsupported(DcmDataset& dataset, const DicomPixels& pixels, const Dc
   }
 }
 
+/// What DicomPixels::lossy is. It does not name the syntax, so that it is the same of a file that was decoded.
+std::string lossy_compression(DcmDataset& dataset, E_TransferSyntax syntax) {
+  const std::string said = text_of(dataset, DCM_LossyImageCompression).value_or("");
+  // The syntax of near-lossless JPEG-LS may hold images without a loss, which then say so.
+  const bool is_lossy = said == "01" || syntax == EXS_JPEGProcess1 || syntax == EXS_JPEGProcess2_4 ||
+                        (syntax == EXS_JPEGLSLossy && said != "00");
+  if (!is_lossy) return "";
+  const std::string method = text_of(dataset, DCM_LossyImageCompressionMethod).value_or("");
+  return method.empty() ? "DICOM" : "DICOM, " + method;
+}
+
 /// Attributes of the data set itself that are texts or numbers, by their names.
 std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
   // Where letters are known, they become UTF-8; otherwise they stay as they are.
@@ -343,6 +354,7 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   pixels.syntax_name = syntax.getXferName();
   pixels.big_endian = syntax.getXfer() == EXS_BigEndianExplicit;
   pixels.unsupported = unsupported(dataset, pixels, syntax);
+  pixels.lossy = lossy_compression(dataset, syntax.getXfer());
   if (pixels.columns < 1 || pixels.rows < 1)
     throw BrokenInput(fmt::format("has {} x {} samples", pixels.columns, pixels.rows));
   file.frames = frames_of(dataset);

@@ -48,6 +48,8 @@ struct DicomPixels {
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
   bool is_cut = false;      ///< that is why: the file does not have all of them
+  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not known.
+  std::string lossy;
 
   std::uint64_t frame_bytes() const {
     return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);

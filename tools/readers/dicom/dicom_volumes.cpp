@@ -143,6 +143,10 @@ class DicomVolume final : public ServedVolume {
     for (auto* more : {&where.pairs, &meaning.pairs}) pairs.insert(pairs.end(), more->begin(), more->end());
     pairs.emplace_back("slice_sop_instance_uids",
                        listed(slices_, [&](const DicomSlice& slice) { return files_[slice.file].instance; }));
+    // A loss is not undone by a lossless copy.
+    const auto is_lossy = [](const DicomFile& file) { return !file.pixels.lossy.empty(); };
+    if (const auto lossy = std::ranges::find_if(files_, is_lossy); lossy != files_.end())
+      pairs.emplace_back(lossy_source_key, lossy->pixels.lossy);
     if (pixels.photometric == "MONOCHROME1")
       warnings.push_back(
           name + ": small numbers mean white in these images (MONOCHROME1); numbers are kept as they are");

@@ -45,7 +45,7 @@ class Jp2Slices final : public ServedVolume {
     // The decoder has each sample as 4 bytes, twice, and the stream.
     memory = static_cast<std::uint64_t>(first_.width * first_.height) * 16;
     // A loss is not undone by a lossless copy.
-    if (!is_lossless) pairs.emplace_back("lossy source", "JPEG 2000, irreversible wavelet (9-7)");
+    if (!is_lossless) pairs.emplace_back(lossy_source_key, "JPEG 2000, irreversible wavelet (9-7)");
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {

@@ -54,7 +54,7 @@ class TiffSlices final : public ServedVolume {
     has_plain_form = places.empty();
     // A loss is not undone by a lossless copy.
     if (std::ranges::any_of(planes_, [](const TiffPlane& plane) { return plane.page.is_lossy; }))
-      pairs.emplace_back("lossy source", "TIFF, JPEG");
+      pairs.emplace_back(lossy_source_key, "TIFF, JPEG");
   }
 
   ReaderPlainFile plain_file(std::size_t number) override {

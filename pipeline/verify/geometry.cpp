@@ -1,0 +1,152 @@
+#include "pipeline/verify/geometry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "io/files/text.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/spaces.h"
+
+namespace tagrid {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+// A direction that went through a float32 quaternion (NIfTI) is off by some 1e-6 of its length. Over a thousand samples,
+// 1e-5 of a spacing is a hundredth of a sample.
+constexpr double of_places = 1e-5;
+// A slope has no such detours: float32 keeps it within 6e-8.
+constexpr double of_values = 1e-6;
+
+constexpr std::array axis_names = {'x', 'y', 'z'};
+
+std::string text(const Vector& v) { return fmt::format("({}, {}, {})", v[0], v[1], v[2]); }
+
+double length(const Vector& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+bool is_near(const Vector& a, const Vector& b, double tolerance) {
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!(std::abs(a[i] - b[i]) <= tolerance)) return false;
+  return true;
+}
+
+class GeometryOfBoth {
+ public:
+  GeometryOfBoth(std::string_view fields, std::string_view original)
+      : pairs_{key_values_of(fields), key_values_of(original)},
+        ours_(geometry_of(fields)),
+        theirs_(geometry_of(original)) {}
+
+  GeometryComparison compare() {
+    compare_spacing();
+    if (const auto turned = signs()) {
+      if (ours_.has_directions && theirs_.has_directions) compare_directions(*turned);
+      if (ours_.has_origin && theirs_.has_origin) compare_origin(*turned);
+    }
+    for (const char* key : {"rescale_slope", "rescale_intercept", "slice_slopes", "slice_intercepts"})
+      compare_numbers(key, of_values);
+    compare_numbers("slice_positions", of_places);
+    return std::move(found_);
+  }
+
+ private:
+  void differ(const std::string& what, const std::string& ours, const std::string& theirs) {
+    found_.differences.push_back(fmt::format("{} is {}, but {} in the original", what, ours, theirs));
+  }
+
+  void compare_spacing() {
+    bool any = false;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double a = std::abs(ours_.spacing[axis]), b = std::abs(theirs_.spacing[axis]);
+      if (!ours_.has_spacing || !theirs_.has_spacing || std::isnan(a) || std::isnan(b)) continue;
+      any = true;
+      if (std::abs(a - b) > of_places * std::max(a, b))
+        differ(fmt::format("the spacing along {}", axis_names[axis]), fmt::format("{}", a),
+               fmt::format("{}", b));
+    }
+    if (any) found_.compared.emplace_back("spacing");
+  }
+
+  /// By which signs coordinates of the original become ours; nothing if spaces cannot be compared, which is a difference.
+  std::optional<Vector> signs() {
+    const auto ours = signs_of_space(ours_.space), theirs = signs_of_space(theirs_.space);
+    if (ours && theirs) {
+      Vector turned;
+      for (std::size_t i = 0; i < 3; ++i) turned[i] = (*ours)[i] * (*theirs)[i];
+      return turned;
+    }
+    // A space that only one of them names says nothing against the other.
+    if (ours_.space.empty() || theirs_.space.empty() || lower_case(ours_.space) == lower_case(theirs_.space))
+      return Vector{1, 1, 1};
+    differ("the space", ours_.space, theirs_.space);
+    return std::nullopt;
+  }
+
+  static Vector times(const Vector& v, const Vector& by) {
+    // Adding 0 turns -0 into 0, for messages.
+    return {v[0] * by[0] + 0.0, v[1] * by[1] + 0.0, v[2] * by[2] + 0.0};
+  }
+
+  void compare_directions(const Vector& by) {
+    found_.compared.emplace_back("directions");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Vector &a = ours_.directions[axis], b = times(theirs_.directions[axis], by);
+      if (std::isnan(a[0]) || std::isnan(b[0])) continue;
+      if (!is_near(a, b, of_places * std::max(length(a), length(b))))
+        differ(fmt::format("the direction of {}", axis_names[axis]), text(a), text(b));
+    }
+  }
+
+  void compare_origin(const Vector& by) {
+    const Vector &a = ours_.origin, b = times(theirs_.origin, by);
+    double scale = std::max(length(a), length(b));
+    for (std::size_t axis = 0; axis < 3; ++axis) scale = std::max(scale, std::abs(spacing_or_1(ours_, axis)));
+    found_.compared.emplace_back("origin");
+    if (!is_near(a, b, of_places * scale)) differ("the origin", text(a), text(b));
+  }
+
+  /// Compares a number, or a list of them: each of them with the tolerance of the largest.
+  void compare_numbers(std::string_view key, double tolerance) {
+    const auto a = numbers_of(pairs_[0], key), b = numbers_of(pairs_[1], key);
+    if (a.empty() || b.empty()) return;
+    found_.compared.emplace_back(key);
+    if (a.size() != b.size())
+      return differ(std::string(key), fmt::format("a list of {} numbers", a.size()),
+                    fmt::format("{} numbers", b.size()));
+    double largest = 0;
+    for (const auto* numbers : {&a, &b})
+      for (const double number : *numbers) largest = std::max(largest, std::abs(number));
+    for (std::size_t i = 0; i < a.size(); ++i)
+      if (!(std::abs(a[i] - b[i]) <= tolerance * largest)) {
+        const std::string which = a.size() == 1 ? "" : fmt::format(", number {} of {},", i + 1, a.size());
+        return differ(std::string(key) + which, fmt::format("{}", a[i]), fmt::format("{}", b[i]));
+      }
+  }
+
+  static std::vector<double> numbers_of(const KeyValues& pairs, std::string_view key) {
+    std::vector<double> numbers;
+    for (const auto& [name, value] : pairs) {
+      if (name != key) continue;
+      std::string list = value;
+      std::ranges::replace(list, ';', ' ');
+      for (const std::string_view word : words_of(list)) numbers.push_back(number_of(word).value_or(NAN));
+    }
+    return numbers;
+  }
+
+  std::array<KeyValues, 2> pairs_;
+  Geometry ours_, theirs_;
+  GeometryComparison found_;
+};
+
+}  // namespace
+
+GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original) {
+  return GeometryOfBoth(fields, fields_of_original).compare();
+}
+
+}  // namespace tagrid
