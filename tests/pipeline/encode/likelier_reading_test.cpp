@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -148,6 +149,30 @@ TEST_F(LikelierReadings, MasksAndCutOffBrightnessHaveNoOtherSign) {
     file("v.raw", bytes);
     EXPECT_FALSE(reading(SampleType::uint16, false)) << is_mask;
   }
+}
+
+// Fibres or grains, whose brightness was stretched to fill the type.
+TEST_F(LikelierReadings, TwoPhasesThatFillTheTypeHaveNoOtherSign) {
+  std::mt19937 random(1);
+  for (const double size : {5.0, 9.0, 24.0})
+    for (const double sigma : {2.0, 8.0})
+      for (const SampleType type : {SampleType::uint8, SampleType::uint16}) {
+        const double one = type == SampleType::uint8 ? 1 : 257;
+        std::normal_distribution<double> noise(0, sigma);
+        std::string bytes;
+        for (std::int64_t i = 0; i < dims_.x * dims_.y * dims_.z; ++i) {
+          const auto wave = [&](std::int64_t n) {
+            return std::sin(6.2832 * (static_cast<double>(n) + 0.3) / size);
+          };
+          const bool is_bright =
+              wave(i % dims_.x) + wave(i / dims_.x % dims_.y) + wave(i / (dims_.x * dims_.y)) > 0;
+          const double v = std::clamp((is_bright ? 245 : 10) + noise(random), 0.0, 255.0) * one;
+          const auto n = static_cast<std::uint16_t>(v);
+          bytes.append(reinterpret_cast<const char*>(&n), type == SampleType::uint8 ? 1 : 2);
+        }
+        file("v.raw", bytes);
+        EXPECT_FALSE(reading(type, false)) << name_of(type) << " " << size << " " << sigma;
+      }
 }
 
 // Volumes that are unusual, but right.
