@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
@@ -34,22 +36,46 @@ bool is_near(const Vector& a, const Vector& b, double tolerance) {
   return true;
 }
 
+/// Units of lengths, in metres.
+std::optional<double> metres_of(std::string_view unit) {
+  constexpr std::pair<std::string_view, double> known[] = {{"m", 1},        {"cm", 1e-2},        {"mm", 1e-3},
+                                                           {"um", 1e-6},    {"\xc2\xb5m", 1e-6}, {"nm", 1e-9},
+                                                           {"inch", 0.0254}};
+  for (const auto& [name, metres] : known)
+    if (unit == name) return metres;
+  return std::nullopt;
+}
+
+/// By which lengths in `theirs` become those in `ours`; 1 if one of them has no units. Nothing if that is not known.
+std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& theirs) {
+  const std::array<std::string, 3> none;
+  if (ours.units == theirs.units || ours.units == none || theirs.units == none) return 1;
+  std::array<std::optional<double>, 2> metres;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto& units = (i == 0 ? ours : theirs).units;
+    if (units[0] == units[1] && units[1] == units[2]) metres[i] = metres_of(units[0]);
+  }
+  if (!metres[0] || !metres[1]) return std::nullopt;
+  return *metres[1] / *metres[0];
+}
+
 class GeometryOfBoth {
  public:
   GeometryOfBoth(std::string_view fields, std::string_view original)
       : pairs_{key_values_of(fields), key_values_of(original)},
         ours_(geometry_of(fields)),
-        theirs_(geometry_of(original)) {}
+        theirs_(geometry_of(original)),
+        factor_(factor_of_lengths(ours_, theirs_)) {}
 
   GeometryComparison compare() {
-    compare_spacing();
-    if (const auto turned = signs()) {
-      if (ours_.has_directions && theirs_.has_directions) compare_directions(*turned);
-      if (ours_.has_origin && theirs_.has_origin) compare_origin(*turned);
+    if (factor_) compare_spacing();
+    if (const auto signs = factor_ ? signs_of_both() : std::nullopt) {
+      if (ours_.has_directions && theirs_.has_directions) compare_directions(*signs);
+      if (ours_.has_origin && theirs_.has_origin) compare_origin(*signs);
+      compare_numbers("slice_positions", of_places, *signs);
     }
     for (const char* key : {"rescale_slope", "rescale_intercept", "slice_slopes", "slice_intercepts"})
-      compare_numbers(key, of_values);
-    compare_numbers("slice_positions", of_places);
+      compare_numbers(key, of_values, {1, 1, 1});
     return std::move(found_);
   }
 
@@ -61,7 +87,7 @@ class GeometryOfBoth {
   void compare_spacing() {
     bool any = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double a = std::abs(ours_.spacing[axis]), b = std::abs(theirs_.spacing[axis]);
+      const double a = std::abs(ours_.spacing[axis]), b = std::abs(theirs_.spacing[axis]) * *factor_;
       if (!ours_.has_spacing || !theirs_.has_spacing || std::isnan(a) || std::isnan(b)) continue;
       any = true;
       if (std::abs(a - b) > of_places * std::max(a, b))
@@ -71,18 +97,18 @@ class GeometryOfBoth {
     if (any) found_.compared.emplace_back("spacing");
   }
 
-  /// By which signs coordinates of the original become ours; nothing if spaces cannot be compared, which is a difference.
-  std::optional<Vector> signs() {
+  /// By which numbers coordinates of the original become ours: signs, with the factor of lengths. Nothing if it is not known
+  /// how one space lies in the other: then nothing says that they differ.
+  std::optional<Vector> signs_of_both() const {
     const auto ours = signs_of_space(ours_.space), theirs = signs_of_space(theirs_.space);
     if (ours && theirs) {
-      Vector turned;
-      for (std::size_t i = 0; i < 3; ++i) turned[i] = (*ours)[i] * (*theirs)[i];
-      return turned;
+      Vector signs;
+      for (std::size_t i = 0; i < 3; ++i) signs[i] = (*ours)[i] * (*theirs)[i] * *factor_;
+      return signs;
     }
     // A space that only one of them names says nothing against the other.
     if (ours_.space.empty() || theirs_.space.empty() || lower_case(ours_.space) == lower_case(theirs_.space))
-      return Vector{1, 1, 1};
-    differ("the space", ours_.space, theirs_.space);
+      return Vector{*factor_, *factor_, *factor_};
     return std::nullopt;
   }
 
@@ -110,16 +136,19 @@ class GeometryOfBoth {
   }
 
   /// Compares a number, or a list of them: each of them with the tolerance of the largest.
-  void compare_numbers(std::string_view key, double tolerance) {
-    const auto a = numbers_of(pairs_[0], key), b = numbers_of(pairs_[1], key);
+  /// Those of the original are multiplied by `factors` in turn.
+  void compare_numbers(std::string_view key, double tolerance, const Vector& factors) {
+    const auto a = numbers_of(pairs_[0], key);
+    auto b = numbers_of(pairs_[1], key);
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] *= factors[i % 3];
     if (a.empty() || b.empty()) return;
     found_.compared.emplace_back(key);
     if (a.size() != b.size())
       return differ(std::string(key), fmt::format("a list of {} numbers", a.size()),
                     fmt::format("{} numbers", b.size()));
     double largest = 0;
-    for (const auto* numbers : {&a, &b})
-      for (const double number : *numbers) largest = std::max(largest, std::abs(number));
+    for (const auto& numbers : {std::cref(a), std::cref(b)})
+      for (const double number : numbers.get()) largest = std::max(largest, std::abs(number));
     for (std::size_t i = 0; i < a.size(); ++i)
       if (!(std::abs(a[i] - b[i]) <= tolerance * largest)) {
         const std::string which = a.size() == 1 ? "" : fmt::format(", number {} of {},", i + 1, a.size());
@@ -140,6 +169,7 @@ class GeometryOfBoth {
 
   std::array<KeyValues, 2> pairs_;
   Geometry ours_, theirs_;
+  std::optional<double> factor_;
   GeometryComparison found_;
 };
 

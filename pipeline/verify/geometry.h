@@ -14,7 +14,7 @@ struct GeometryComparison {
 
 /// Compares NRRD header lines (see VolumeInfo) of a file with those of an original, as far as both say something: spacings,
 /// directions, origin, slopes, intercepts, positions of slices. Spaces that differ in the signs of axes alone are
-/// converted. Numbers may differ as much as a format that keeps them as float32, or with six digits, makes them differ: by
+/// converted, and so are known units; with others, what cannot be compared is left out. Numbers may differ as much as a format that keeps them as float32, or with six digits, makes them differ: by
 /// 1e-5 of a spacing or a coordinate, and by 1e-6 of a slope or an intercept. Throws BrokenInput if a line is not one of a
 /// header.
 GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original);
