@@ -78,14 +78,18 @@ bool has_known_spacing(const Geometry& geometry) {
   return geometry.has_spacing && !unit.empty() && fits_line(unit);
 }
 
+/// In memory, ImageJ has signed numbers as unsigned ones, larger by this; its calibration belongs to these.
+constexpr double half = 32768;
+
+double c0_of(const Rescale& rescale, SampleType type) {
+  return type == SampleType::int16 ? rescale.intercept - rescale.slope * half : rescale.intercept;
+}
+
 /// What the samples mean, as ImageJ has it; "" if they are the values. REQUIRES: keeps_values_in_tiff().
 std::string calibration_of(const VolumeInfo& info) {
   const Rescale rescale = rescale_of(info.nrrd_fields);
   if (rescale == Rescale{}) return "";
-  // In memory, ImageJ has signed numbers as unsigned ones, to which the calibration belongs.
-  constexpr double half = 32768;
-  const double c0 =
-      info.type == SampleType::int16 ? rescale.intercept - rescale.slope * half : rescale.intercept;
+  const double c0 = c0_of(rescale, info.type);
   constexpr int straight_line = 0;
   return fmt::format("cf={}\nc0={}\nc1={}\n", straight_line, c0, rescale.slope) +
          (rescale.units.empty() ? "" : fmt::format("vunit={}\n", rescale.units));
@@ -187,8 +191,18 @@ bool keeps_values_in_tiff(const VolumeInfo& info) {
 }
 
 std::string lost_in_tiff(const VolumeInfo& info) {
-  if (rescale_of(info.nrrd_fields) != Rescale{} && !keeps_values_in_tiff(info))
-    return "TIFF has no place for slope and intercept of its values, nor for positions and directions";
+  const Rescale rescale = rescale_of(info.nrrd_fields);
+  if (rescale != Rescale{} && !keeps_values_in_tiff(info))
+    return fmt::format(
+        "TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, uint16 and "
+        "int16), nor for positions and directions",
+        name_of(info.type));
+  // Readers take these for signed samples, and some intercepts come back from the sum of two numbers.
+  if (info.type == SampleType::uint16 && rescale.intercept == -half && rescale.slope == 1)
+    return "TIFF with this intercept is read as int16 without one, as ImageJ keeps signed samples so";
+  if (info.type == SampleType::int16 && c0_of(rescale, info.type) + rescale.slope * half != rescale.intercept)
+    return fmt::format("TIFF rounds the intercept of its values: ImageJ's is {} smaller",
+                       rescale.slope * half);
   const Geometry& geometry = info.geometry;
   if (geometry.has_spacing && !has_known_spacing(geometry))
     return "TIFF cannot say its spacing: the unit is not known, or a number is too small or too large";

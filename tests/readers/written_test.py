@@ -235,6 +235,11 @@ class Written(ReaderTest):
             found = info["source"]["pairs"]
             self.assertEqual((float(found.get("rescale_slope", 1)), float(found.get("rescale_intercept", 0)), found["rescale_units"]),
                              (slope, intercept, "HU"), type)
+        # Nobody else would read these as they are here.
+        for type, pairs, words in (("uint16", "rescale_slope:=1\nrescale_intercept:=-32768\n", "is read as int16"),
+                                   ("int16", "rescale_slope:=0.1\nrescale_intercept:=0.3\n", "TIFF rounds the intercept")):
+            self.encode(type, pairs=pairs)
+            self.assertIn(words, self.decode("b.tif"))
         # Slices with slopes of their own have no common one.
         self.encode(pairs="slice_slopes:=1 2 1 2 1\nslice_intercepts:=0 0 0 0 0\nrescale_slope:=2\nrescale_intercept:=0\n")
         self.assertIn("slice_slopes", self.decode("b.tif"))

@@ -162,7 +162,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
       "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
       "space origin: (1,2,3)\n";
   kept(place, {}, "a.tif", "TIFF cannot say its spacing");
-  kept("rescale_slope:=2\n", {}, "a.tif", "slope and intercept");
+  kept("rescale_slope:=0.1\nrescale_intercept:=0.3\n", {}, "a.tif", "TIFF rounds the intercept");
   kept("spacings: 1 1 1\nunits: \"inch\" \"inch\" \"inch\"\n", {}, "a.nii.gz", "does not know the unit");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
