@@ -43,11 +43,12 @@ class Failures(Hdf5Test):
 
     def test_a_full_disk_for_temporary_files_is_named_as_such(self):
         self.large()
+        (self.folder / "spool").mkdir()
         with open(self.folder / "out", "wb") as out:
-            run = subprocess.run([other_readers.PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5"], cwd=self.folder, stdout=out, stderr=subprocess.PIPE,
-                                 text=True, restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)))
+            run = subprocess.run([other_readers.PROGRAM, "decode", "p.tag", "-o", "-", "--format", "hdf5", "--spool", "spool"], cwd=self.folder, stdout=out,
+                                 stderr=subprocess.PIPE, text=True, restore_signals=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)))
         self.assertEqual(run.returncode, 74, run.stderr)
-        self.assertIn("File too large", run.stderr)
+        self.assertIn("standard output (through a temporary file in spool): cannot write: File too large", run.stderr)
         self.assertEqual((self.folder / "out").stat().st_size, 0)
 
     def test_an_existing_file_stays(self):
