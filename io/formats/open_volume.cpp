@@ -174,7 +174,11 @@ Way way_of_folder(const std::string& folder, const SourceDescription& source) {
   std::string known;
   for (const Format& format : formats())
     if (format.has_folders) known += fmt::format("{}{}", known.empty() ? "" : " or ", format.help);
-  throw BrokenInput(fmt::format("{}: is a folder, and its first files are not slices of {}", folder, known));
+  throw BrokenInput(
+      Sentence{"{}: is a folder, but its first files are not slices of {}; give a file or a folder of "
+               "slices; {} lists the volumes "
+               "in it",
+               {folder, known, Setting{"find", "a search"}}});
 }
 
 /// A folder of samples without headers: equally many slices in each file.

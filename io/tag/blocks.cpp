@@ -132,8 +132,8 @@ Status parse_block(std::span<const std::byte> block, const CodingParameters& par
   const auto in_file = load_little_endian<std::uint64_t>(block.data() + 4 + length);
   if (!checksums_agree(in_file, chained_checksum(own_checksum(block.first(4 + length), id), checksum)))
     return Status::broken(
-        "the checksum does not match: the brick is damaged, or it or the one before it belongs to another "
-        "place or file");
+        "the checksum does not match: the brick is damaged, or its bytes or those before it come from "
+        "elsewhere");
   if (Status status = split_block(block, id, brick); !status.ok()) return status;
   checksum = in_file;
   return {};

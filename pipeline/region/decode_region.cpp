@@ -226,8 +226,10 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
   const Index3& dims = parameters.dims;
   if (wanted.step < 1 || wanted.step > parameters.cube_size ||
       !std::has_single_bit(static_cast<std::uint64_t>(wanted.step)))
-    throw UsageError(fmt::format("a step of {}: must be 1, 2, 4 ... {}, the edge of this file's root cubes",
-                                 wanted.step, parameters.cube_size));
+    throw UsageError(
+        fmt::format("a step of {} is not possible: it must be a power of two from 1 to {}, the edge of this "
+                    "file's root cubes",
+                    wanted.step, parameters.cube_size));
   Region region;
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -242,7 +244,7 @@ Region region_of(const WantedRegion& wanted, const CodingParameters& parameters)
     region.box.high[axis] = high - 1;
     if (region.box.low[axis] > region.box.high[axis])
       throw UsageError(
-          fmt::format("a region of {}:{} along {}: has no sample whose coordinate is a multiple of {}", low,
+          fmt::format("a region of {}:{} along {} has no sample whose coordinate is a multiple of {}", low,
                       high, "xyz"[axis], wanted.step));
   }
   return region;

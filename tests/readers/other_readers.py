@@ -96,7 +96,7 @@ class ReaderTest(unittest.TestCase):
         of_file = [option for i, option in enumerate(options) if "--range" not in options[max(i - 1, 0):i + 1] and option != "--resume"]
         run = self.tagrid("verify", "out.tag", "--against", restored, *of_file)
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertIn("source files: others: their samples are not compressed", run.stdout)
+        self.assertIn("source files: not those that were encoded: their samples are not compressed", run.stdout)
         for name in ("again.tag", "again.raw"):
             (self.folder / name).unlink()
         shutil.rmtree(self.folder / "restored")

@@ -46,7 +46,8 @@ struct DecodeCommand {
     const std::string path = output.path.empty() ? default_output() : output.path;
     // A part with the name of the whole volume would be taken for it, or replace it.
     if (output.path.empty() && path != "-" && !wanted.is_all())
-      throw UsageError("give -o for a region or a step: only the whole volume has a name of its own");
+      throw UsageError(
+          "a region or a step needs -o FILE: without it, the output would have the name of the whole volume");
     // Opening the file first gives a better message for an NRRD file: that it is not a .tag file, not that it
     // is its own output.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
@@ -105,8 +106,8 @@ struct DecodeCommand {
     for (const std::string& line : lines_of_lost(lost, bricks)) say_line(input + ": " + line);
     throw BrokenInput(lost.empty()
                           ? input + ": is damaged, but all bricks are whole; every voxel was decoded"
-                          : fmt::format("{}: {}; their samples became {}, and all others were decoded", input,
-                                        count_of_lost(lost, bricks), fill.value_or(0)));
+                          : fmt::format("{}: {}; the lost samples became {}, and all others were decoded",
+                                        input, count_of_lost(lost, bricks), fill.value_or(0)));
   }
 
   std::string default_output() const {

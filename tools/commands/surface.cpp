@@ -29,7 +29,8 @@ struct SurfaceCommand {
     run.obey_memory_limit();
     options.region = wanted_region(region);
     if (output.path.empty() && !options.region.is_all())
-      throw UsageError("give -o for a region: only the surface of the whole volume has a name of its own");
+      throw UsageError(
+          "a region needs -o FILE: without it, the output would have the name of the whole surface");
     const std::string path = output.path.empty() ? output_beside(input, ".ply") : output.path;
     refuse_terminal_input(input);
     refuse_terminal(ranks, path, "surfaces");

@@ -100,7 +100,7 @@ struct VerifyCommand {
       return file.parameters().is_exact() ? same + ", byte for byte" : same;
     }
     if (found.has_same_names) require_same(found, volume->name());
-    return "others: " + found.difference;
+    return "not those that were encoded: " + found.difference;
   }
 
   /// A damaged file is looked at once more: the first error does not say how much is lost.

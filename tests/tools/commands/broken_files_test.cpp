@@ -28,7 +28,7 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
                "folder: has no files, only folders; --find lists the volumes in them");
   expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: is a folder, and its first files are not slices of DICOM or TIFF or JPEG 2000");
+               "folder: is a folder, but its first files are not slices of DICOM or TIFF or JPEG 2000");
   expect_only({"folder"});
 }
 

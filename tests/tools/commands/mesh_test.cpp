@@ -142,7 +142,7 @@ TEST_F(MeshCommand, WrongRequestsAreRefused) {
       expect_error(
           tagrid(with({"mesh", "volume.tag", "-o", "x.msh", std::string("--region=") + region}, more)), usage,
           "");
-  expect_error(tagrid({"mesh", "volume.tag", "--region", ":,:,:5"}), usage, "give -o");
+  expect_error(tagrid({"mesh", "volume.tag", "--region", ":,:,:5"}), usage, "needs -o FILE");
   expect_error(tagrid({"mesh"}), usage, "INPUT is required");
   expect_error(tagrid({"mesh", "missing.tag"}), world, "missing.tag");
   expect_error(tagrid({"mesh", "volume.nrrd", "-o", "x.vtu"}), broken_input, "not a .tag file");

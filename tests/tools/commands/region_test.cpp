@@ -79,7 +79,7 @@ TEST_F(RegionOptions, APartNeedsANameOfItsOwn) {
   make_tag();
   const std::string volume = content("volume.nrrd");
   for (const Arguments& part : {Arguments{"--region", ":,:,3:4"}, Arguments{"--step", "2"}})
-    expect_error(tagrid(with({"decode", "volume.tag", "-f"}, part)), usage, "give -o ");
+    expect_error(tagrid(with({"decode", "volume.tag", "-f"}, part)), usage, "needs -o FILE");
   EXPECT_EQ(content("volume.nrrd"), volume);
   const Ending piped = tagrid({"decode", "-", "--region", ":,:,3:4"}, content("volume.tag"));
   expect_ok(piped);
@@ -99,8 +99,9 @@ TEST_F(RegionOptions, WrongOnesAreRefused) {
   refused({"--region", "1:2,3:4"}, "x0:x1,y0:y1,z0:z1");
   refused({"--region", "a:b,:,:"}, "x0:x1,y0:y1,z0:z1");
   refused({"--region", "1,2,3"}, "x0:x1,y0:y1,z0:z1");
-  refused({"--step", "3"}, "1, 2, 4");
-  refused({"--step", "0"}, "1, 2, 4");
+  refused({"--step", "3"},
+          "a step of 3 is not possible: it must be a power of two from 1 to 32, the edge of ");
+  refused({"--step", "0"}, "a power of two from 1 to 32");
   refused({"--region", "1:2,:,:", "--step", "2"}, "multiple of 2");
   refused({"--region", "1:2,:,:", "--rm"}, "leave out --rm");
   refused({"--rm"}, "do not say their size and type");

@@ -73,7 +73,7 @@ TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
   expect_error(tagrid({"surface", "volume.tag"}), usage, "--iso is required");
   expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.vtu"}), usage,
                ".ply, .stl, .obj or .vtp");
-  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "give -o");
+  expect_error(tagrid({"surface", "volume.tag", "--iso=1", "--region", ":,:,:5"}), usage, "needs -o FILE");
   expect_error(tagrid({"surface", "volume.tag", "--iso=1", "-o", "x.ply", "--region", "0:999,:,:"}), usage,
                "volume");
   expect_error(tagrid({"surface", "missing.tag", "--iso=1"}), world, "missing.tag");
