@@ -246,7 +246,8 @@ TEST_F(MpiVerify, AnotherOriginalIsRefused) {
   file("volume.raw", samples + "xx");
   expect_refused("volume.raw", against);
   phantom("small.nrrd", {"--dims", "50,41,44"});
-  expect_refused("the original is 50 x 41 x 44 int16, but the file has 50 x 41 x 45 int16", {"--against=small.nrrd"});
+  expect_refused("the original is 50 x 41 x 44 int16, but the file has 50 x 41 x 45 int16",
+                 {"--against=small.nrrd"});
   const Ending missing = by(3, verify({"--against=nothing.nrrd"}));
   expect_one_error(missing, world, "nothing.nrrd");
 }

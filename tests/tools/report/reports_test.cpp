@@ -173,7 +173,8 @@ TEST_F(Reports, VerifyFindsASingleChangedVoxel) {
 TEST_F(Reports, VerifyRefusesAnOriginalOfAnotherSize) {
   make_tag();
   phantom("other.nrrd", {"--dims", "52,40,35"});
-  expect_error(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}), broken_input, "the original is 52 x 40 x 35 int16");
+  expect_error(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}), broken_input,
+               "the original is 52 x 40 x 35 int16");
   expect_error(tagrid({"verify", "volume.tag", "--against", "missing"}), world, "missing");
   expect_error(tagrid(with({"verify", "volume.tag"}, raw_)), usage, "--against");
   expect_error(tagrid({"verify", "-", "--against", "-"}), usage, "--against");
