@@ -251,7 +251,7 @@ TEST_F(OutputFiles, NothingIsRemovedThatHoldsMoreThanSamples) {
   phantom("volume.raw");
   expect_ok(script("(echo header12; cat volume.raw) > more.raw"));
   const Arguments encode = with({"encode", "more.raw", "--offset", "9", "--rm"}, raw_);
-  expect_error(tagrid(with(encode, {"--strip"})), usage, "would be lost");
+  expect_error(tagrid(with(encode, {"--strip"})), usage, "--strip leaves out its files");
   EXPECT_EQ(names(), (Names{"more.raw", "volume.raw"}));
   // Nothing is lost if the .tag file has the other bytes, too.
   const std::string more = content("more.raw");
