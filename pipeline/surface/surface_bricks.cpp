@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "io/files/errors.h"
@@ -26,13 +25,11 @@ std::uint64_t bytes_of_surface(const CodingParameters& parameters, const Surface
 }  // namespace
 
 SurfaceLevel surface_level(double iso, const TagHeader& header, const std::string& name) {
-  const KeyValues pairs = key_values_of(header.nrrd_fields);
-  const auto of_each_slice = [](const auto& pair) { return pair.first == "slice_slopes"; };
-  if (std::ranges::any_of(pairs, of_each_slice))
+  if (has_slopes_of_slices(header.nrrd_fields))
     throw UsageError(fmt::format(
         "{}: each slice has a slope of its own (slice_slopes), so that a value is a different sample in each",
         name));
-  for (const auto& [key, value] : pairs)
+  for (const auto& [key, value] : key_values_of(header.nrrd_fields))
     if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
       throw BrokenInput(fmt::format("{}: the header: a rescale_slope of {} is no slope", name,
                                     quoted(std::string_view(value))));

@@ -141,19 +141,17 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   if (parameters.stores_grid()) count_active(active, parameters, brick, code.statistics);
   if (parameters.mode == FileMode::voxels) {
     std::vector<T> decoded(n);
-    const auto add_activity = [&]() -> std::span<const std::uint8_t> {
+    const auto coded_activity = [&]() -> std::span<const std::uint8_t> {
+      code.activity.clear();
       encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
                       parameters.max_level, code.activity);
       return code.activity;
     };
     BytesToCarry to_carry;
-    if (parameters.stores_grid() && activity_follows_values(parameters)) to_carry = add_activity;
+    if (parameters.stores_grid() && activity_follows_values(parameters)) to_carry = coded_activity;
     const Carrying carrying =
         encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded, to_carry);
-    if (parameters.stores_grid() && !carrying.asked) {
-      code.activity.clear();
-      add_activity();
-    }
+    if (parameters.stores_grid() && !carrying.asked) coded_activity();
     code.activity.erase(code.activity.begin(),
                         code.activity.begin() + static_cast<std::ptrdiff_t>(carrying.count));
     measure_samples<T>(original, decoded, code.statistics);
