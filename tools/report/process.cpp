@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -93,6 +94,8 @@ void give_back_freed_memory(std::uint64_t limit) {
   mallopt(M_MMAP_THRESHOLD, part(64, 1 << 17, 1 << 25));
   mallopt(M_TRIM_THRESHOLD, part(16, 1 << 20, 1 << 27));
   malloc_trim(0);
+  // A large page is taken whole, even if a few bytes of it are needed.
+  prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
 }
 
 std::uint64_t peak_memory() {
