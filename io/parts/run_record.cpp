@@ -17,7 +17,7 @@
 namespace tagrid {
 namespace {
 
-constexpr std::array<std::uint8_t, 8> magic = {'T', 'A', 'G', 'R', 'U', 'N', '2', '\n'};
+constexpr std::array<std::uint8_t, 8> magic = {'T', 'A', 'G', 'R', 'U', 'N', '3', '\n'};
 
 void put_text(FieldWriter& fields, const std::string& text) {
   fields.put(static_cast<std::uint32_t>(text.size()));
@@ -101,6 +101,8 @@ std::vector<std::byte> serialize_record(const RunRecord& record) {
   }
   fields.put(static_cast<std::uint32_t>(record.header.size()));
   fields.put_bytes(record.header);
+  put_text(fields, record.error_rule);
+  put_text(fields, record.reason_of_bound);
   fields.put(record.result_inode);
   fields.put(record.result_size);
   fields.put(checksum_of({fields.bytes()}));
@@ -132,6 +134,8 @@ Status parse_record(std::span<const std::byte> bytes, RunRecord& record) {
   }
   const auto header = fields.get_bytes(fields.get<std::uint32_t>());
   record.header.assign(header.begin(), header.end());
+  record.error_rule = get_text(fields);
+  record.reason_of_bound = get_text(fields);
   record.result_inode = fields.get<std::uint64_t>();
   record.result_size = fields.get<std::uint64_t>();
   return fields.complete() ? Status() : Status::broken("is damaged");

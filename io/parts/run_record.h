@@ -35,6 +35,8 @@ struct RunRecord {
   std::vector<std::pair<std::string, std::string>> settings;
   std::vector<FileIdentity> inputs;
   std::vector<std::byte> header;  ///< of the .tag file
+  /// If the largest error follows from the samples: the rule, and how. Else "".
+  std::string error_rule, reason_of_bound;
   /// Inode and size of the result, before and after it gets its name; 0 until it is complete.
   std::uint64_t result_inode = 0, result_size = 0;
 };

@@ -28,6 +28,8 @@ struct EncodeRun {
   EncodeOptions options = {};
   Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
   Progress progress = {};
+  /// While the largest error is searched for: the progress of each try.
+  Progress searching = {};
 
   /// Also keeps what the source files have besides samples, unless options.strip; see io/envelope.
   bool keep_files = false;

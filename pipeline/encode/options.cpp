@@ -134,6 +134,15 @@ void validate_rule(const EncodeOptions& options) {
 
 }  // namespace
 
+std::string text_of(const ErrorRule& rule) {
+  using Kind = ErrorRule::Kind;
+  return fmt::format("{} {}",
+                     rule.kind == Kind::noise      ? "noise"
+                     : rule.kind == Kind::relative ? "relative"
+                                                   : "psnr",
+                     rule.value);
+}
+
 void EncodeOptions::validate() const {
   namespace set = setting;
   require_bound(max_error, set::max_error);

@@ -41,6 +41,9 @@ struct ErrorRule {
   friend bool operator==(const ErrorRule&, const ErrorRule&) = default;
 };
 
+/// As text, the same for equal rules only.
+std::string text_of(const ErrorRule& rule);
+
 struct EncodeOptions {
   bool strip = false;  ///< The file keeps only what is needed to understand the samples; see stripped().
   bool grid_only = false;

@@ -23,7 +23,8 @@ double width(const std::optional<std::pair<double, double>>& range) {
 // The PSNR of encodings of a volume.
 class Psnr {
  public:
-  Psnr(const EncodeOptions& options, VolumeSource& source, double peak) : source_(source), peak_(peak) {
+  Psnr(const EncodeOptions& options, VolumeSource& source, double peak, const Progress& progress)
+      : source_(source), peak_(peak), progress_(progress) {
     EncodeOptions voxels = options;
     voxels.error_rule.reset();
     voxels.mesh_error.reset();
@@ -39,6 +40,8 @@ class Psnr {
     const std::int64_t rows = bricks.bricks(1) * bricks.bricks(2),
                        per_row = std::max<std::int64_t>(parameters_.domain().volume().count() / rows, 1),
                        wanted = sampled ? std::clamp<std::int64_t>(most_sampled / per_row, 1, rows) : rows;
+    const std::uint64_t bytes_per_row = static_cast<std::uint64_t>(per_row) * size_of(parameters_.type);
+    const Watch watch = watch_for(progress_, static_cast<std::uint64_t>(wanted) * bytes_per_row);
     Statistics all;
     for (std::int64_t i = 0; i < wanted; ++i) {
       std::vector<Statistics> of_brick(static_cast<std::size_t>(bricks.bricks(0)));
@@ -51,6 +54,7 @@ class Psnr {
                             });
       // In the order of bricks: sums of floats depend on it.
       for (const Statistics& s : of_brick) all.add(s);
+      watch.done(bytes_per_row);
     }
     if (all.finite == 0 || all.max_error == 0) return INFINITY;
     const double squares =
@@ -64,6 +68,7 @@ class Psnr {
   VolumeSource& source_;
   CodingParameters parameters_;
   double peak_;
+  const Progress& progress_;
 };
 
 // The number up to which `reaches` holds, but for the next one it does not; searched from `start` on in steps that grow,
@@ -139,14 +144,15 @@ PlainBound by_range(const EncodeOptions& options, VolumeSource& source, double p
   return plain;
 }
 
-PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wanted) {
+PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wanted,
+                   const Progress& progress) {
   if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
   const double peak = width(range_of_data(source));
   if (!std::isfinite(peak))
     throw UsageError(Sentence{"{}: {} has no meaning for samples whose range is not finite",
                               {source.name(), setting::psnr}});
   PlainBound plain = {options, fmt::format("{} dB are reached", wanted)};
-  Psnr psnr(options, source, peak);
+  Psnr psnr(options, source, peak, progress);
   plain.options.max_error = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
   source.rewind();
   return plain;
@@ -154,7 +160,8 @@ PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wa
 
 }  // namespace
 
-PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads) {
+PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads,
+                            const Progress& progress) {
   if (!options.error_rule) return {options, ""};
   const ErrorRule::Kind kind = options.error_rule->kind;
   const double value = options.error_rule->value;
@@ -163,7 +170,7 @@ PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, 
   arena.execute([&] {
     plain = kind == ErrorRule::Kind::noise      ? by_noise(options, source, value)
             : kind == ErrorRule::Kind::relative ? by_range(options, source, value)
-                                                : by_psnr(options, source, value);
+                                                : by_psnr(options, source, value, progress);
   });
   double& bound = *plain.options.max_error;
   bound = std::min(bound, std::numeric_limits<double>::max());

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "io/bytes/checksum.h"
@@ -84,7 +85,7 @@ class RunInParts {
     PartFolder& folder = *output->folder;
     const bool goes_on = run_.resume && read_earlier_record(folder);
     if (!goes_on) check_output(run_.output, run_.overwrite);
-    settle(goes_on ? known_range(options_) : options_);
+    settle(goes_on ? with_earlier_findings(options_) : options_);
     if (goes_on) {
       require_same_run(folder);
       // Only the record of the run remains to be removed.
@@ -119,29 +120,41 @@ class RunInParts {
     return fmt::format("remove {} to start again", folder.path());
   }
 
-  // If the input has not changed, its range need not be searched again.
-  EncodeOptions known_range(EncodeOptions options) const {
+  // What the earlier run found in the same samples need not be searched again.
+  EncodeOptions with_earlier_findings(EncodeOptions options) {
     TagHeader header;
     std::uint64_t checksum;
+    if (!inputs_are_the_same() || !parse_header(earlier_.header, header, checksum).ok()) return options;
+    const CodingParameters& found = header.parameters;
     const bool from_data = options.range_from_data || is_wide_type(volume_->info().type);
-    if (!from_data || options.range || options.field_scale) return options;
-    if (earlier_.inputs.size() != record_.inputs.size()) return options;
-    for (std::size_t i = 0; i < record_.inputs.size(); ++i)
-      if (!change_of(earlier_.inputs[i], record_.inputs[i]).empty()) return options;
-    if (!parse_header(earlier_.header, header, checksum).ok()) return options;
-    if (!(header.parameters.range_low < header.parameters.range_high)) return options;
-    options.range = {header.parameters.range_low, header.parameters.range_high};
-    options.range_from_data = false;
+    if (from_data && !options.range && !options.field_scale && found.range_low < found.range_high) {
+      options.range = {found.range_low, found.range_high};
+      options.range_from_data = false;
+    }
+    if (options.error_rule && text_of(*options.error_rule) == earlier_.error_rule && found.max_error >= 0) {
+      options.max_error = found.max_error;
+      options.error_rule.reset();
+      reason_of_bound_ = earlier_.reason_of_bound;
+    }
     return options;
   }
 
+  bool inputs_are_the_same() const {
+    return std::ranges::equal(earlier_.inputs, record_.inputs,
+                              [](const auto& was, const auto& now) { return change_of(was, now).empty(); });
+  }
+
   void settle(const EncodeOptions& options) {
-    const PlainBound plain = with_plain_bound(options, *volume_, plan_.budget.threads);
+    const PlainBound plain = with_plain_bound(options, *volume_, plan_.budget.threads, run_.searching);
     if (!plain.reason.empty()) reason_of_bound_ = plain.reason;
     range_was_read_ = takes_range_from_data(plain.options, *volume_);
     header_ = {resolve(plain.options, *volume_), kept_fields(plain.options, volume_->info())};
     record_.settings = settings_of(parameters(), run_.source);
     record_.header = serialize_header(header_);
+    if (options_.error_rule) {
+      record_.error_rule = text_of(*options_.error_rule);
+      record_.reason_of_bound = reason_of_bound_;
+    }
   }
 
   void require_same_run(const PartFolder& folder) const {

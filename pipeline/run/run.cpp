@@ -49,7 +49,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   result.memory = plan.memory;
   const bool copied = options.error_rule && !traits.any_rows && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);
-  const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads);
+  const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads, run.searching);
   result.warnings = volume->facts().warnings;
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   result.reason_of_bound = plain.reason.empty() ? reason : plain.reason;

@@ -110,7 +110,8 @@ struct EncodeCommand {
   }
 
   FinishedEncode encode(Ranks& ranks, const Encoding& asked, const std::string& path) const {
-    ProgressMeter meter(run.progress, run.quiet, "encoding", 1);
+    ProgressMeter meter(run.progress, run.quiet, "encoding", 1),
+        search(run.progress, run.quiet, "searching for the largest error", 1);
     return encode_volume(ranks, {.input = input,
                                  .source = asked.source,
                                  .output = path,
@@ -118,6 +119,11 @@ struct EncodeCommand {
                                  .options = asked.options,
                                  .resources = run.resources_of_each_rank(),
                                  .progress = meter.progress(),
+                                 .searching =
+                                     [&](std::uint64_t done, std::uint64_t total) {
+                                       search.update(done, total);
+                                       meter.begin();
+                                     },
                                  .keep_files = true,
                                  .resume = resume,
                                  .verified = remove,

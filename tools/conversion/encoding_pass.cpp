@@ -168,6 +168,10 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
   if (source.raw) warn_of_description(options_.run, volume.input, *source.raw);
   ProgressMeter meter(options_.run.progress, options_.run.quiet,
                       std::filesystem::path(volume.input).filename().string(), 1);
+  const Progress progress = [&](std::uint64_t done, std::uint64_t total) {
+    if (stop_) throw Stopped();
+    meter.update(done, total);
+  };
   Ranks alone;
   FinishedEncode encoded = encode_volume(alone, {.input = volume.input,
                                                  .source = source,
@@ -175,11 +179,8 @@ void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& re
                                                  .overwrite = overwrite,
                                                  .options = volume.asked.options,
                                                  .resources = resources_,
-                                                 .progress =
-                                                     [&](std::uint64_t done, std::uint64_t total) {
-                                                       if (stop_) throw Stopped();
-                                                       meter.update(done, total);
-                                                     },
+                                                 .progress = progress,
+                                                 .searching = progress,
                                                  .keep_files = true,
                                                  .verified = true});
   if (stop_) throw Stopped();

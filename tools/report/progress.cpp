@@ -34,13 +34,15 @@ ProgressMeter::~ProgressMeter() {
 
 void ProgressMeter::update(std::uint64_t done, std::uint64_t total, Clock::time_point now) {
   if (style_ == ProgressStyle::none || total == 0) return;
+  if (done < done_) start_ = now;
+  done_ = done;
   const auto pause = style_ == ProgressStyle::bar ? std::chrono::milliseconds(200) : std::chrono::minutes(1);
   if (now - last_ < pause && (drawn_ || style_ != ProgressStyle::bar)) return;
   last_ = now;
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const double part = static_cast<double>(done) / static_cast<double>(total);
-  const double rate = static_cast<double>(done * unit_bytes_) / seconds / 1e6;
-  const std::string left = part > 0 ? duration(seconds / part - seconds) : "?";
+  const double rate = seconds > 0 ? static_cast<double>(done * unit_bytes_) / seconds / 1e6 : 0;
+  const std::string left = part > 0 && seconds > 0 ? duration(seconds / part - seconds) : "?";
   const std::string line = fmt::format("{} {:3.0f} %  {:.1f} MB/s  {} left", what_, 100 * part, rate, left);
   if (style_ == ProgressStyle::plain) {
     say_line(line);

@@ -29,7 +29,10 @@ class ProgressMeter {
 
   using Clock = std::chrono::steady_clock;
 
-  /// Updates the meter. It must not outlive the meter.
+  /// Counts time from here on. Without it, time counts from the beginning of the meter.
+  void begin(Clock::time_point now = Clock::now()) { start_ = now; }
+
+  /// Updates the meter. It must not outlive the meter. Work that is done again begins at less than was done before.
   std::function<void(std::uint64_t done, std::uint64_t total)> progress() {
     return [this](std::uint64_t done, std::uint64_t total) { update(done, total); };
   }
@@ -41,6 +44,7 @@ class ProgressMeter {
   std::uint64_t unit_bytes_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
+  std::uint64_t done_ = 0;
   bool drawn_ = false;
 };
 

@@ -143,11 +143,15 @@ TEST(RunRecords, ComeBackAndEveryFlippedBitAndEveryTruncationIsFound) {
   record.settings = {{"max-error", "2"}, {"cube", "32"}};
   record.inputs = {{"in.nrrd", 12345, 77, 1, 2, -3, 4, 99}};
   record.header = {std::byte{1}, std::byte{2}};
+  record.error_rule = "psnr 55";
+  record.reason_of_bound = "55 dB are reached";
   const std::vector<std::byte> good = serialize_record(record);
   RunRecord back;
   ASSERT_TRUE(parse_record(good, back).ok());
   EXPECT_EQ(difference_of(record, back), Sentence());
   EXPECT_EQ(back.inputs[0].changed, -3);
+  EXPECT_EQ(back.error_rule, record.error_rule);
+  EXPECT_EQ(back.reason_of_bound, record.reason_of_bound);
   for (std::size_t size = 0; size < good.size(); ++size)
     EXPECT_FALSE(parse_record(std::span(good).first(size), back).ok()) << size;
   for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
@@ -233,6 +237,43 @@ TEST_F(InParts, EveryGeometryGivesTheFileWithoutParts) {
   for (const Index3& dims : {Index3{1, 1, 1}, Index3{9, 1, 200}, Index3{200, 9, 1}, Index3{3, 150, 12},
                              Index3{10, 40, 40}, Index3{10, 17, 90}})
     expect_same_file<std::int16_t>(dims, options, Awkward::smooth);
+}
+
+TEST_F(InParts, ARunThatGoesOnSearchesForItsLargestErrorOnlyIfItMust) {
+  write_nrrd<std::int16_t>(path("in.nrrd"), {40, 50, 60},
+                           awkward_volume<std::int16_t>(Awkward::smooth, {40, 50, 60}, 5));
+  struct Interrupted {};
+  Ranks one;
+  int tries = 0;
+  const auto run = [&](double psnr, bool interrupted) {
+    tries = 0;
+    EncodeRun run{.input = path("in.nrrd"), .output = path("out.tag"), .resources = Resources(2)};
+    run.options.error_rule = ErrorRule{ErrorRule::Kind::psnr, psnr};
+    run.options.cube_size = 8;
+    run.options.brick_edge = 1;
+    if (interrupted) run.progress = [](std::uint64_t, std::uint64_t) { throw Interrupted(); };
+    run.searching = [&](std::uint64_t done, std::uint64_t total) { tries += done == total; };
+    run.resume = true;
+    run.program = "test";
+    return committed(encode_in_parts(one, run));
+  };
+  EXPECT_THROW(run(60, true), Interrupted);
+  EXPECT_GT(tries, 2);
+  const EncodeResult result = run(60, false);
+  EXPECT_EQ(tries, 0);
+  EXPECT_NE(result.reason_of_bound.find("60 dB are reached if the largest error is "), std::string::npos)
+      << result.reason_of_bound;
+  const std::string resumed = content("out.tag");
+  std::filesystem::remove(path("out.tag"));
+  run(60, false);
+  EXPECT_GT(tries, 2);
+  EXPECT_TRUE(content("out.tag") == resumed);
+
+  // Another rule has its own search, and is refused if it finds another bound.
+  std::filesystem::remove(path("out.tag"));
+  EXPECT_THROW(run(60, true), Interrupted);
+  EXPECT_THROW(run(50, false), UsageError);
+  EXPECT_GT(tries, 2);
 }
 
 }  // namespace

@@ -21,6 +21,21 @@ TEST(Progress, PlainIsALineAMinuteWithRateAndRemainingTime) {
   EXPECT_EQ(text.substr(0, text.find('\n')), "encode   7 %  1.7 MB/s  14:00 left");
 }
 
+TEST(Progress, WorkThatIsDoneAgainHasATimeOfItsOwn) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressMeter meter(ProgressStyle::plain, false, "try", 1000000);
+    const auto start = ProgressMeter::Clock::now();
+    meter.update(1000, 1000, start + 30s);
+    meter.update(0, 1000, start + 10min);
+    meter.update(250, 1000, start + 12min);
+    meter.begin(start + 20min);
+    meter.update(500, 1000, start + 21min);
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "try   0 %  0.0 MB/s  ? left\ntry  25 %  2.1 MB/s  6:00 left\ntry  50 %  8.3 MB/s  1:00 left\n");
+}
+
 TEST(Progress, QuietOrNoneSaysNothing) {
   testing::internal::CaptureStderr();
   const auto later = ProgressMeter::Clock::now() + 1h;
