@@ -87,8 +87,12 @@ class ReaderTest(unittest.TestCase):
         again = json.loads(self.tagrid("info", "again.tag", "--json").stdout)
         self.assertIs(again["restorable"], True, path)
         self.assertIsNone(again["compression"])
-        for key in ("dims", "type", "geometry", "source"):
+        for key in ("dims", "type", "geometry"):
             self.assertEqual(again[key], info[key], path)
+        source = info["source"] | {"pairs": dict(info["source"]["pairs"])}
+        if source["pairs"].get("lossy source") == "TIFF, JPEG":
+            del source["pairs"]["lossy source"]  # TIFF has no word for a loss in the past
+        self.assertEqual(again["source"], source, path)
         run = self.tagrid("decode", "again.tag", "-o", "again.raw", "-f")
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertEqual((self.folder / "again.raw").read_bytes(), (self.folder / "out.raw").read_bytes(), path)

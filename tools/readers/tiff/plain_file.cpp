@@ -26,12 +26,13 @@ constexpr int deepest = 8;  // directories in directories
 constexpr std::uint16_t type_short = TIFF_SHORT, type_long = TIFF_LONG, type_long8 = TIFF_LONG8;
 
 /// Tags that say how the samples of a page are stored.
-constexpr std::array<std::uint16_t, 15> tags_of_storage = {
+constexpr std::array<std::uint16_t, 16> tags_of_storage = {
     TIFFTAG_COMPRESSION,  TIFFTAG_FILLORDER,       TIFFTAG_STRIPOFFSETS,
     TIFFTAG_ROWSPERSTRIP, TIFFTAG_STRIPBYTECOUNTS, TIFFTAG_T4OPTIONS,
     TIFFTAG_T6OPTIONS,    TIFFTAG_PREDICTOR,       TIFFTAG_TILEWIDTH,
     TIFFTAG_TILELENGTH,   TIFFTAG_TILEOFFSETS,     TIFFTAG_TILEBYTECOUNTS,
-    TIFFTAG_BADFAXLINES,  TIFFTAG_CLEANFAXDATA,    TIFFTAG_CONSECUTIVEBADFAXLINES};
+    TIFFTAG_BADFAXLINES,  TIFFTAG_CLEANFAXDATA,    TIFFTAG_CONSECUTIVEBADFAXLINES,
+    TIFFTAG_JPEGTABLES};
 constexpr std::array<std::uint16_t, 2> tags_of_free_space = {TIFFTAG_FREEOFFSETS, TIFFTAG_FREEBYTECOUNTS};
 /// Tags whose values are places in the file in ways of their own: old JPEG, LSM, STK.
 constexpr std::array<std::uint16_t, 9> tags_with_places = {TIFFTAG_JPEGIFOFFSET,

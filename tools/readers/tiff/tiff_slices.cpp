@@ -71,8 +71,6 @@ class TiffSlices final : public ServedVolume {
     std::uint64_t samples_at = 0;
     if (is_plain)
       plain.pieces = {PlainPiece::stretch(number, 0, FileSource(files[number]).size())};
-    else if (std::ranges::any_of(pages, &TiffPage::is_lossy))
-      plain.why_not = "its samples are compressed with a loss (JPEG), of which a plain file would not tell";
     else
       plain = plain_tiff_file(files[number], number, pages, samples_at);
     for (std::size_t i = 0; i < pages.size() && plain.why_not.empty(); ++i) {
