@@ -78,19 +78,24 @@ class Failures(Hdf5Test):
             self.assertFalse((self.folder / name).exists())
 
     def test_signals_leave_nothing_and_nobody(self):
-        self.large("500,500,200")
+        """The rest of the input does not come, so that the run has surely not ended when the signal comes."""
+        self.large()
+        whole = (self.folder / "p.tag").read_bytes()
         for kind, name in itertools.product((signal.SIGTERM, signal.SIGINT, signal.SIGKILL), FORMATS):
-            run = subprocess.Popen([other_readers.PROGRAM, "decode", "p.tag", "-o", name, "-T1", "-q"], cwd=self.folder)
+            run = subprocess.Popen([other_readers.PROGRAM, "decode", "-", "-o", name, "-T1", "-q"], cwd=self.folder, stdin=subprocess.PIPE)
+            run.stdin.write(whole[:len(whole) * 2 // 3])
+            run.stdin.flush()
             writers = []
             while not writers and run.poll() is None:
                 writers = self.children(run.pid)
             time.sleep(0.1)
             run.send_signal(kind)
             self.assertEqual(run.wait(), -kind)
+            run.stdin.close()
             self.assertFalse((self.folder / name).exists())
             if kind != signal.SIGKILL:
                 self.assertEqual(self.names(), ["p.tag"])
-            for _ in range(100):
+            for _ in range(1000):
                 if not any(pathlib.Path(f"/proc/{writer}").exists() for writer in writers):
                     break
                 time.sleep(0.05)

@@ -289,7 +289,7 @@ class Failures(MeshTest):
             self.assertFalse((self.folder / "b.vtkhdf").exists())
             if kind != signal.SIGKILL:
                 self.assertEqual([n for n in self.names() if n.startswith(".")], [])
-            for _ in range(200):
+            for _ in range(1000):
                 if not self.is_running(writer):
                     break
                 time.sleep(0.05)
@@ -320,7 +320,7 @@ class Conversation(other_readers.ReaderTest):
             lines.append(json.dumps({"request": "array", "name": name, "from": first, "to": last}).encode() + b"\n" + bytes(size))
         if finish:
             lines.append(b'{"request": "finish"}\n')
-        run = subprocess.run([other_readers.PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra, stdout=subprocess.PIPE, timeout=60,
+        run = subprocess.run([other_readers.PROGRAM.parent / "tagrid-write-hdf5"], input=b"".join(lines) + extra, stdout=subprocess.PIPE, timeout=300,
                              preexec_fn=None if other_readers.IS_SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30)))
         self.assertEqual(run.returncode, 0)
         return [json.loads(line) for line in run.stdout.decode().splitlines()[1:]]

@@ -1,6 +1,7 @@
 // Runs tagrid-mpi with many processes on this machine.
 #pragma once
 
+#include <filesystem>
 #include <regex>
 
 #include "tests/support/resumed_runs.h"
@@ -33,6 +34,19 @@ class MpiRuns : public ResumedRuns {
     // Sometimes mpirun's event library complains of connections to ranks that have ended.
     ending.err = std::regex_replace(ending.err, std::regex("\\[warn\\] Epoll [^\n]*\n"), "");
     return ending;
+  }
+  /// Whether a process works in the folder.
+  bool is_somebody_here() const {
+    std::error_code gone;  // processes that end while we look have no links
+    const std::filesystem::path here = std::filesystem::canonical(folder_);
+    for (const auto& process : std::filesystem::directory_iterator("/proc", gone))
+      if (std::filesystem::read_symlink(process.path() / "cwd", gone) == here) return true;
+    return false;
+  }
+  /// Waits for the processes of an mpirun that was killed: they live on until they notice.
+  void wait_for_all_processes() const {
+    for (int tries = 0; tries < 6000 && is_somebody_here(); ++tries) usleep(10000);
+    EXPECT_FALSE(is_somebody_here());
   }
   void expect_names(const std::vector<std::string>& expected) const { EXPECT_EQ(names(), expected); }
   /// Expects an error that is reported once, whichever rank found it.

@@ -120,12 +120,12 @@ TEST_F(FormatProgramTest, OneThatIsSilentIsEnded) {
 
 TEST_F(FormatProgramTest, OneThatSpeaksAgainAndAgainIsNotSilent) {
   FormatProgram& program =
-      start("for i in 1 2 3 4 5 6; do sleep 0.2; printf .; done; echo end", {.silence = 700ms});
-  EXPECT_EQ(program.hear(), "......end");
+      start("for i in 1 2 3 4 5 6 7 8; do sleep 0.3; printf .; done; echo end", {.silence = 2000ms});
+  EXPECT_EQ(program.hear(), "........end");
 }
 
 TEST_F(FormatProgramTest, AFloodIsEnded) {
-  EXPECT_THAT(failure([&] { start("yes >&2", {.silence = 300ms}).hear(); }),
+  EXPECT_THAT(failure([&] { start("yes >&2", {.silence = 2000ms}).hear(); }),
               AllOf(HasSubstr("was silent"), HasSubstr("y\ny")));
   EXPECT_THAT(failure([&] { start("cat /dev/zero", {.line = 1'000'000}).hear(); }),
               HasSubstr("gave an answer of more than 1000000 bytes"));
@@ -154,7 +154,7 @@ TEST_F(FormatProgramTest, ItsProcessesEndWithIt) {
   const pid_t grandchild = std::stoi(program.hear());
   EXPECT_TRUE(runs(grandchild));
   end();
-  for (int i = 0; i < 500 && runs(grandchild); ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < 6000 && runs(grandchild); ++i) std::this_thread::sleep_for(10ms);
   EXPECT_FALSE(runs(grandchild));
 }
 

@@ -71,7 +71,7 @@ class ForgedFiles : public CommandLine {
   void expect_refused(const Ending& ending, std::size_t most_memory) const {
     EXPECT_EQ(ending.code, broken_input) << ending.err << " signal " << ending.signal;
     EXPECT_EQ(std::count(ending.err.begin(), ending.err.end(), '\n'), 1) << ending.err;
-    EXPECT_LT(ending.seconds, program_is_sanitized() ? 30 : 3);
+    EXPECT_LT(ending.cpu_seconds, program_is_sanitized() ? 30 : 3);
     // Sanitizers need memory of their own.
     if (!program_is_sanitized()) {
       EXPECT_LT(ending.peak_bytes, most_memory);

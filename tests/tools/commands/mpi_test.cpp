@@ -131,8 +131,7 @@ TEST_F(Mpi, GoesOnAfterSignalsAtAnyMoment) {
       process.send(signal);
       const Ending ending = process.finish();
       EXPECT_NE(ending.code == 0, ending.signal != 0 || ending.code > 0);
-      // If mpirun itself is killed, its processes live on for a moment.
-      for (int tries = 0; tries < 100 && signal == SIGKILL; ++tries) usleep(10000);
+      wait_for_all_processes();
       expect_no_half_file();
       if (!std::filesystem::exists(path("new.tag")) || std::filesystem::exists(path(".new.tag.parts/run")))
         expect_result(by(3, command()));

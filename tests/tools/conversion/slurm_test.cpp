@@ -87,12 +87,12 @@ TEST_F(Slurm, ATaskThatIsInterruptedIsQueuedAgainAndGoesOn) {
   volumes(3);
   // The first one runs until it is ended.
   program("slow",
-          "echo $TMPDIR > tmpdir; [ -e started ] && exec \"$TAGRID\" \"$@\"; touch started; exec sleep 60");
+          "echo $TMPDIR > tmpdir; [ -e started ] && exec \"$TAGRID\" \"$@\"; touch started; exec sleep 300");
   const Ending ending = interrupted("export PROGRAM=slow TAGRID SLURM_TMPDIR=/scratch; " + task(1));
   EXPECT_EQ(ending.code, 128 + SIGTERM) << ending.err;
   EXPECT_EQ(content("requeued"), "requeue 17\n");
   EXPECT_EQ(content("tmpdir"), "/scratch\n");
-  EXPECT_LT(ending.seconds, 30);
+  EXPECT_LT(ending.seconds, 300);
   expect_done(batch(task(1)));
   EXPECT_EQ(statuses(9, "out/results-1-of-3.jsonl"), "b ok");
 }
@@ -136,7 +136,7 @@ TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {
   EXPECT_EQ(content("requeued"), "requeue 17\n");
   // A launcher that is ended by the signal.
   std::filesystem::remove(path("started"));
-  program("srun", "touch started; exec sleep 60");
+  program("srun", "touch started; exec sleep 300");
   EXPECT_EQ(interrupted(run).code, 128 + SIGTERM);
   EXPECT_EQ(content("requeued"), "requeue 17\nrequeue 17\n");
   // Killed for another reason, such as too much memory.
