@@ -27,13 +27,21 @@ void RowEncoder::encode(const BrickRows& rows, BrickSink& sink, const Watch& wat
   });
 }
 
+std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,
+                                  const BrickRows& rows) {
+  std::vector<Box> boxes;
+  for (const BrickRows& strip : plan.strips(parameters.bricks(), rows))
+    for (const BrickRows& encoded : rows_to_encode(parameters, strip))
+      boxes.push_back(schedule_of_encoding(parameters, encoded).samples());
+  return boxes;
+}
+
 double times_read(const CodingParameters& parameters, const EncodePlan& plan,
                   const std::vector<BrickRows>& parts) {
   double samples = 0;
   for (const BrickRows& part : parts)
-    for (const BrickRows& strip : plan.strips(parameters.bricks(), part))
-      for (const BrickRows& rows : rows_to_encode(parameters, strip))
-        samples += static_cast<double>(schedule_of_encoding(parameters, rows).samples().count());
+    for (const Box& box : samples_in_order(parameters, plan, part))
+      samples += static_cast<double>(box.count());
   return samples / static_cast<double>(parameters.domain().volume().count());
 }
 

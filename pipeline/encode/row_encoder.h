@@ -10,6 +10,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/until_it_fails.h"
+#include "stages/grid/box.h"
 #include "stages/grid/brick_rows.h"
 #include "stages/volume/coding_parameters.h"
 
@@ -36,6 +37,10 @@ class RowEncoder {
   ReadSlice read_slice_;
   UntilItFails output_works_;
 };
+
+/// The samples that are read to encode `rows`, box after box; of each box, slice after slice.
+std::vector<Box> samples_in_order(const CodingParameters& parameters, const EncodePlan& plan,
+                                  const BrickRows& rows);
 
 /// How often a sample of a volume is read, on average, to encode all `parts`.
 double times_read(const CodingParameters& parameters, const EncodePlan& plan,

@@ -156,11 +156,11 @@ EncodePlan plan_encoding(const CodingParameters& p, const Resources& resources, 
   return plan;
 }
 
-std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, const Resources& resources) {
+std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, const Resources& resources,
+                           std::int64_t most) {
   const std::uint64_t limit = resources.memory ? *resources.memory : share_of_memory(resources) / 4;
   const std::uint64_t fit = less(limit, plan.memory) / *sample_bytes({p.dims.x, p.dims.y, 1}, p.type);
-  const std::int64_t layer = std::min(std::int64_t{p.brick_edge} * p.cube_size, p.dims.z);
-  return std::min(layer, static_cast<std::int64_t>(std::min(fit, std::uint64_t{1} << 31)));
+  return std::min(most, static_cast<std::int64_t>(std::min(fit, std::uint64_t{1} << 31)));
 }
 
 DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,

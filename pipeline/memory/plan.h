@@ -44,10 +44,9 @@ EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& re
                          bool random_access = true, std::uint64_t besides = 0,
                          std::optional<OriginalAccess> verified = {});
 
-/// How many slices may wait besides those of the plan, where another process decodes them: those of a layer of bricks, or as
-/// many as memory allows, all of which the plan leaves within its limit.
+/// How many slices may be in memory besides those of the plan: `most`, or as many as the limit on memory leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,
-                           const Resources& resources);
+                           const Resources& resources, std::int64_t most);
 
 /// The smallest limit on memory that plan_encoding() can keep. `strips`: rows of a slice can be read in any
 /// order.

@@ -226,8 +226,10 @@ class RunInParts {
     EncodeResult result;
     result.header = header_;
     result.bytes_in = input_bytes();
-    result.memory = plan_.memory;
     const PartsOfRun parts(folder.path(), record_bytes_);
+    const std::int64_t kept =
+        slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks_, run_.resources));
+    result.memory = plan_.memory + static_cast<std::uint64_t>(kept) * volume_->slice_bytes();
     // For all parts, including those of earlier runs.
     result.warnings = volume_->facts().warnings;
     result.lossy_source = lossy_source();

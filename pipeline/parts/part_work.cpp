@@ -54,13 +54,15 @@ class PartEncoder {
         parameters_(parts.header().parameters),
         volume_(open_volume(order.input, order.source)),
         plan_(plan_encoding(parameters_, of_this_rank(ranks, order.resources), true,
-                            memory_besides_parts(*volume_))) {
+                            memory_besides_parts(*volume_))),
+        kept_(slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks, order.resources))) {
     if (volume_->info().dims != parameters_.dims || volume_->info().type != parameters_.type)
       throw WorldError(order.input + ": is not the volume that the run started with");
     if (!volume_->traits().any_rows) {
-      // Without a spool, the samples before a part are decompressed again for each part.
+      // Without a spool, slices that are not kept are decoded again for each part.
       const std::string& spool = order.resources.spool;
-      volume_ = spool.empty() ? rows_of_slices(std::move(volume_)) : spooled(std::move(volume_), spool);
+      volume_ =
+          spool.empty() ? rows_of_slices(std::move(volume_), kept_) : spooled(std::move(volume_), spool);
     }
     encoder_.emplace(parameters_, plan_, slices_of(*volume_));
   }
@@ -76,6 +78,7 @@ class PartEncoder {
   const CodingParameters& parameters_;
   std::unique_ptr<VolumeSource> volume_;
   EncodePlan plan_;
+  std::int64_t kept_;
   std::optional<RowEncoder> encoder_;
 };
 
@@ -110,6 +113,16 @@ Resources of_this_rank(const Ranks& ranks, Resources given) {
 std::uint64_t memory_besides_parts(const VolumeSource& source) {
   const SourceTraits& traits = source.traits();
   return 2 * traits.memory + (traits.any_rows ? 0 : source.slice_bytes());
+}
+
+std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
+                                   const EncodePlan& plan, const Resources& resources) {
+  if (source.traits().any_rows || !resources.spool.empty()) return 0;
+  const CodingParameters& parameters = parts.header().parameters;
+  std::int64_t longest = 0;
+  for (const BrickRows& rows : parts.rows())
+    for (const Box& box : samples_in_order(parameters, plan, rows)) longest = std::max(longest, box.size().z);
+  return slices_beside(parameters, plan, resources, longest);
 }
 
 PartsOfRun::PartsOfRun(std::string folder, const Bytes& record) : folder_(std::move(folder)) {

@@ -11,6 +11,7 @@
 #include "io/tag/header.h"
 #include "io/volume/volume_info.h"
 #include "io/volume/volume_source.h"
+#include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/ranks/ranks.h"
@@ -82,5 +83,10 @@ class PartsOfRun {
   std::uint64_t id_ = 0, header_checksum_ = 0;
   std::vector<BrickRows> rows_;
 };
+
+/// How many slices of a source are kept in memory for the parts that follow, if its rows cannot be read in any order: those that
+/// a part needs, as far as the limit on memory allows.
+std::int64_t slices_kept_for_parts(const VolumeSource& source, const PartsOfRun& parts,
+                                   const EncodePlan& plan, const Resources& resources);
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
     memory_test.py PROGRAM
 """
 
+import json
 import os
 import re
 import unittest
@@ -43,10 +44,32 @@ for request in map(json.loads, iter(sys.stdin.buffer.readline, b"")):
 """
 
 
+# A reader that gives 70 slices of 512 x 256 samples, and writes down which ones.
+COUNTING_READER = """#!/usr/bin/python3
+import json, sys
+out = sys.stdout.buffer
+def say(answer):
+    out.write(json.dumps(answer).encode() + b"\\n")
+    out.flush()
+say({"tagrid-reader": 1, "name": "counting", "version": "1"})
+for request in map(json.loads, sys.stdin):
+    if request["request"] == "describe":
+        path = request["path"] + ".log"
+        say({"answer": "volume", "dims": [512, 256, 70], "type": "uint8", "memory": 20 << 20})
+        continue
+    for z in range(request["from"], request["to"]):
+        with open(path, "a") as file:
+            file.write(f"{z}\\n")
+        say({"answer": "slices", "from": z, "to": z + 1})
+        out.write(bytes(z + y // 4 & 255 for y in range(256) for x in range(512)))
+        out.flush()
+"""
+
+
 class Memory(ReaderTest):
     def setUp(self):
         super().setUp()
-        for name, text in (("tagrid-read-greedy", READER), ("tagrid-write-greedy", WRITER)):
+        for name, text in (("tagrid-read-greedy", READER), ("tagrid-write-greedy", WRITER), ("tagrid-read-counting", COUNTING_READER)):
             (self.folder / name).write_text(text)
             (self.folder / name).chmod(0o755)
         os.environ["TAGRID_READER_PATH"] = str(self.folder)
@@ -95,6 +118,29 @@ class Memory(ReaderTest):
         self.assertFalse((self.folder / "b.greedy").exists())
         self.assertEqual(self.tagrid(*decode, "-M", "512M").returncode, 0)
         self.assert_advice_helps(run.stderr, *decode)
+
+    @unless_sanitized
+    def test_slices_are_kept_for_the_parts_of_a_run_as_far_as_the_limit_allows(self):
+        def encoded(*options):
+            (self.folder / "a.counting").write_text("x")
+            (self.folder / "a.counting.log").write_text("")
+            run = self.tagrid("encode", "a.counting", "-o", "a.tag", "-f", "-T", "1", "--strip", "--json", "run.json", *options)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            peak = json.loads((self.folder / "run.json").read_text())["peak_memory"]
+            return len((self.folder / "a.counting.log").read_text().split()), peak, (self.folder / "a.tag").read_bytes()
+
+        at_once, _, tag = encoded()
+        self.assertEqual(at_once, 70)
+        times, _, in_parts = encoded("--resume")
+        self.assertEqual(in_parts, tag)
+        self.assertLess(times, 2 * 70)  # and not for each of 8 parts
+        refusal = self.tagrid("encode", "a.counting", "-o", "a.tag", "-f", "-T", "1", "--strip", "--resume", "-M", "1M")
+        smallest = int(re.findall(r"-M (\d+)M", refusal.stderr)[-1])
+        for limit, most in ((smallest, 8 * 70 + 20), (smallest + 8, 8 * 70)):
+            times, peak, in_parts = encoded("--resume", "-M", f"{limit}M")
+            self.assertEqual(in_parts, tag)
+            self.assertLess(peak, limit << 20)
+            self.assertTrue(2 * 70 < times < most, (limit, times))
 
     def small_volumes(self):
         """Files of 10 x 20 x 30 samples in the formats that programs read."""

@@ -65,6 +65,47 @@ TEST_F(RowsOfSlices, WhatFollowsTheLastRowIsLookedAt) {
   EXPECT_THROW(source_->finish(), BrokenInput);
 }
 
+TEST(SlicesThatAreKept, AreReadOnceForAllRowsOfAStretch) {
+  auto memory = std::make_unique<VolumeInMemory>(dims, in_slices);
+  const VolumeInMemory& reads = *memory;
+  const auto source = rows_of_slices(std::move(memory), 3);
+  EXPECT_EQ(source->traits().memory, 1000U + 4 * 24);
+  const auto read = [&](std::int64_t low, std::int64_t high) {
+    for (std::int64_t y = 0; y < 4; ++y)
+      for (std::int64_t z = low; z <= high; ++z)
+        EXPECT_EQ(rows_of(*source, rows(y, y, z)), numbers_in(dims, rows(y, y, z)));
+  };
+  read(0, 2);
+  EXPECT_EQ(reads.reads().size(), 3U);
+  read(2, 4);  // the third one is still there
+  EXPECT_EQ(reads.reads().size(), 5U);
+  read(3, 4);
+  EXPECT_EQ(reads.reads().size(), 5U);
+  read(0, 1);  // later ones stay, and one goes
+  EXPECT_EQ(rows_of(*source, rows(0, 3, 4)), numbers_in(dims, rows(0, 3, 4)));
+}
+
+TEST(SlicesThatAreKept, AreAsManyAsMayBe) {
+  auto memory = std::make_unique<VolumeInMemory>(dims, in_slices);
+  const VolumeInMemory& reads = *memory;
+  const auto source = rows_of_slices(std::move(memory), 3);
+  for (std::int64_t y = 0; y < 4; ++y)
+    for (std::int64_t z = 0; z < 5; ++z)
+      EXPECT_EQ(rows_of(*source, rows(y, y, z)), numbers_in(dims, rows(y, y, z)));
+  EXPECT_EQ(reads.reads().size(), 5U + 3 * 2);
+}
+
+TEST(SlicesThatAreKept, HideNothingThatFollowsThem) {
+  auto memory = std::make_unique<VolumeInMemory>(dims, in_slices);
+  VolumeInMemory& end = *memory;
+  const auto source = rows_of_slices(std::move(memory), 3);
+  rows_of(*source, rows(0, 0, 4));
+  rows_of(*source, rows(0, 0, 1));
+  rows_of(*source, rows(3, 3, 4));
+  end.goes_on = true;
+  EXPECT_THROW(source->finish(), BrokenInput);
+}
+
 TEST_F(RowsOfSlices, TakeTheMemoryOfASliceMore) {
   EXPECT_TRUE(source_->traits().any_rows);
   EXPECT_FALSE(source_->traits().whole_slices);
