@@ -286,6 +286,53 @@ class Dicom(ReaderTest):
         self.assertNotIn("lossy source", info["source"]["pairs"])
         self.assertNotIn("with loss", self.messages)
 
+    def lossy_source(self, path):
+        return self.encoded(path)[1]["source"]["pairs"].get("lossy source")
+
+    @unittest.skipIf(None in map(shutil.which, ("dcmcjpls", "opj_compress")), "there is no dcmcjpls (dcmtk) or opj_compress (libopenjp2-tools) on this machine")
+    def test_a_loss_that_only_the_code_stream_tells_is_known(self):
+        smooth = (numpy.add.outer(numpy.arange(64) * 20, numpy.arange(80) * 30) & 4095).astype("uint16")
+        self.save("a.dcm", data_set(smooth))
+        for options, loss in ((["+el"], None), (["+en", "+md", "5"], "DICOM")):
+            self.run_tool("dcmcjpls", *options, self.folder / "a.dcm", self.folder / "b.dcm")
+            file = pydicom.dcmread(self.folder / "b.dcm")
+            for tag in ("LossyImageCompression", "LossyImageCompressionMethod", "LossyImageCompressionRatio", "DerivationDescription"):
+                if tag in file:
+                    delattr(file, tag)
+            file.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.4.81"  # near-lossless, of which lossless is a case
+            file.save_as(self.folder / "b.dcm")
+            self.assertEqual(self.lossy_source("b.dcm"), loss, options)
+        smooth.astype(">u2").tofile(self.folder / "slice.raw")
+        for options, loss in (([], None), (["-I"], "DICOM")):
+            self.run_tool("opj_compress", "-i", self.folder / "slice.raw", "-F", "80,64,1,12,u", "-o", self.folder / "s.j2k", *options)
+            stream = (self.folder / "s.j2k").read_bytes()
+            for syntax in ("90", "91"):
+                file = data_set(smooth)
+                file.file_meta.TransferSyntaxUID = "1.2.840.10008.1.2.4." + syntax
+                file.PixelData = pydicom.encaps.encapsulate([stream + b"\0" * (len(stream) % 2)])
+                file["PixelData"].VR, file["PixelData"].is_undefined_length = "OB", True
+                self.save("c.dcm", file)
+                self.assertEqual(self.lossy_source("c.dcm"), loss, (options, syntax))
+        # What the file says is believed, too.
+        file.LossyImageCompression, file.LossyImageCompressionMethod = "01", "ISO_15444_1"
+        self.save("c.dcm", file)
+        self.assertEqual(self.lossy_source("c.dcm"), "DICOM, ISO_15444_1")
+
+    @unittest.skipIf(shutil.which("dcmcrle") is None, "there is no dcmcrle on this machine (dcmtk)")
+    def test_a_wrong_length_of_the_meta_information_comes_back(self):
+        self.save("a.dcm", data_set(volume()[0]))
+        self.run_tool("dcmcrle", self.folder / "a.dcm", self.folder / "b.dcm")
+        for name, wrongs in (("a.dcm", (-2, 2)), ("b.dcm", (-2, 2))):
+            good = (self.folder / name).read_bytes()
+            at = good.index(b"\x02\0\0\0UL\x04\0") + 8
+            for wrong in wrongs:
+                length = int.from_bytes(good[at:at + 4], "little") + wrong
+                (self.folder / "c.dcm").write_bytes(good[:at] + length.to_bytes(4, "little") + good[at + 4:])
+                self.encoded("c.dcm")  # and restores it
+                shutil.rmtree(self.folder / "back", ignore_errors=True)
+                self.assertEqual(self.tagrid("restore", "out.tag", "-o", "back").returncode, 0)
+                self.assertEqual((self.folder / "back" / "c.dcm").read_bytes()[at:at + 4], length.to_bytes(4, "little"), (name, wrong))
+
     def test_errors_are_said_in_samples_and_in_values(self):
         self.write_series(volume(), RescaleSlope=2.5, RescaleIntercept=-7)
         run = self.tagrid("encode", "s", "-o", "a.tag", "--max-error", "10", "-v", "--json", "run.json")

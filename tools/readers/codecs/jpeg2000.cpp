@@ -157,6 +157,11 @@ Jpeg2000Image decode_jpeg2000(std::span<const std::byte> bytes, std::int64_t wid
   return decode(source, width, height, true);
 }
 
+Jpeg2000Image jpeg2000_header(std::span<const std::byte> bytes) {
+  InMemory source(bytes);
+  return decode(source, 0, 0, false);
+}
+
 Jpeg2000Image jpeg2000_header(const std::string& path) { return decode_file(path, false); }
 Jpeg2000Image decode_jpeg2000_file(const std::string& path) { return decode_file(path, true); }
 

@@ -22,6 +22,8 @@ struct Jpeg2000Image {
 /// of the size that is expected.
 Jpeg2000Image decode_jpeg2000(std::span<const std::byte> bytes, std::int64_t width, std::int64_t height);
 
+/// Reads only the header of a code stream, of which not more needs to be there: an image without samples. Throws BrokenInput.
+Jpeg2000Image jpeg2000_header(std::span<const std::byte> bytes);
 /// Reads only the header of a file: an image without samples. Throws BrokenInput as above, and WorldError.
 Jpeg2000Image jpeg2000_header(const std::string& path);
 /// Decodes a file. The same.

@@ -14,6 +14,7 @@
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
 #include "io/files/text.h"
+#include "tools/readers/dicom/code_stream.h"
 
 namespace tagrid {
 namespace {
@@ -231,11 +232,14 @@ std::string unsupported(DcmDataset& dataset, const DicomPixels& pixels, const Dc
 }
 
 /// What DicomPixels::lossy is. It does not name the syntax, so that it is the same of a file that was decoded.
-std::string lossy_compression(DcmDataset& dataset, E_TransferSyntax syntax) {
+std::string lossy_compression(DcmDataset& dataset, const DicomFile& file, E_TransferSyntax syntax) {
   const std::string said = text_of(dataset, DCM_LossyImageCompression).value_or("");
-  // The syntax of near-lossless JPEG-LS may hold images without a loss, which then say so.
-  const bool is_lossy = said == "01" || syntax == EXS_JPEGProcess1 || syntax == EXS_JPEGProcess2_4 ||
-                        (syntax == EXS_JPEGLSLossy && said != "00");
+  bool is_lossy = said == "01" || syntax == EXS_JPEGProcess1 || syntax == EXS_JPEGProcess2_4;
+  if (!is_lossy && file.pixels.encapsulated) {
+    // These syntaxes may hold images without a loss, too.
+    const bool may_be = said != "00" && (syntax == EXS_JPEGLSLossy || syntax == EXS_JPEG2000);
+    is_lossy = has_lossy_stream(file.path, *file.pixels.encapsulated, file.pixels.syntax).value_or(may_be);
+  }
   if (!is_lossy) return "";
   const std::string method = text_of(dataset, DCM_LossyImageCompressionMethod).value_or("");
   return method.empty() ? "DICOM" : "DICOM, " + method;
@@ -354,13 +358,13 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   pixels.syntax_name = syntax.getXferName();
   pixels.big_endian = syntax.getXfer() == EXS_BigEndianExplicit;
   pixels.unsupported = unsupported(dataset, pixels, syntax);
-  pixels.lossy = lossy_compression(dataset, syntax.getXfer());
   if (pixels.columns < 1 || pixels.rows < 1)
     throw BrokenInput(fmt::format("has {} x {} samples", pixels.columns, pixels.rows));
   file.frames = frames_of(dataset);
   if (is_dose(dataset))
     for (DicomFrame& frame : file.frames) frame.rescale = rescale_of_dose(dataset);
   if (syntax.isEncapsulated()) pixels.encapsulated = offset;
+  pixels.lossy = lossy_compression(dataset, file, syntax.getXfer());
   // The library counts the bytes that it inflates.
   if (syntax.getXfer() == EXS_DeflatedLittleEndianExplicit) pixels.inflated = offset;
   // Bytes in words of another byte order are swapped in pairs; the library puts them right.

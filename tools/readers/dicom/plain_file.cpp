@@ -62,7 +62,7 @@ std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
   std::string meta;
   std::optional<std::size_t> length_at;
   bool has_syntax = false;
-  std::uint64_t at = preamble;
+  std::uint64_t at = preamble, counted_from = preamble;
   for (; bytes.tag(at).first == 0x0002; at = end) {
     const std::string vr = bytes.at(at + 4, 2);
     const bool is_long = vr == "OB" || vr == "OW" || vr == "UN" || vr == "UT" || vr == "SQ";
@@ -74,6 +74,7 @@ std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
     std::string element = bytes.at(at, head + length);
     if (const std::uint16_t number = bytes.tag(at).second; number == 0x0000 && length == 4) {
       length_at = meta.size() + head;
+      counted_from = end;
     } else if (number == 0x0010) {
       has_syntax = true;
       element.resize(head);
@@ -83,7 +84,12 @@ std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
     meta += element;
   }
   if (!has_syntax) throw NoPlainForm{"it does not give its transfer syntax"};
-  if (length_at) store(meta, *length_at, meta.size() - *length_at - 4, 4);
+  if (length_at) {
+    const auto* length = reinterpret_cast<const std::byte*>(meta.data() + *length_at);
+    // A wrong one stays as it is.
+    if (load_little_endian<std::uint32_t>(length) == end - counted_from)
+      store(meta, *length_at, meta.size() - *length_at - 4, 4);
+  }
   return meta;
 }
 

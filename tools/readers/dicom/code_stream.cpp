@@ -1,0 +1,65 @@
+#include "tools/readers/dicom/code_stream.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "io/bytes/little_endian.h"
+#include "io/files/byte_source.h"
+#include "io/files/errors.h"
+#include "tools/readers/codecs/jpeg2000.h"
+
+namespace tagrid {
+namespace {
+
+/// Of a stream; its header is at its beginning.
+constexpr std::uint64_t most_bytes = 1 << 16;
+
+/// The beginning of the first fragment behind the offset table.
+std::vector<std::byte> beginning_of_stream(const std::string& path, std::uint64_t fragments) {
+  const FileSource file(path);
+  const auto length_at = [&](std::uint64_t item) -> std::uint64_t {
+    std::byte bytes[4];
+    if (item + 8 > file.size()) throw BrokenInput("ends too soon");
+    file.read_at(item + 4, bytes);
+    return load_little_endian<std::uint32_t>(bytes);
+  };
+  const std::uint64_t item = fragments + 8 + length_at(fragments);
+  std::vector<std::byte> bytes(std::min({length_at(item), most_bytes, file.size() - item - 8}));
+  file.read_at(item + 8, bytes);
+  return bytes;
+}
+
+/// The error of samples that a JPEG-LS stream allows (NEAR in its scan); nothing if there is no such scan.
+std::optional<int> error_of_jpeg_ls(std::span<const std::byte> bytes) {
+  const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(bytes[i]); };
+  constexpr unsigned start_of_scan = 0xDA;
+  for (std::size_t i = 2; i + 5 <= bytes.size() && at(i) == 0xFF;) {
+    if (at(i + 1) == start_of_scan) {
+      const std::size_t near = i + 5 + std::size_t{2} * at(i + 4);
+      return near < bytes.size() ? std::optional<int>(at(near)) : std::nullopt;
+    }
+    i += 2 + (std::size_t{at(i + 2)} << 8 | at(i + 3));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<bool> has_lossy_stream(const std::string& path, std::uint64_t fragments,
+                                     const std::string& syntax) {
+  const bool is_jpeg2000 = syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91";
+  const bool is_jpeg_ls = syntax == "1.2.840.10008.1.2.4.80" || syntax == "1.2.840.10008.1.2.4.81";
+  if (!is_jpeg2000 && !is_jpeg_ls) return std::nullopt;
+  try {
+    const std::vector<std::byte> stream = beginning_of_stream(path, fragments);
+    if (is_jpeg2000) return !jpeg2000_header(stream).is_lossless;
+    const auto error = error_of_jpeg_ls(stream);
+    return error ? std::optional(*error > 0) : std::nullopt;
+  } catch (const BrokenInput&) {
+    return std::nullopt;  // decoding it will say what is wrong
+  }
+}
+
+}  // namespace tagrid
