@@ -70,6 +70,7 @@ struct RestoreCommand {
       one.output.path = original.folder;
       one.records.clear();
       try {
+        if (!original.error.empty()) throw BrokenInput(original.error);
         one.execute(ranks);
         ++restored;
       } catch (const std::exception&) {

@@ -13,7 +13,7 @@ namespace tagrid {
 
 using nlohmann::ordered_json;
 
-LineRecord::LineRecord(const ManifestLine& line)
+LineRecord::LineRecord(const ManifestLine& line, std::uint64_t sequence)
     : json_({{"input", text_of_name(line.input)},
              {"output", text_of_name(line.output)},
              {"status", "failed"},
@@ -22,6 +22,7 @@ LineRecord::LineRecord(const ManifestLine& line)
              {"version", TAGRID_VERSION},
              {"options", json_of(line.options)}}) {
   for (const char* key : output_keys) json_[key] = nullptr;
+  json_["sequence"] = sequence;
   json_["seconds"] = json_["finished"] = nullptr;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,7 +13,8 @@ namespace tagrid {
 /// The record of a line, created when its work begins. From then on it has all keys; unknown values are null.
 class LineRecord {
  public:
-  explicit LineRecord(const ManifestLine& line);
+  /// `sequence`: see KnownOutputs::next_sequence().
+  LineRecord(const ManifestLine& line, std::uint64_t sequence);
 
   /// The results for the line are added here.
   nlohmann::ordered_json& json() { return json_; }

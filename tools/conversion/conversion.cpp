@@ -51,7 +51,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
   shared.count = static_cast<std::int64_t>(order.lines.size());
   shared.work = [&](std::int64_t index) {
     const ManifestLine& line = order.lines[static_cast<std::size_t>(index)];
-    LineRecord record(line);
+    LineRecord record(line, known->next_sequence(line.output));
     try {
       encoding.run(line, record.json());
     } catch (const std::exception&) {
@@ -102,7 +102,7 @@ ConversionSums remove_originals(const Ranks& ranks, const std::vector<ManifestLi
   const RemovalPass removal(all, options, options.run.resources(ranks), known);
   ConversionAccount account(options.run, results);
   for (const ManifestLine& line : lines) {
-    LineRecord record(line);
+    LineRecord record(line, known.next_sequence(line.output));
     std::vector<std::string> originals;
     try {
       originals = removal.verified(line, record.json());

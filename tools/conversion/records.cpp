@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <system_error>
@@ -21,6 +22,8 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr std::size_t longest_record = std::size_t{1} << 24;
+/// A forged record must not make the next one the first. Programs that read JSON as doubles know it exactly.
+constexpr std::uint64_t last_sequence = (std::uint64_t{1} << 53) - 1;
 
 std::optional<KnownOutput::State> state_of(const std::string& status) {
   if (status == "ok") return KnownOutput::State::ok;
@@ -51,8 +54,27 @@ std::optional<KnownOutput> known_output(const ordered_json& record) {
   known.bytes_out = record.at("bytes_out").get<std::uint64_t>();
   known.input_checksum = record.at("input_xxh3").get<std::string>();
   known.output_checksum = record.at("output_xxh3").get<std::string>();
-  known.finished = record.at("finished").get<double>();
   return known;
+}
+
+/// Throws nlohmann::json::exception if `record` does not say.
+RecordTime time_of(const ordered_json& record) {
+  RecordTime time{0, record.at("finished").get<double>()};
+  // Earlier versions did not count.
+  if (const auto sequence = record.find("sequence");
+      sequence != record.end() && sequence->is_number_unsigned())
+    time.sequence = std::min(sequence->get<std::uint64_t>(), last_sequence);
+  return time;
+}
+
+/// Whether `record` describes the output instead of `newest`. In one file, the later of two lines is the newer one. Of two runs at
+/// the same time, one that removed an original counts: then its output may be the only copy.
+bool replaces(const KnownOutput& record, const KnownOutput& newest) {
+  const auto is_removal = [](const KnownOutput& known) { return known.state == KnownOutput::State::removed; };
+  if (record.time.sequence == newest.time.sequence && is_removal(record) != is_removal(newest) &&
+      record.time.sequence > 0)
+    return is_removal(record);
+  return record.time >= newest.time;
 }
 
 /// True if a volume is at `input`. A folder from which files were removed may still be there, with others.
@@ -135,7 +157,7 @@ KnownOutputs::KnownOutputs(const std::string& folder) {
   if (error) throw world_error("cannot read", folder, error.value());
   for (auto& [output, known] : outputs_)
     if (const auto last = last_runs_.find(output);
-        last != last_runs_.end() && last->second.finished >= known.finished)
+        last != last_runs_.end() && last->second.time >= known.time)
       known.failed_since = last->second.failure;
 }
 
@@ -148,30 +170,46 @@ void KnownOutputs::read(const std::string& path) {
   for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
     const ordered_json record = ordered_json::parse(line, nullptr, false);
     try {
-      note_failure(record);
-      auto known = known_output(record);
-      if (!known) continue;
-      known->record = line;
-      KnownOutput& newest = outputs_[name_in(record, "output")];
-      // In one file, the later of two lines is the newer one.
-      if (known->finished >= newest.finished) newest = std::move(*known);
+      note(record, line);
     } catch (const nlohmann::json::exception&) {
       continue;  // not a record
     }
   }
 }
 
-void KnownOutputs::note_failure(const ordered_json& record) {
+void KnownOutputs::note(const ordered_json& record, const std::string& line) {
+  const std::string output = name_in(record, "output");
+  const RecordTime time = time_of(record);
+  std::uint64_t& highest = sequences_[output];
+  highest = std::max(highest, time.sequence);
+  note_failure(record, output, time);
+  auto known = known_output(record);
+  if (!known) return;
+  known->time = time;
+  known->record = line;
+  const auto newest = outputs_.find(output);
+  if (newest == outputs_.end())
+    outputs_.emplace(output, std::move(*known));
+  else if (replaces(*known, newest->second))
+    newest->second = std::move(*known);
+}
+
+void KnownOutputs::note_failure(const ordered_json& record, const std::string& output,
+                                const RecordTime& time) {
   const auto status = record.at("status").get<std::string>();
   if (status != "failed" && status != "skipped" && status != "ok") return;
-  LastRun& last = last_runs_[name_in(record, "output")];
-  const auto finished = record.at("finished").get<double>();
-  if (finished < last.finished) return;
+  const auto [last, is_first] = last_runs_.try_emplace(output);
+  if (!is_first && time < last->second.time) return;
   const auto error = record.find("error");
   const bool has_reason = error != record.end() && error->is_string();
-  last = {finished, status != "failed" ? ""
-                    : has_reason       ? error->get<std::string>()
-                                       : "the reason is not recorded"};
+  last->second = {time, status != "failed" ? ""
+                        : has_reason       ? error->get<std::string>()
+                                           : "the reason is not recorded"};
+}
+
+std::uint64_t KnownOutputs::next_sequence(const std::string& output) const {
+  const auto found = sequences_.find(output);
+  return found == sequences_.end() ? 1 : std::min(found->second + 1, last_sequence);
 }
 
 ordered_json json_of(const OptionTexts& options) {

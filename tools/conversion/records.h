@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,15 @@ void require_file_or_folder(const std::string& path);
 nlohmann::ordered_json json_of(const std::vector<InputFile>& files);
 nlohmann::ordered_json json_of(const OptionTexts& options);
 
+/// When a record was written. Clocks of different machines disagree, so it is first compared how many records of the same output were
+/// known then, one after the other: what a record rests on is never later than it.
+struct RecordTime {
+  std::uint64_t sequence = 0;  ///< 1 more than that of any record of the output that its run had read
+  double finished = 0;         ///< seconds since 1970
+
+  auto operator<=>(const RecordTime&) const = default;
+};
+
 /// An output that was encoded and verified, and its state: the newest record that describes it.
 struct KnownOutput {
   enum class State {
@@ -48,7 +58,7 @@ struct KnownOutput {
   bool headerless = false;  ///< the options described the layout of its samples
   std::uint64_t bytes_out = 0;
   std::string input_checksum, output_checksum;
-  double finished = 0;  ///< seconds since 1970
+  RecordTime time;
   /// Why a later run failed with it, if none has since found it to be good; "" if none failed.
   std::string failed_since;
   std::string record;  ///< the whole record, as its line
@@ -86,18 +96,22 @@ class KnownOutputs {
   const KnownOutput* find(const std::string& output) const;
   /// All of them, by their names in the folder.
   const std::map<std::string, KnownOutput>& all() const { return outputs_; }
+  /// The sequence of a record of `output` that this run writes.
+  std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run failed that was to encode it; "" if it did not fail.
   std::string last_failure(const std::string& output) const;
 
  private:
   struct LastRun {
-    double finished = 0;
+    RecordTime time;
     std::string failure;
   };
   void read(const std::string& path);
-  void note_failure(const nlohmann::ordered_json& record);
+  void note(const nlohmann::ordered_json& record, const std::string& line);
+  void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
 
   std::map<std::string, KnownOutput> outputs_;
+  std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones
   std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to
 };
 

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
+#include "io/files/file_bytes.h"
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
@@ -30,13 +33,25 @@ std::string canonical_name(const std::string& path) {
   return error ? path : canonical.string();
 }
 
-/// The files of a volume; only the path in its line if they cannot be found out.
-std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* known, const RunOptions& run) {
+/// All files below a folder that can be seen.
+std::vector<std::string> files_below(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error))
+    if (!entry->is_directory(error)) files.push_back(entry->path().string());
+  return files;
+}
+
+std::string beginning_of_file(const std::string& path) {
+  constexpr std::size_t most = 1 << 14;
   try {
-    require_file_or_folder(line.input);
-    return open_volume(line.input, encoding_of(known ? known->options : line.options, run).source)->files();
+    std::string bytes(most, '\0');
+    FileBytes file(path);
+    bytes.resize(file.read(reinterpret_cast<std::byte*>(bytes.data()), most));
+    return bytes;
   } catch (const std::exception&) {
-    return {line.input};
+    return "";
   }
 }
 
@@ -45,9 +60,46 @@ std::vector<std::string> files_of(const ManifestLine& line, const KnownOutput* k
 RemovalPass::RemovalPass(const std::vector<ManifestLine>& lines, const ConversionOptions& options,
                          Resources resources, const KnownOutputs& known)
     : options_(options), resources_(std::move(resources)), known_(known) {
-  for (const ManifestLine& line : lines)
-    for (const std::string& file : files_of(line, known.find(line.output), options.run))
-      ++lines_with_[canonical_name(file)];
+  for (const ManifestLine& line : lines) count_files(line);
+}
+
+void RemovalPass::count_files(const ManifestLine& line) {
+  const KnownOutput* known = known_.find(line.output);
+  std::vector<std::string> files;
+  try {
+    require_file_or_folder(line.input);
+    files = open_volume(line.input, encoding_of(known ? known->options : line.options, options_.run).source)
+                ->files();
+  } catch (const std::exception& error) {
+    files = {line.input};
+    const auto status = status_of(line.input);
+    if (known && known->input == line.input)
+      for (const InputFile& file : known->input_files) files.push_back(file.path);
+    else if (status && S_ISDIR(status->st_mode))
+      files = files_below(line.input);
+    else if (status && S_ISREG(status->st_mode))
+      unknown_.push_back({line.input, fs::path(canonical_name(line.input)).parent_path().string(),
+                          beginning_of_file(line.input), error.what()});
+  }
+  std::set<std::string> names;
+  for (const std::string& file : files) names.insert(canonical_name(file));
+  for (const std::string& name : names) ++lines_with_[name];
+}
+
+/// Throws UsageError if a file may belong to another volume, too.
+void RemovalPass::require_not_needed(const ManifestLine& line, const std::string& file) const {
+  const std::string name = canonical_name(file);
+  if (const auto found = lines_with_.find(name); found == lines_with_.end() || found->second != 1)
+    throw UsageError(file + ": also holds other volumes of the list; it is kept");
+  // Beside a header, samples may lie that another header names, too.
+  const bool is_data_file = name != canonical_name(line.input) && !is_folder(line.input);
+  for (const UnknownFiles& other : unknown_)
+    if ((is_data_file && fs::path(name).parent_path() == other.folder) ||
+        other.beginning.find(fs::path(name).filename().string()) != std::string::npos)
+      throw UsageError(fmt::format(
+          "{}: may also be of {}, which cannot be opened ({}); it is kept; repair that one, or take it off "
+          "the list",
+          file, other.input, other.why));
 }
 
 std::string RemovalPass::output_path(const ManifestLine& line) const {
@@ -102,10 +154,7 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
   require_file_or_folder(line.input);
   const Encoding was = encoding_of(known.options, options_.run);
   auto files = removable_volume(line.input, was.source, output_path(line), !was.options.strip, "it is kept");
-  for (const std::string& file : files)
-    if (const auto found = lines_with_.find(canonical_name(file));
-        found == lines_with_.end() || found->second != 1)
-      throw UsageError(file + ": also holds other volumes of the list; it is kept");
+  for (const std::string& file : files) require_not_needed(line, file);
   return files;
 }
 

@@ -23,6 +23,14 @@ class RemovalPass {
   std::vector<std::string> verified(const ManifestLine& line, nlohmann::ordered_json& record) const;
 
  private:
+  /// A line whose volume cannot be opened, so that nobody knows which files it has beside the one that is named.
+  struct UnknownFiles {
+    std::string input, folder;
+    std::string beginning;  ///< of its file: a header names other files there
+    std::string why;
+  };
+  void count_files(const ManifestLine& line);
+  void require_not_needed(const ManifestLine& line, const std::string& file) const;
   std::vector<std::string> removable(const ManifestLine& line, const KnownOutput& known) const;
   void require_same_options(const ManifestLine& line, const KnownOutput& known) const;
   void require_kept_files(const ManifestLine& line, const VolumeSource& volume) const;
@@ -33,6 +41,7 @@ class RemovalPass {
   Resources resources_;
   const KnownOutputs& known_;
   std::map<std::string, int> lines_with_;  ///< file, in how many volumes of the manifest
+  std::vector<UnknownFiles> unknown_;
 };
 
 }  // namespace tagrid

@@ -1,7 +1,10 @@
 #include "tools/conversion/removed_originals.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "io/files/errors.h"
 #include "io/files/system_call.h"
@@ -30,19 +33,37 @@ bool is_back(const InputFile& file) {
   return status && S_ISREG(status->st_mode) && static_cast<std::uint64_t>(status->st_size) == file.bytes;
 }
 
+/// A record is a line of text that anybody may have changed. Returns why it cannot be one of convert; "" if it can.
+std::string impossible_name(const std::string& output, const KnownOutput& known) {
+  const auto ends_early = [](const std::string& name) {
+    return name.empty() || name.find('\0') != name.npos;
+  };
+  try {
+    if (output_called(output) != output || ends_early(output))
+      return fmt::format("{}: is in a record, and is not a name that convert gives an output", output);
+  } catch (const UsageError&) {
+    return fmt::format("{}: is in a record, and leads out of the folder", output);
+  }
+  if (known.input_files.empty()) return "its record names no files";
+  for (const InputFile& file : known.input_files)
+    if (ends_early(file.path)) return "its record names files that cannot be";
+  return "";
+}
+
 }  // namespace
 
 std::vector<RemovedOriginal> removed_originals(const std::string& output_dir) {
   const KnownOutputs known(output_dir);
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
-    if (one.state != KnownOutput::State::removed || one.input_files.empty()) continue;
-    // A record is a line of text that anybody may have changed.
-    if (output_called(output) != output)
-      throw UsageError(output + ": is in a record, and is not a name that convert gives an output");
-    originals.push_back({one.input, (fs::path(output_dir) / output).string(),
-                         common_folder(one.input_files).string(),
-                         std::ranges::all_of(one.input_files, is_back)});
+    if (one.state != KnownOutput::State::removed) continue;
+    RemovedOriginal original{one.input, (fs::path(output_dir) / output).string(), "", false, ""};
+    original.error = impossible_name(output, one);
+    if (original.error.empty()) {
+      original.folder = common_folder(one.input_files).string();
+      original.is_back = std::ranges::all_of(one.input_files, is_back);
+    }
+    originals.push_back(std::move(original));
   }
   return originals;
 }

@@ -12,10 +12,10 @@ struct RemovedOriginal {
   std::string output;    ///< path of the .tag file that replaces it
   std::string folder;    ///< where its files belong: the deepest folder that had all of them
   bool is_back = false;  ///< all of its files are there again, with their sizes
+  std::string error;  ///< why it cannot be restored: its record has impossible names; "" if they are possible
 };
 
-/// Those of the records in `output_dir`, by the names of their outputs. Throws WorldError if the records cannot be read,
-/// and UsageError if a record names an output outside of the folder.
+/// Those of the records in `output_dir`, by the names of their outputs. Throws WorldError if the records cannot be read.
 std::vector<RemovedOriginal> removed_originals(const std::string& output_dir);
 
 }  // namespace tagrid

@@ -68,6 +68,74 @@ TEST_F(ConvertRemoval, AnOutputThatIsNoLongerWhatWasWrittenKeepsItsOriginal) {
   EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd") || exists("c.nrrd"));
 }
 
+// Two machines, one of whose clocks is wrong.
+TEST_F(ConvertRemoval, IsNotHiddenByAnOlderRecordOfALaterClock) {
+  volumes(2);
+  const std::string a = content("a.nrrd");
+  expect_ok(convert());
+  std::string lines;
+  for (Json record : records()) {
+    record["finished"] = 4e9;
+    lines += record.dump() + "\n";
+  }
+  file("out/results-1-of-2.jsonl", lines);
+  std::filesystem::remove(path("out/results.jsonl"));
+  expect_ok(remove());
+  EXPECT_FALSE(exists("a.nrrd") || exists("b.nrrd"));
+  EXPECT_EQ(last()["sequence"], 2);
+  // The only copy is not replaced, and nothing is missed.
+  volume("a.nrrd", 7);
+  EXPECT_EQ(convert({"-f"}).code, broken_input);
+  std::filesystem::remove(path("a.nrrd"));
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(2).substr(0, 9), "a skipped");
+  expect_ok(tagrid({"restore", "--records", "out"}));
+  EXPECT_TRUE(content("a.nrrd") == a);
+  // An original that is there again is one that can be removed again.
+  expect_ok(convert({"--skip-done"}));
+  EXPECT_EQ(statuses(2), "a ok, b ok");
+  expect_ok(remove());
+  EXPECT_EQ(statuses(2), "a removed, b removed");
+}
+
+TEST_F(ConvertRemoval, AtTheSameTimeAsAnotherRecordIsWhatCounts) {
+  volumes(1);
+  expect_ok(convert());
+  expect_ok(remove());
+  Json other = records()[0];
+  other["sequence"] = 2;
+  other["finished"] = 4e9;
+  file("out/results-1-of-2.jsonl", other.dump() + "\n");
+  expect_ok(tagrid({"restore", "--records", "out"}));
+  EXPECT_TRUE(exists("a.nrrd"));
+}
+
+TEST_F(ConvertRemoval, RecordsWithImpossibleNamesDoNotKeepOthersFromComingBack) {
+  volumes(3);
+  expect_ok(convert());
+  expect_ok(remove());
+  std::string lines;
+  const std::string ends_early("a\0.tag", 6);
+  for (const std::string& name :
+       std::vector<std::string>{"../x.tag", "/x.tag", "x", "", "a//b.tag", ends_early}) {
+    Json forged = last();
+    forged["output"] = name;
+    lines += forged.dump() + "\n";
+  }
+  for (const Json& files : {Json::array(), Json({{{"path", ""}, {"bytes", 1}, {"modified_ns", 1}}})}) {
+    Json forged = last();
+    forged["output"] = files.empty() ? "d.tag" : "e.tag";
+    forged["input_files"] = files;
+    lines += forged.dump() + "\n";
+  }
+  file("out/results-forged.jsonl", lines);
+  const Ending ending = tagrid({"restore", "--records", "out"});
+  EXPECT_EQ(ending.code, broken_input);
+  EXPECT_NE(ending.err.find("originals: 11, 3 restored, 0 were there, 8 failed"), std::string::npos)
+      << ending.err;
+  EXPECT_TRUE(exists("a.nrrd") && exists("b.nrrd") && exists("c.nrrd"));
+}
+
 TEST_F(ConvertRemoval, AnOutputThatDecodesToSomethingElseKeepsItsOriginal) {
   volumes(1);
   expect_ok(convert());
@@ -195,6 +263,41 @@ TEST_F(ConvertRemoval, FilesThatEncodeWouldNotRemoveAreKept) {
     EXPECT_NE(all[3 + i]["error"].get<std::string>().find(why[i]), std::string::npos) << all[3 + i];
   for (const std::string name : {"a.nhdr", "deep/a.raw", "b.nrrd", "deep/b.nrrd", "d.raw"})
     EXPECT_TRUE(exists(name)) << name;
+}
+
+TEST_F(ConvertRemoval, FilesThatAFailedLineMayNeedAreKept) {
+  volume("a.nhdr", 1);
+  volume("c.nrrd", 3);
+  std::filesystem::create_directory(path("deep"));
+  const std::string header = content("a.nhdr");
+  const std::size_t at = header.find("type: ");
+  const std::string broken = header.substr(0, at) + "type: no\n" + header.substr(header.find('\n', at) + 1);
+  // Of the samples of a.nhdr, beside it and elsewhere.
+  for (const std::string other : {"b.nhdr", "deep/b.nhdr"}) {
+    std::string text = broken;
+    if (other != "b.nhdr") text.replace(text.find("a.raw"), 5, "../a.raw");
+    file(other, text);
+    file("list.tsv", "a.nhdr\n" + other + "\nc.nrrd\n");
+    EXPECT_EQ(convert({"--skip-done"}).code, broken_input);
+    EXPECT_EQ(remove().code, broken_input);
+    EXPECT_TRUE(exists("a.nhdr") && exists("a.raw")) << other;
+    const Json record = records()[records().size() - 3];
+    EXPECT_EQ(record["status"], "kept");
+    EXPECT_NE(record["error"].get<std::string>().find("a.raw: may also be of "), std::string::npos) << record;
+    EXPECT_FALSE(exists("c.nrrd")) << "it needs nobody, and nobody it";
+  }
+  file("list.tsv", "a.nhdr\n");
+  expect_ok(remove());
+  EXPECT_FALSE(exists("a.nhdr") || exists("a.raw"));
+}
+
+TEST_F(ConvertRemoval, FilesOfAFolderThatCannotBeOpenedAreKept) {
+  volumes(1);
+  expect_ok(script("mkdir s && mv a.nrrd s && echo x > s/1.tif"));
+  file("list.tsv", "s/a.nrrd\ns\toutput=s\n");
+  EXPECT_EQ(convert().code, broken_input);
+  EXPECT_EQ(remove().code, broken_input);
+  EXPECT_TRUE(exists("s/a.nrrd"));
 }
 
 TEST_F(ConvertRemoval, AVolumeThatWasNeverEncodedIsKeptForTheReasonOfItsFailure) {
