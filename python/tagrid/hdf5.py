@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ._arguments import EFFORTS, number, one_of, whole_number
 from ._arrays import with_three_axes
-from ._errors import ArgumentError
+from ._errors import ArgumentError, DamagedError
 from ._volume import Volume
 from ._writing import encode
 
@@ -89,26 +89,36 @@ def filter_of(dataset: Any) -> Filter:
     properties = dataset.id.get_create_plist()
     if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
-    low, high, effort = properties.get_filter(0)[2][:3]
-    return Filter(struct.unpack("<d", struct.pack("<2I", low, high))[0], [*EFFORTS][effort])
+    given = properties.get_filter(0)[2]
+    if len(given) < 3 or given[2] >= len(EFFORTS):
+        raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
+    return Filter(struct.unpack("<d", struct.pack("<2I", *given[:2]))[0], [*EFFORTS][given[2]])
 
 
 def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
     """Writes all of a data set that has the filter; several threads encode chunks, where HDF5 itself uses one.
 
-    array: of the shape of the data set; its samples are converted to the type of the data set. threads: 0 for all
-    processors that the process may use.
+    array: of the shape of the data set. Its samples may have another type if the type of the data set can hold them.
+    threads: 0 for all processors that the process may use.
+
+    TypeError: floats for a data set of integers. ArgumentError: another shape, or a sample that does not fit; then some
+    chunks may be written already.
     """
     settings = filter_of(dataset)
+    if isinstance(array, np.ma.MaskedArray):
+        raise TypeError("a masked array cannot be written; fill it first: array.filled(value)")
     samples = np.asarray(array)
     if samples.shape != dataset.shape:
         raise ArgumentError(f"the array has the shape {samples.shape}, and the data set {dataset.shape}")
+    if not np.can_cast(samples.dtype, dataset.dtype, "same_kind") and samples.dtype.kind not in "biu":
+        raise TypeError(f"samples are {samples.dtype.name}, and the data set {dataset.dtype.name}; convert them first, for "
+                        f"example by numpy.rint(array).astype({dataset.dtype.name!r})")
 
     def encoded(place: tuple[int, ...]) -> Optional[bytes]:
         # HDF5's chunks are whole, even where the data set ends before.
         chunk = np.full(dataset.chunks, dataset.fillvalue, dataset.dtype)
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
-        chunk[tuple(map(slice, part.shape))] = part
+        chunk[tuple(map(slice, part.shape))] = _converted(part, dataset.dtype)
         return encode(with_three_axes(chunk), max_error=settings.max_error, effort=settings.effort, grid="derived", threads=1)
 
     for place, chunk in _in_order(encoded, _places(dataset), threads):
@@ -116,14 +126,23 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
 
 
 def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
-    """Reads all of a data set that has the filter; several threads decode chunks, where HDF5 itself uses one."""
+    """Reads all of a data set that has the filter; several threads decode chunks, where HDF5 itself uses one.
+
+    DamagedError names the first chunk that is damaged, or has samples of another type or shape than the data set's chunks.
+    """
     filter_of(dataset)
+    of_chunk = tuple(with_three_axes(np.broadcast_to(np.uint8(0), dataset.chunks)).shape), dataset.dtype.newbyteorder("=")
     samples = np.full(dataset.shape, dataset.fillvalue, dataset.dtype)
 
     def decoded(item: tuple[tuple[int, ...], bytes]) -> None:
         place, file = item
-        with Volume(file, threads=1) as volume:
-            chunk = volume.read().reshape(dataset.chunks)
+        try:
+            with Volume(file, threads=1) as volume:
+                if (volume.shape, volume.dtype) != of_chunk:
+                    raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {volume.dtype.name}")
+                chunk = volume.read().reshape(dataset.chunks)
+        except DamagedError as error:
+            raise DamagedError(f"{dataset.name}: the chunk at {tuple(place)}: {error}") from error
         target = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
         target[...] = chunk[tuple(map(slice, target.shape))]
 
@@ -131,6 +150,19 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
     for _ in _in_order(decoded, stored, threads):
         pass
     return samples
+
+
+def _converted(part: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """Samples in the type of the data set. ArgumentError: a sample does not fit, where numpy would wrap it around."""
+    if np.can_cast(part.dtype, dtype, "safe"):
+        return part
+    with np.errstate(over="ignore"):
+        converted = part.astype(dtype)
+    # Floats may lose digits, but not become infinite; integers lose nothing.
+    kept = np.isfinite(converted) | ~np.isfinite(part) if part.dtype.kind == "f" else converted == part
+    if not kept.all():
+        raise ArgumentError(f"the sample {part[~kept][0]} does not fit into {dtype.name}, the type of the data set")
+    return converted
 
 
 def _places(dataset: Any) -> Iterator[tuple[int, ...]]:

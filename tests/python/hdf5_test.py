@@ -81,6 +81,41 @@ class Hdf5Test(unittest.TestCase):
             found = tagrid.hdf5.read(set)
         self.assertTrue((found[:16] == 1).all() and (found[16:] == 7).all())
 
+    def test_samples_that_do_not_fit_are_refused_and_not_wrapped_around(self):
+        data = waves((30, 40, 50))
+        with h5py.File(self.path, "w") as file:
+            whole = file.create_dataset("whole", data.shape, "<i2", chunks=(16, 16, 16), **tagrid.hdf5.Filter())
+            short = file.create_dataset("short", data.shape, ">f4", chunks=(16, 16, 16), **tagrid.hdf5.Filter())
+            for fits in (data.astype("int64"), data.tolist(), data.astype(">i2"), (data % 100).astype("uint8")):
+                tagrid.hdf5.write(whole, fits)
+                file.flush()
+                numpy.testing.assert_array_equal(whole[...], fits)
+            floats = data.astype("float64")
+            floats[3, 4, 5:8] = numpy.nan, numpy.inf, 0.1
+            tagrid.hdf5.write(short, floats)
+            file.flush()
+            numpy.testing.assert_array_equal(short[...], floats.astype("float32"))
+            for too_large, message in ((data.astype("int64") + 2**16, "does not fit into int16"),
+                                       (numpy.full(data.shape, 40000, "uint16"), "the sample 40000 does not fit")):
+                self.assertRaisesRegex(tagrid.ArgumentError, message, tagrid.hdf5.write, whole, too_large)
+            self.assertRaisesRegex(tagrid.ArgumentError, "1e\\+39 does not fit into float32", tagrid.hdf5.write, short,
+                                   numpy.full(data.shape, 1e39))
+            self.assertRaisesRegex(TypeError, "convert them first", tagrid.hdf5.write, whole, data + 0.5)
+            self.assertRaisesRegex(TypeError, "fill it first", tagrid.hdf5.write, whole, numpy.ma.masked_less(data, 60))
+
+    def test_a_chunk_of_another_volume_is_an_error_as_it_is_for_the_filter(self):
+        data = waves((30, 40, 50))
+        with h5py.File(self.path, "w") as file:
+            dataset = file.create_dataset("a", data.shape, "<i2", chunks=data.shape, **tagrid.hdf5.Filter())
+            for other in (data.T, data.reshape(40, 30, 50), data.astype("uint16"), data.astype("float32"), data[:3]):
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(other))
+                file.flush()
+                self.assertRaises(OSError, lambda: dataset[...])
+                self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): it is a volume of the shape",
+                                       tagrid.hdf5.read, dataset)
+            dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
+            self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
+
     def test_data_sets_without_the_filter_are_refused(self):
         with h5py.File(self.path, "w") as file:
             for name, options in [("a", {}), ("b", {"compression": "gzip"}), ("c", {"fletcher32": True, **tagrid.hdf5.Filter()})]:
