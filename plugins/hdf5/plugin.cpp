@@ -27,6 +27,8 @@ Result guarded(const char* function, Result failed, Work work) {
     return work();
   } catch (const std::exception& error) {
     tell(function, __LINE__, error.what());
+  } catch (...) {
+    tell(function, __LINE__, "an unknown error");
   }
   return failed;
 }

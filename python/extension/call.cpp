@@ -83,6 +83,8 @@ void Raised::raise() const {
   throw py::error_already_set();
 }
 
+thread_local const Call* Call::calling_back = nullptr;
+
 Call::Call(int threads, std::uint64_t memory_limit, py::object progress) : progress_(std::move(progress)) {
   tagrid_call_init(&call_);
   if (threads < 0) raise_argument_error("threads must be 0, for all processors, or more");
@@ -102,6 +104,7 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
   if (call->stop_) return 1;
   if (call->progress_.is_none()) return 0;
   const py::gil_scoped_acquire gil;
+  const CallingBack mark(*call);
   try {
     call->progress_(done, total);
     return 0;

@@ -40,9 +40,24 @@ class Call {
   /// Ends the call soon, with the exception that is set.
   void interrupt();
   bool is_interrupted() const { return stop_; }
+  /// Whether this thread is in a callback of the call, which would wait for itself if it used the same encoder.
+  bool is_calling_back() const { return calling_back == this; }
+
+  /// Marks this thread as being in a callback of a call.
+  class CallingBack {
+   public:
+    explicit CallingBack(const Call& call) : before_(calling_back) { calling_back = &call; }
+    CallingBack(const CallingBack&) = delete;
+    CallingBack& operator=(const CallingBack&) = delete;
+    ~CallingBack() { calling_back = before_; }
+
+   private:
+    const Call* before_;
+  };
   const Raised& raised() const { return raised_; }
 
  private:
+  static thread_local const Call* calling_back;
   static int tell(void* self, std::uint64_t done, std::uint64_t total) noexcept;
 
   tagrid_call call_;

@@ -1,6 +1,7 @@
 #include "encoder.h"
 
 #include <pybind11/stl.h>
+#include <unistd.h>
 
 #include <array>
 #include <utility>
@@ -30,7 +31,7 @@ class Given {
 
 Encoder::Encoder(const py::dict& given_options, py::function write, int threads, std::uint64_t memory_limit,
                  py::object progress)
-    : call_(threads, memory_limit, std::move(progress)), write_(std::move(write)) {
+    : call_(threads, memory_limit, std::move(progress)), write_(std::move(write)), process_(getpid()) {
   tagrid_encode_options options;
   tagrid_encode_options_init(&options);
   const Given given(given_options);
@@ -62,16 +63,26 @@ Encoder::Encoder(const py::dict& given_options, py::function write, int threads,
   try {
     work([&] { return tagrid_encoder_open(&options, take, this, call_.get(), &encoder_); });
   } catch (...) {
-    close();
+    cancel();
     throw;
   }
 }
 
-Encoder::~Encoder() { close(); }
+Encoder::~Encoder() { cancel(); }
+
+bool Encoder::is_of_this_process() const { return getpid() == process_; }
+
+void Encoder::check_caller() const {
+  if (!is_of_this_process())
+    raise_argument_error("the writer belongs to the process that made it, and this one was forked from it");
+  if (call_.is_calling_back())
+    raise_argument_error("a writer cannot be used by its own callback; raise an exception to end the work");
+}
 
 int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
   auto* encoder = static_cast<Encoder*>(self);
   const py::gil_scoped_acquire gil;
+  const Call::CallingBack mark(encoder->call_);
   try {
     encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
     return 0;
@@ -85,6 +96,7 @@ int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
 
 template <class Work>
 void Encoder::work(Work do_it) {
+  check_caller();
   const Outcome ended = run(call_, [&]() -> Outcome {
     const std::lock_guard lock(turn_);
     const tagrid_status status = do_it();
@@ -117,6 +129,12 @@ py::dict Encoder::finish() {
 }
 
 void Encoder::close() {
+  if (is_of_this_process()) check_caller();
+  cancel();
+}
+
+void Encoder::cancel() {
+  if (!is_of_this_process()) return;
   // Its threads may be about to write, for which they need the GIL.
   const py::gil_scoped_release released;
   const std::lock_guard lock(turn_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pybind11/numpy.h>
+#include <sys/types.h>
 
 #include <memory>
 #include <mutex>
@@ -27,19 +28,25 @@ class Encoder {
   void write(const py::array& slices);
   /// Returns the information about the file, which is complete then.
   py::dict finish();
-  /// Cancels the encoding if it is not finished.
+  /// Cancels the encoding if it is not finished. Raises ArgumentError in a callback of the encoder.
   void close();
 
  private:
   static int take(void* self, const void* bytes, std::size_t count) noexcept;
   template <class Work>
   void work(Work work);
+  void cancel();
+  /// A child process that was forked has neither the threads of the encoder nor its file.
+  bool is_of_this_process() const;
+  /// Raises ArgumentError where the call would wait for ever.
+  void check_caller() const;
 
   Call call_;
   py::function write_;
   Raised raised_;
   tagrid_type type_ = TAGRID_UINT8;
   std::int64_t width_ = 0, height_ = 0;
+  const pid_t process_;
   std::mutex turn_;
   tagrid_encoder* encoder_ = nullptr;
 };

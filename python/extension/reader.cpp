@@ -66,9 +66,10 @@ tagrid_box box_of(const Corners& corners) {
   return box;
 }
 
-// A sink must not throw. If memory runs out, it ends the call.
+// A sink must not throw. If memory runs out, it ends the call; so does a signal, which need not wait for progress.
 template <class Add>
-int add_or_stop(bool& out_of_memory, Add add) noexcept {
+int add_or_stop(const Call& call, bool& out_of_memory, Add add) noexcept {
+  if (call.is_interrupted()) return 1;
   try {
     add();
     return 0;
@@ -79,6 +80,7 @@ int add_or_stop(bool& out_of_memory, Add add) noexcept {
 }
 
 struct TakenMesh {
+  const Call& call;
   std::size_t sample_size;
   std::vector<double> points;
   std::vector<unsigned char> values;
@@ -92,7 +94,7 @@ struct TakenMesh {
     sink.user = this;
     sink.points = [](void* user, std::size_t count, const double* xyz, const void* samples) {
       auto& mesh = *static_cast<TakenMesh*>(user);
-      return add_or_stop(mesh.out_of_memory, [&] {
+      return add_or_stop(mesh.call, mesh.out_of_memory, [&] {
         mesh.points.insert(mesh.points.end(), xyz, xyz + 3 * count);
         const auto* first = static_cast<const unsigned char*>(samples);
         mesh.values.insert(mesh.values.end(), first, first + count * mesh.sample_size);
@@ -100,7 +102,7 @@ struct TakenMesh {
     };
     sink.tetrahedra = [](void* user, std::size_t count, const std::int64_t* ids, const std::uint8_t* at) {
       auto& mesh = *static_cast<TakenMesh*>(user);
-      return add_or_stop(mesh.out_of_memory, [&] {
+      return add_or_stop(mesh.call, mesh.out_of_memory, [&] {
         mesh.cells.insert(mesh.cells.end(), ids, ids + 4 * count);
         mesh.levels.insert(mesh.levels.end(), at, at + count);
       });
@@ -110,6 +112,7 @@ struct TakenMesh {
 };
 
 struct TakenSurface {
+  const Call& call;
   std::vector<double> points;
   std::vector<std::int64_t> triangles;
   bool out_of_memory = false;
@@ -120,12 +123,12 @@ struct TakenSurface {
     sink.user = this;
     sink.points = [](void* user, std::size_t count, const double* xyz) {
       auto& taken = *static_cast<TakenSurface*>(user);
-      return add_or_stop(taken.out_of_memory,
+      return add_or_stop(taken.call, taken.out_of_memory,
                          [&] { taken.points.insert(taken.points.end(), xyz, xyz + 3 * count); });
     };
     sink.triangles = [](void* user, std::size_t count, const std::int64_t* ids) {
       auto& taken = *static_cast<TakenSurface*>(user);
-      return add_or_stop(taken.out_of_memory,
+      return add_or_stop(taken.call, taken.out_of_memory,
                          [&] { taken.triangles.insert(taken.triangles.end(), ids, ids + 3 * count); });
     };
     return sink;
@@ -215,7 +218,7 @@ py::array Reader::levels(Call& call) const {
 py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& corners, Call& call) const {
   const auto open = file();
   const tagrid_type type = open->info().type;
-  TakenMesh mesh{tagrid_sample_size(type), {}, {}, {}, {}};
+  TakenMesh mesh{call, tagrid_sample_size(type), {}, {}, {}, {}};
   const tagrid_mesh_sink sink = mesh.sink();
   tagrid_mesh_options options;
   tagrid_mesh_options_init(&options);
@@ -235,7 +238,7 @@ py::tuple Reader::mesh(int level, bool padded, const std::optional<Corners>& cor
 py::tuple Reader::surface(double iso, bool rescaled, int level, bool close,
                           const std::optional<Corners>& corners, Call& call) const {
   const auto open = file();
-  TakenSurface surface;
+  TakenSurface surface{call, {}, {}};
   const tagrid_surface_sink sink = surface.sink();
   tagrid_surface_options options;
   tagrid_surface_options_init(&options);

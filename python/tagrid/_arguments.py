@@ -27,12 +27,16 @@ def number(name: str, value: Any) -> float:
 
 
 def whole_number(name: str, value: Any) -> int:
-    """TypeError: it is no whole number, which a float never is."""
+    """TypeError: it is no whole number, which a float never is. ArgumentError: no setting is that large."""
+    low, high = (0, 2**64 - 1) if name == "memory_limit" else (-2**31, 2**31 - 1)
     try:
-        return operator.index(value)
+        found = operator.index(value)
     except TypeError:
         example = " of bytes, such as 2**30" if name == "memory_limit" else ""
         raise TypeError(f"{name} must be a whole number{example}, not {value!r}") from None
+    if not low <= found <= high:
+        raise ArgumentError(f"{name} must be a whole number from {low} to {high}, not {found}")
+    return found
 
 
 def numbers(name: str, values: Any, form: str) -> list[float]:

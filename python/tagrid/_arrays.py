@@ -43,6 +43,8 @@ def checked_shape(shape: Any) -> tuple[int, int, int]:
         advice = {2: "; one slice is a volume of one slice: array[numpy.newaxis]",
                   4: "; encode one volume at a time, such as array[0]"}.get(len(sizes), "")
         raise ArgumentError(f"a volume has three axes z, y, x, but the shape is {sizes}{advice}")
+    if max(sizes) > 2**31:
+        raise ArgumentError(f"a volume has at most 2^31 samples along each axis, but the shape is {sizes}")
     if min(sizes) < 1:
         raise ArgumentError(f"a volume has at least one sample along each axis, but the shape is {sizes}")
     return sizes[0], sizes[1], sizes[2]
@@ -100,7 +102,14 @@ def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
     """The slices in order. Arrays in the byte order of the machine are not copied."""
     dtype = checked_dtype(volume.dtype)
     for first, last in pairwise(_borders(volume, dtype)):
-        slab = np.asarray(volume[first:last])
+        loaded = volume[first:last]
+        if np.ma.is_masked(loaded):
+            raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
+        slab = np.asarray(loaded)
+        if slab.dtype.newbyteorder("=") != dtype:
+            # What would be converted here may be wrapped around, or lose its fractions.
+            raise TypeError(f"slices {first} to {last - 1} are {slab.dtype.name}, where the array says {dtype.name}; convert it "
+                            f"first, for example by array.astype({slab.dtype.name!r})")
         yield slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
 
 

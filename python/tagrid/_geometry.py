@@ -77,6 +77,13 @@ def header_of(spacing: Optional[Sequence[float]], affine: Optional[npt.ArrayLike
     return lines + _places(steps, affine, space is not None) + "".join(map(_line, pairs.items()))
 
 
+def header_bytes(header: str) -> bytes:
+    """The bytes of header lines. Those that are not UTF-8 come back as they were in the file that Volume.header is from."""
+    if "\0" in header:
+        raise ArgumentError("metadata: the character NUL cannot be kept")
+    return header.encode("utf-8", "surrogateescape")
+
+
 def _checked_spacing(spacing: Optional[Sequence[float]]) -> Optional[list[float]]:
     if spacing is None:
         return None

@@ -110,7 +110,9 @@ def _checked(position: int, axis: int, size: int) -> int:
 
 
 def _run_of(positions: range) -> list[Run]:
-    return [Run(positions[0], positions[-1] + 1, positions.step)] if len(positions) else []
+    # The step of a single position may be any number.
+    step = positions.step if len(positions) > 1 else 1
+    return [Run(positions[0], positions[-1] + 1, step)] if len(positions) else []
 
 
 def _along_array(array: np.ndarray[Any, Any], brick: int) -> tuple[list[Run], np.ndarray[Any, Any]]:

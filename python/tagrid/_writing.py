@@ -14,7 +14,7 @@ from ._arguments import EFFORTS, GRIDS, encoder_settings, one_of, work
 from ._arrays import as_volume, checked_dtype, checked_shape, place_of, range_of, slabs_of
 from ._errors import ArgumentError, DamagedError
 from ._files import NewFile
-from ._geometry import Metadata, header_of
+from ._geometry import Metadata, header_bytes, header_of
 from ._tagrid import Encoder
 from ._volume import Progress, Volume
 
@@ -62,7 +62,7 @@ class Writer:
         z, y, x = self._shape
         options: dict[str, Any] = {
             "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid_derived": grid == "derived",
-            "grid_only": grid_only, "metadata": header_of(spacing, affine, metadata)}
+            "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
         options.update(encoder_settings(
             {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
             {"max_level": max_level, "cube": cube, "brick": brick, "accuracy": accuracy}, value_range))
@@ -80,6 +80,8 @@ class Writer:
     def write(self, slices: npt.ArrayLike) -> None:
         """Takes the next slices: an array (y, x) or (slices, y, x) of the volume's type, with any strides."""
         encoder = self._open_encoder()
+        if isinstance(slices, np.ma.MaskedArray):
+            raise TypeError("masked slices cannot be encoded; fill them first: slices.filled(value)")
         array = np.asarray(slices)
         if array.ndim == 2:
             array = array[np.newaxis]
@@ -113,9 +115,9 @@ class Writer:
 
     def abort(self) -> None:
         """Ends the work. Nothing is left of the file."""
-        encoder, self._encoder = self._encoder, None
-        if encoder is not None:
-            encoder.close()
+        if self._encoder is not None:
+            self._encoder.close()
+            self._encoder = None
         if self._file is not None:
             self._file.discard()
 
@@ -222,7 +224,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
             # A constant has no range, and every scale gives the same grid.
             value_range, field_scale = ((low, high), None) if low < high else (None, 1.0)
         memory = io.BytesIO() if out is None else None
-        with Writer(memory or out, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
+        with Writer(out if memory is None else memory, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
                     affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, accuracy=accuracy,
@@ -275,6 +277,8 @@ def _opened(array_or_path: Any) -> tuple[Any, bool]:
     try:
         return Volume(array_or_path), True
     except DamagedError as error:
+        if isinstance(array_or_path, bytes):
+            raise
         raise ArgumentError(
             f"{error}\nOnly .tag files are read here. The program reads scans: tagrid encode "
             f"{os.fsdecode(array_or_path)} -o OUTPUT.tag") from error

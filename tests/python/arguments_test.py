@@ -63,6 +63,8 @@ class Arguments(unittest.TestCase):
             self.refused(TypeError, "threads must be a whole number, not 1.5", call, threads=1.5)
             self.refused(TypeError, "memory_limit must be a whole number of bytes, such as 2**30, not '1G'", call, memory_limit="1G")
         self.refused(TypeError, "threads must be a whole number, not 'r'", tagrid.open, self.path, "r")
+        for name, value in (("threads", 2**40), ("memory_limit", -1), ("memory_limit", 2**64), ("level", 2**70)):
+            self.refused(tagrid.ArgumentError, f"not {value}", volume.mesh, **{name: value})
         self.refused(TypeError, "level must be a whole number, not 1.5", volume.mesh, level=1.5)
         self.refused(TypeError, "iso must be a number, not 'bone'", volume.surface, "bone")
         self.refused(tagrid.ArgumentError, "iso must be a number, not nan", volume.surface, float("nan"))
@@ -84,6 +86,8 @@ class Arguments(unittest.TestCase):
             self.refused(tagrid.ArgumentError, f"{name} must be a number, not nan", tagrid.encode, SAMPLES, **{name: float("nan")})
         for name in ("max_level", "cube", "brick", "accuracy", "threads", "memory_limit"):
             self.refused(TypeError, f"{name} must be a whole number", tagrid.encode, SAMPLES, **{name: 1.5})
+            self.refused(tagrid.ArgumentError, f"{name} must be a whole number from", tagrid.encode, SAMPLES, **{name: 2**70})
+        self.refused(tagrid.ArgumentError, "at most 2^31 samples", tagrid.Writer, io.BytesIO(), shape=(2**70, 1, 1), dtype="i2")
         for wrong in (5, "abc", (1, 2, 3, 4), ("a", "b")):
             self.refused(tagrid.ArgumentError, "value_range must be (low, high), not", tagrid.encode, SAMPLES, value_range=wrong)
             self.refused(tagrid.ArgumentError, "spacing must be three numbers (z, y, x), not", tagrid.encode, SAMPLES, spacing=wrong)
@@ -110,6 +114,7 @@ class Arguments(unittest.TestCase):
             error = self.refused(FileNotFoundError, "for a URL give fsspec.open(URL).open()|read_at(offset, size)", tagrid.open, url)
             self.assertEqual(error.filename, url)
         self.refused(TypeError, "tagrid.encode(array)", tagrid.open, SAMPLES)
+        self.assertNotIn("xxxx", str(self.refused(tagrid.DamagedError, "not a .tag file", tagrid.encode, b"x" * 5000)))
         self.assertEqual(tagrid.open(np.frombuffer(DATA, np.uint8)).shape, SHAPE)
         has_open = type("OpenFile", (), {"open": lambda self: io.BytesIO(DATA)})()
         self.refused(TypeError, "cannot open 'OpenFile': give the file that its open() returns", tagrid.open, has_open)

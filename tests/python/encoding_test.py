@@ -1,8 +1,10 @@
 """Arrays of any kind become files, whole or not at all."""
 
+import errno
 import io
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -277,6 +279,79 @@ class Writing(unittest.TestCase):
         with self.assertWarns(ResourceWarning):
             del writer
         self.assertEqual(self.left(), [])
+
+    def test_a_writer_that_is_never_closed_leaves_nothing_after_the_end_of_the_process(self):
+        program = (f"import tagrid, numpy, threading, time\n"
+                   f"writer = tagrid.Writer({str(self.folder / 'v.tag')!r}, shape=(700, 40, 50), dtype='int16')\n"
+                   "def write():\n"
+                   "    while True: writer.write(numpy.zeros((1, 40, 50), 'int16')), time.sleep(0.01)\n"
+                   "threading.Thread(target=write, daemon=True).start()\n"
+                   "time.sleep(0.1)\n")
+        subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+        self.assertEqual(self.left(), [])
+
+    def test_a_forked_process_leaves_the_file_alone(self):
+        samples, path = blobs(SHAPE), self.folder / "v.tag"
+        with tagrid.Writer(path, shape=SHAPE, dtype="int16") as writer:
+            writer.write(samples[:40])
+            child = os.fork()
+            if child == 0:
+                signal.alarm(30)
+                refused = 0
+                for call in (lambda: writer.write(samples[40:]), writer.close):
+                    try:
+                        call()
+                    except tagrid.ArgumentError:
+                        refused += 1
+                writer.abort()
+                del writer
+                os._exit(refused)
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 2)
+            writer.write(samples[40:])
+        np.testing.assert_array_equal(tagrid.open(path)[...], samples)
+        self.assertEqual(self.left(), ["v.tag"])
+
+    def test_a_callback_that_uses_its_own_writer_is_an_error_and_does_not_wait_for_itself(self):
+        samples = blobs(SHAPE)
+        for name in ("write", "close", "abort"):
+            writer = tagrid.Writer(self.folder / "v.tag", shape=SHAPE, dtype="int16",
+                                   progress=lambda *_: writer.write(samples[0]) if name == "write" else getattr(writer, name)())
+            with self.assertRaises(tagrid.ArgumentError):
+                writer.write(samples)
+                writer.close()
+            writer.abort()
+            self.assertEqual(self.left(), [])
+
+    def test_names_may_be_as_long_as_the_system_takes_them(self):
+        name = "\N{CJK UNIFIED IDEOGRAPH-65E5}" * 80 + ".tag"
+        tagrid.encode(blobs((2, 3, 4)), self.folder / name)
+        self.assertEqual(self.left(), [name])
+        asked = []
+        with self.assertRaises(OSError) as caught:
+            tagrid.encode(blobs((2, 3, 4)), self.folder / ("a" * 256), progress=lambda *_: asked.append(1))
+        self.assertEqual((caught.exception.errno, asked), (errno.ENAMETOOLONG, []))
+        self.assertRaises(FileNotFoundError, tagrid.encode, blobs((2, 3, 4)), "")
+
+    def test_what_an_array_does_not_promise_is_not_converted_silently(self):
+        samples = blobs(SHAPE)
+        for array, message in ((samples.astype(np.int64) * 1000, "are int64, where the array says int16"),
+                               (samples + 0.5, "are float64, where the array says int16"),
+                               (np.ma.masked_less(samples, 100), "are masked in part")):
+            loaded = Loaded(array)
+            loaded.dtype = np.dtype("int16")
+            self.assertRaisesRegex(TypeError, message, tagrid.encode, loaded)
+        self.assertEqual(tagrid.encode(Loaded(np.ma.array(samples))), tagrid.encode(samples))
+        with self.assertRaisesRegex(TypeError, "fill them first"):
+            with tagrid.Writer(io.BytesIO(), shape=SHAPE, dtype="int16") as writer:
+                writer.write(np.ma.masked_less(samples, 100))
+
+    def test_metadata_that_is_not_utf_8_comes_back(self):
+        header = b"patient:=M\xfcller\n".decode("utf-8", "surrogateescape")
+        first = tagrid.open(tagrid.encode(blobs((2, 3, 4)), metadata=header))
+        self.assertEqual(tagrid.open(tagrid.encode(first)).header, header)
+        self.assertEqual(tagrid.open(tagrid.encode(first, spacing=(1, 2, 3))).metadata, first.metadata)
+        with self.assertRaisesRegex(tagrid.ArgumentError, "NUL"):
+            tagrid.encode(blobs((2, 3, 4)), metadata={"patient": "a\0b"})
 
     def test_threads_may_take_turns(self):
         samples = blobs(SHAPE)

@@ -57,6 +57,10 @@ class Indexing(unittest.TestCase):
             with self.subTest(key):
                 self.check(key)
 
+    def test_steps_may_be_as_large_as_whole_numbers_are(self):
+        for key in (slice(None, None, 2**70), slice(None, None, -2**70), (0, slice(3, None, 10**30))):
+            self.check(key)
+
     def test_bools_along_an_axis_are_positions(self):
         for axis in range(3):
             mask = np.arange(SHAPE[axis]) % 7 == 2
