@@ -28,7 +28,7 @@ def number(name: str, value: Any) -> float:
 
 def whole_number(name: str, value: Any) -> int:
     """TypeError: it is no whole number, which a float never is. ArgumentError: no setting is that large."""
-    low, high = (0, 2**64 - 1) if name == "memory_limit" else (-2**31, 2**31 - 1)
+    low, high = (0, 2**64 - 1) if name.endswith(("_limit", "_bytes")) else (-2**31, 2**31 - 1)
     try:
         found = operator.index(value)
     except TypeError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -49,6 +50,16 @@ def metadata_of(header: str) -> dict[str, str]:
         elif field >= 0 and line[:field].strip().lower() not in _PLACES:
             found.setdefault(line[:field].strip().lower(), line[field + 2:].strip())
     return found
+
+
+def units_of(metadata: Mapping[str, str]) -> Optional[list[str]]:
+    """The units of lengths along z, y and x, as the file says them: "mm", for example. None if it does not say them."""
+    for name in ("space units", "units"):
+        text = metadata.get(name, "")
+        units = re.findall(r'"([^"]*)"', text) if '"' in text else text.split()
+        if len(units) == 3 and all(units):
+            return units[::-1]
+    return None
 
 
 def rescale_of(metadata: Mapping[str, str]) -> tuple[float, float]:

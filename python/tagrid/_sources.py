@@ -18,7 +18,7 @@ from ._tagrid import Reader
 
 def describe(source: Any) -> str:
     """A source in a word, for messages and repr()."""
-    if isinstance(source, (str, bytes, os.PathLike)) and not _is_memory(source):
+    if isinstance(source, (str, bytes, os.PathLike)) and not is_memory(source):
         return os.fsdecode(source)
     name = getattr(source, "name", None)
     return name if isinstance(name, str) else type(source).__name__
@@ -28,14 +28,17 @@ def open_reader(source: Any) -> Reader:
     """Opens a source: see tagrid.open()."""
     if isinstance(source, (str, os.PathLike)):
         return _open_path(os.fspath(source))
-    if _is_memory(source):
+    if is_memory(source):
         # A memoryview of anything but bytes is cast: an array's buffer is its bytes.
-        return Reader.of_buffer(memoryview(source).cast("B"), describe(source))
+        memory = np.ascontiguousarray(source) if isinstance(source, np.ndarray) else source
+        return Reader.of_buffer(memoryview(memory).cast("B"), describe(source))
     if hasattr(source, "read_at") and hasattr(source, "size"):
         size = source.size() if callable(source.size) else source.size
         return Reader.of_object(source.read_at, _checked_size(size), describe(source))
+    if isinstance(source, io.TextIOBase):
+        raise TypeError(f"cannot open {type(source).__name__!r}: the file must be opened in binary mode: open(path, \"rb\")")
     if hasattr(source, "read") and hasattr(source, "seek"):
-        file = _FileObject(source)
+        file = _DiskFile(source) if _is_on_disk(source) else _FileObject(source)
         return Reader.of_object(file.read_at, file.size, describe(source))
     advice = "give a path, bytes, a binary file that can seek, or an object with read_at(offset, size) and size"
     if isinstance(source, np.ndarray):
@@ -54,7 +57,8 @@ def is_tied(source: Any) -> bool:
     return isinstance(source, (memoryview, io.BufferedReader, io.BufferedRandom, io.FileIO))
 
 
-def _is_memory(source: Any) -> bool:
+def is_memory(source: Any) -> bool:
+    """Whether a source is the bytes of a file."""
     # An array of bytes, as numpy.fromfile(path, numpy.uint8) has them.
     return isinstance(source, (bytes, bytearray, memoryview)) or (
         isinstance(source, np.ndarray) and source.dtype == np.uint8 and source.ndim == 1)
@@ -93,6 +97,33 @@ def _raise_what_python_knows(path: str | bytes) -> None:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fsdecode(path))
     finally:
         os.close(descriptor)
+
+
+def _is_on_disk(source: Any) -> bool:
+    """Whether the bytes of a file of Python are those of its descriptor, without anything between them."""
+    raw = getattr(source, "raw", source) if isinstance(source, (io.BufferedReader, io.BufferedRandom)) else source
+    return type(raw) is io.FileIO and raw.readable() and stat.S_ISREG(os.fstat(raw.fileno()).st_mode)
+
+
+class _DiskFile:
+    """A file on the disk, which is read at offsets: its position stays, and is not needed. Forked processes share it."""
+
+    def __init__(self, file: Any):
+        self._file = file
+        if isinstance(file, io.BufferedRandom):
+            file.flush()
+        self.size = os.fstat(file.fileno()).st_size
+
+    def read_at(self, offset: int, size: int) -> bytes:
+        parts: list[bytes] = []
+        while size > 0:
+            # The descriptor is asked for each time: if the file was closed, another one may have the number.
+            data = os.pread(self._file.fileno(), size, offset)
+            if not data:
+                break
+            parts.append(data)
+            offset, size = offset + len(data), size - len(data)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
 class _FileObject:

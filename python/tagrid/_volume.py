@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import math
 import os
+import uuid
 from itertools import product
 from typing import Any, Callable, Iterator, Optional, Sequence, Union
 
@@ -12,15 +14,23 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import number, whole_number, work
-from ._errors import ArgumentError
+from ._errors import ArgumentError, InputError
 from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
 from ._selection import Run, Selection, select
-from ._sources import describe, is_path, is_tied, open_reader
+from ._sources import describe, is_memory, is_path, is_tied, open_reader
 
 Progress = Optional[Callable[[int, int], object]]
+
+
+def _opened_again(source: Any, threads: int, contents: str) -> Volume:
+    """A volume that was pickled. InputError: its file was replaced since then."""
+    volume = Volume(source, threads)
+    if contents and volume._contents != contents:
+        raise InputError(f"{volume._name}: the file is not the one that was open when the volume was pickled; open it again")
+    return volume
 
 
 class Volume:
@@ -39,6 +49,9 @@ class Volume:
         self._kept = KeptBox()
         self._info = self._reader.info()
         self._header = self._reader.metadata().decode("utf-8", "surrogateescape")
+        # Bytes go to another process with the volume; what has a name may be something else there.
+        self._contents = "" if is_memory(source) else self._digest()
+        self._token = self._token_of(source)
 
     # ---- what it is
 
@@ -284,14 +297,32 @@ class Volume:
         # Objects with read_at(), and files of fsspec, know whether they can go to another process.
         if is_tied(self._source):
             raise TypeError(f"a volume from {type(self._source).__name__!r} cannot be pickled; open it by its path")
-        return Volume, (self._source, self._threads)
+        return _opened_again, (self._source, self._threads, self._contents)
 
     def __dask_tokenize__(self) -> Any:
         """Names of dask's tasks are the same as long as the file is."""
-        if not is_path(self._source):
-            return "tagrid.Volume", id(self), self._name
-        status = os.stat(self._source)
-        return "tagrid.Volume", os.fsdecode(self._source), status.st_mtime_ns, status.st_size
+        return self._token
+
+    def _token_of(self, source: Any) -> Any:
+        try:
+            status = os.stat(source) if is_path(source) else None
+        except OSError:
+            status = None
+        if status is None:
+            # Not id(), which another volume has later.
+            return "tagrid.Volume", self._name, uuid.uuid4().hex
+        # As it is now: the name may be that of another file when the token is needed.
+        return ("tagrid.Volume", os.path.abspath(os.fsdecode(source)), status.st_ino, status.st_mtime_ns, status.st_size,
+                self._contents)
+
+    def _digest(self) -> str:
+        """Tells this file from others, without decoding it."""
+        bricks = math.prod(self._info["bricks"])
+        some = [self._reader.brick(number) for number in sorted({0, bricks // 2, bricks - 1})]
+        numbers = [self._info[name] for name in ("file_bytes", "dims", "low", "high", "mean")]
+        numbers += [brick[name] for brick in some for name in ("offset", "bytes", "mean")]
+        text = f"{numbers} {self.dtype.str} {self._header}"
+        return hashlib.sha256(text.encode("utf-8", "surrogateescape")).hexdigest()
 
     # ---- arguments
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import EFFORTS, GRIDS, encoder_settings, one_of, work
-from ._arrays import as_volume, checked_dtype, checked_shape, place_of, range_of, slabs_of
+from ._arrays import as_volume, checked_dtype, checked_shape, place_of, range_of, slabs_of, units_in
 from ._errors import ArgumentError, DamagedError
 from ._files import NewFile
 from ._geometry import Metadata, header_bytes, header_of
@@ -219,6 +219,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
             metadata = volume.header if spacing is None and affine is None else volume.metadata
         if spacing is None and affine is None:
             spacing, affine = place_of(array_or_path)
+            metadata = units_in(array_or_path) if metadata is None else metadata
         if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
             low, high = range_of(volume)
             # A constant has no range, and every scale gives the same grid.

@@ -9,8 +9,9 @@ from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
 from numcodecs.registry import register_codec
 
-from ._arguments import EFFORTS, GRIDS, number, one_of
+from ._arguments import EFFORTS, GRIDS, number, one_of, whole_number
 from ._arrays import with_three_axes
+from ._errors import ArgumentError
 from ._volume import Volume
 from ._writing import encode
 
@@ -22,7 +23,8 @@ class Tagrid(Codec):
     """Each chunk becomes a .tag file. Chunks have one of the eight types of samples, and at most three axes that are
     longer than one sample; 64 along each edge or more are best.
 
-    max_error: no sample is further than this from the original; 0: lossless. The other arguments are those of
+    max_error: no sample is further than this from what the codec is given; 0: lossless. With a bound, use no filters of Zarr
+    (Delta and others): they add up the errors, or make numbers of which no bound is known. The other arguments are those of
     tagrid.encode().
     """
 
@@ -31,11 +33,13 @@ class Tagrid(Codec):
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0):
         # The configuration becomes JSON, which knows no numbers of numpy.
         self.max_error = number("max_error", max_error)
+        if not 0 <= self.max_error < float("inf"):
+            raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
         one_of("effort", effort, EFFORTS)
         one_of("grid", grid, GRIDS)
         self.effort = effort
         self.grid = grid
-        self.threads = threads
+        self.threads = whole_number("threads", threads)
 
     def get_config(self) -> dict[str, Any]:
         return {"id": self.codec_id, "max_error": self.max_error, "effort": self.effort, "grid": self.grid}

@@ -10,6 +10,7 @@ import xarray
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
+from ._geometry import units_of
 from ._volume import Volume
 
 
@@ -70,5 +71,5 @@ def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:
     else:
         places = numbers * spacing if slices is None else np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
         meaning = "distance from the first sample"
-    units = volume.metadata.get("space units", "").replace('"', "").split()
-    return xarray.Variable((name,), places, {"units": units[2 - axis] if len(units) == 3 else "mm", "long_name": meaning})
+    units = units_of(volume.metadata)
+    return xarray.Variable((name,), places, {"units": "mm" if units is None else units[axis], "long_name": meaning})

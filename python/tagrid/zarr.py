@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ._arguments import whole_number
 from ._errors import ArgumentError
+from ._geometry import units_of
 from ._volume import Volume
 
 _Index = tuple[int, int, int]
@@ -21,7 +22,8 @@ _Index = tuple[int, int, int]
 
 class Store(MutableMapping[str, bytes]):
     """A read-only store for zarr.open_group(): the arrays "0", "1", "2" ... have every 1st, 2nd, 4th ... sample along
-    each axis, down to one chunk. Chunks have 64 samples along each edge, and are decoded when they are read.
+    each axis, down to one chunk. Chunks have 64 samples along each edge, or as many as the volume has if it has fewer, and
+    are decoded when they are read.
 
     source: whatever tagrid.open() takes, or a Volume. chunk: samples along the edge of a chunk.
     cache_bytes: memory for bricks that were decoded, since a chunk has samples of up to 8 bricks (see
@@ -36,7 +38,9 @@ class Store(MutableMapping[str, bytes]):
         if chunk < 1:
             raise ArgumentError(f"a chunk has at least one sample along each edge, not {chunk}")
         self.volume = source if isinstance(source, Volume) else Volume(source, threads)
-        self._chunk = chunk
+        cache_bytes = whole_number("cache_bytes", cache_bytes)
+        # A volume of one slice has no chunks of 64 slices, most of which would be filled up.
+        self._chunks = tuple(min(chunk, size) for size in self.volume.shape)
         self._bricks = _Bricks(self.volume, cache_bytes)
         longest = max(self.volume.shape)
         self._levels = 1 + max(0, math.ceil(math.log2(longest / chunk)))
@@ -46,7 +50,7 @@ class Store(MutableMapping[str, bytes]):
         found: dict[str, Any] = {".zgroup": {"zarr_format": 2}, ".zattrs": {"multiscales": [self._multiscales()]}}
         for level in range(self._levels):
             found[f"{level}/.zarray"] = {
-                "zarr_format": 2, "shape": self._shape(level), "chunks": [self._chunk] * 3, "dtype": self.volume.dtype.str,
+                "zarr_format": 2, "shape": self._shape(level), "chunks": self._chunks, "dtype": self.volume.dtype.str,
                 "compressor": None, "filters": None, "fill_value": 0, "order": "C", "dimension_separator": "/"}
             found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": ["z", "y", "x"]}
         return found
@@ -56,21 +60,21 @@ class Store(MutableMapping[str, bytes]):
         datasets = [{"path": str(level), "coordinateTransformations": [
             {"type": "scale", "scale": [step * 2**level for step in spacing]},
             {"type": "translation", "translation": origin}]} for level in range(self._levels)]
-        axes = [{"name": name, "type": "space", "unit": "millimeter"} for name in "zyx"]
+        axes = [{"name": name, "type": "space", **unit} for name, unit in zip("zyx", _units(self.volume))]
         return {"version": "0.4", "axes": axes, "datasets": datasets, "type": "subsampled"}
 
     def _shape(self, level: int) -> list[int]:
         return [-(-size // 2**level) for size in self.volume.shape]
 
     def _counts(self, level: int) -> list[int]:
-        return [-(-size // self._chunk) for size in self._shape(level)]
+        return [-(-size // edge) for size, edge in zip(self._shape(level), self._chunks)]
 
     def _samples(self, level: int, index: _Index) -> npt.NDArray[Any]:
         """The samples of a chunk; beyond the volume it is filled with zeros."""
         step, shape = 2**level, self._shape(level)
-        lows = [number * self._chunk for number in index]
-        highs = [min(low + self._chunk, size) for low, size in zip(lows, shape)]
-        chunk = np.zeros((self._chunk,) * 3, self.volume.dtype)
+        lows = [number * edge for number, edge in zip(index, self._chunks)]
+        highs = [min(low + edge, size) for low, edge, size in zip(lows, self._chunks, shape)]
+        chunk = np.zeros(self._chunks, self.volume.dtype)
         part = chunk[tuple(slice(high - low) for low, high in zip(lows, highs))]
         if level == 0:
             self._bricks.copy(lows, highs, part)
@@ -91,7 +95,7 @@ class Store(MutableMapping[str, bytes]):
     def __getitem__(self, key: str) -> bytes:
         if key in self._texts:
             return self._texts[key]
-        found = self._chunk_of(key)
+        found = self._chunk_of(key) if isinstance(key, str) else None
         if found is None:
             raise KeyError(key)
         return self._samples(*found).tobytes()
@@ -125,6 +129,7 @@ class Store(MutableMapping[str, bytes]):
 
     def close(self) -> None:
         self.volume.close()
+        self._bricks.forget()
 
 
 class _Bricks:
@@ -146,6 +151,10 @@ class _Bricks:
         self._volume, self._borders, self._most = state
         self._kept = OrderedDict()
         self._turn = threading.Lock()
+
+    def forget(self) -> None:
+        with self._turn:
+            self._kept.clear()
 
     def copy(self, lows: list[int], highs: list[int], out: npt.NDArray[Any]) -> None:
         """Copies the samples from lows up to highs."""
@@ -173,6 +182,18 @@ class _Bricks:
             while len(self._kept) > self._most:
                 self._kept.popitem(last=False)
         return samples
+
+
+#: What OME-Zarr calls units that files have.
+_UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "\u00b5m": "micrometer",
+          "\u03bcm": "micrometer", "micron": "micrometer", "nm": "nanometer", "A": "angstrom", "in": "inch"}
+
+
+def _units(volume: Volume) -> list[dict[str, str]]:
+    """The unit of each axis; none where the spacing is unknown, or the unit has no name in OME-Zarr."""
+    units = units_of(volume.metadata) or ["mm"] * 3
+    names = [unit if unit in _UNITS.values() else _UNITS.get(unit) for unit in units]
+    return [{} if name is None or math.isnan(step) else {"unit": name} for name, step in zip(names, volume.spacing)]
 
 
 def _places(volume: Volume) -> tuple[list[float], list[float]]:

@@ -57,6 +57,17 @@ class ReadersTest(unittest.TestCase):
         cls.path = str(cls.folder / "a.tag")
         cls.volume = tagrid.open(cls.path)
 
+    def test_a_file_that_was_made_anew_is_read_anew(self):
+        path = str(self.folder / "anew.tag")
+        for shape in ((20, 20, 20), (20, 20, 30)):
+            tagrid.encode(numpy.ones(shape, "uint8"), path)
+            if shape[2] == 20:
+                reader = TagridImage()
+                reader.SetFileName(path)
+            reader.Modified()
+            reader.Update()
+            self.assertEqual(reader.GetOutputDataObject(0).GetDimensions(), shape[::-1])
+
     def image(self, step=1):
         reader = TagridImage()
         reader.SetFileName(self.path)

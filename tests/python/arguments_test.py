@@ -36,6 +36,13 @@ def sum_of(slice_):
     return int(Arguments.volume[slice_].sum())
 
 
+shared = None
+
+
+def sum_of_shared(slice_):
+    return int(shared[slice_].sum())
+
+
 class Arguments(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -115,7 +122,10 @@ class Arguments(unittest.TestCase):
             self.assertEqual(error.filename, url)
         self.refused(TypeError, "tagrid.encode(array)", tagrid.open, SAMPLES)
         self.assertNotIn("xxxx", str(self.refused(tagrid.DamagedError, "not a .tag file", tagrid.encode, b"x" * 5000)))
-        self.assertEqual(tagrid.open(np.frombuffer(DATA, np.uint8)).shape, SHAPE)
+        for memory in (np.frombuffer(DATA, np.uint8), np.frombuffer(DATA, np.uint8).repeat(2)[::2]):
+            self.assertEqual(tagrid.open(memory).shape, SHAPE)
+        with open(self.path) as text:
+            self.refused(TypeError, "the file must be opened in binary mode", tagrid.open, text)
         has_open = type("OpenFile", (), {"open": lambda self: io.BytesIO(DATA)})()
         self.refused(TypeError, "cannot open 'OpenFile': give the file that its open() returns", tagrid.open, has_open)
         self.assertEqual(tagrid.open(has_open.open()).shape, SHAPE)
@@ -207,6 +217,17 @@ except AttributeError as error:
                     self.assertEqual(pool.map_async(sum_of, range(8)).get(60), [int(SAMPLES[i].sum()) for i in range(8)])
                 found = pool.starmap_async(tagrid.Volume.__getitem__, [(self.volume, i) for i in range(4)]).get(60)
                 np.testing.assert_array_equal(found, SAMPLES[:4])
+
+    def test_processes_share_a_file_object(self):
+        global shared
+        with open(self.path, "rb") as file:
+            file.seek(5)
+            shared = tagrid.open(file)
+            with multiprocessing.get_context("fork").Pool(4) as pool:
+                found = pool.map_async(sum_of_shared, [i % 8 for i in range(400)], chunksize=1).get(60)
+            self.assertEqual(found, [int(SAMPLES[i % 8].sum()) for i in range(400)])
+            self.assertEqual(file.tell(), 5)
+        self.assertRaisesRegex(ValueError, "closed file", shared.read)
 
     def test_errors_can_go_to_another_process(self):
         for name in ("ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError"):

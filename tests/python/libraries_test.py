@@ -1,6 +1,7 @@
 """dask and xarray read volumes lazily and in parallel. Skipped, with a message, where they are missing."""
 
 import os
+import pickle
 import pathlib
 import sys
 import tempfile
@@ -79,6 +80,24 @@ class Dask(Libraries):
         os.utime(self.path, ns=(1, 1))
         self.assertNotEqual(name(), first)
 
+    def test_names_are_those_of_the_file_that_is_open(self):
+        path = f"{self.path}.replaced.tag"
+        tagrid.encode(self.samples, path)
+        volume = tagrid.open(path)
+        tagrid.encode(self.samples + 1, path)
+        self.assertNotEqual(self.da.from_array(volume).name, self.da.from_array(tagrid.open(path)).name)
+        # An id() is that of another object sooner or later.
+        names = {self.da.from_array(tagrid.open(self.bytes)).name for _ in range(20)}
+        self.assertEqual(len(names), 20)
+
+    def test_another_process_does_not_take_another_file(self):
+        path = f"{self.path}.other.tag"
+        tagrid.encode(self.samples, path)
+        pickled = pickle.dumps(tagrid.open(path))
+        self.assertEqual(pickle.loads(pickled).shape, SHAPE)
+        tagrid.encode(self.samples[::-1], path)
+        self.assertRaisesRegex(tagrid.InputError, "not the one that was open", pickle.loads, pickled)
+
     def test_processes_open_the_file_themselves(self):
         array = self.da.from_array(tagrid.open(self.path))
         self.assertEqual(array.sum().compute(scheduler="processes", num_workers=1), self.samples.sum())
@@ -130,6 +149,18 @@ class Xarray(Libraries):
             self.assertFalse(again.info["has_origin"])
         with self.open(tagrid.encode(self.samples)) as data:
             self.assertTrue(np.isnan(tagrid.open(tagrid.encode(data.volume)).spacing).all())
+
+    def test_units_and_the_coordinate_system_are_kept_with_the_place(self):
+        metadata = {"space": "left-posterior-superior", "space units": '"um" "um" "um"'}
+        for affine in (np.diag([0.25, 0.5, 2, 1]), np.diag([0.25, 0.5, 2, 1])[:, [1, 0, 2, 3]]):
+            with self.open(tagrid.encode(self.samples, affine=affine, metadata=metadata)) as data:
+                self.assertEqual(data.z.attrs["units"], "um")
+                again = tagrid.open(tagrid.encode(data.volume[2:]))
+                self.assertEqual(again.metadata["space units"], metadata["space units"])
+                self.assertEqual(again.metadata.get("space"), metadata["space"] if affine[0, 0] else None)
+                self.assertEqual(tagrid.open(tagrid.encode(data.volume, metadata={"a": "b"})).metadata, {"a": "b"})
+        with self.open(tagrid.encode(self.samples, spacing=(1, 2, 3), metadata={"units": '"nm" "um" "mm"'})) as data:
+            self.assertEqual([data[name].attrs["units"] for name in "zyx"], ["mm", "um", "nm"])
 
     def test_it_is_lazy(self):
         source = Counting(self.bytes)

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import json
 import pickle
 import tempfile
 import unittest
@@ -63,6 +64,32 @@ class Stores(unittest.TestCase):
                 scales, translations = dataset["coordinateTransformations"]
                 self.assertEqual((dataset["path"], scales["scale"], translations["translation"]),
                                  (str(level), [step * 2**level for step in scale], translation))
+
+    def test_axes_have_the_units_of_the_file(self):
+        def units(**options):
+            (multiscales,) = json.loads(Store(tagrid.encode(self.samples, **options))[".zattrs"])["multiscales"]
+            return [axis.get("unit") for axis in multiscales["axes"]]
+
+        self.assertEqual(units(spacing=(1, 2, 3)), ["millimeter"] * 3)
+        self.assertEqual(units(), [None] * 3)
+        self.assertEqual(units(spacing=(1, 2, 3), metadata={"space": "scanner-xyz", "space units": '"um" "\u00b5m" "light year"'}),
+                         [None, "micrometer", "micrometer"])
+
+    def test_one_slice_has_chunks_of_one_slice(self):
+        store = Store(tagrid.encode(self.samples[:1]), chunk=2**30)
+        array = zarr.open_group(store, mode="r")["0"]
+        self.assertEqual(array.chunks, (1, *SHAPE[1:]))
+        np.testing.assert_array_equal(array[...], self.samples[:1])
+        store.close()
+        self.assertRaises(tagrid.ArgumentError, lambda: array[...])
+        self.assertRaises(KeyError, lambda: store[5])
+        for wrong, kind in ((-1, tagrid.ArgumentError), ("1G", TypeError)):
+            self.assertRaises(kind, Store, self.bytes, cache_bytes=wrong)
+
+    def test_a_codec_that_cannot_be_is_refused_when_it_is_made(self):
+        for wrong in ({"max_error": -1}, {"max_error": np.inf}, {"effort": "most"}):
+            self.assertRaises(tagrid.ArgumentError, Tagrid, **wrong)
+        self.assertRaises(TypeError, Tagrid, threads="all")
 
     def test_it_is_a_mapping_that_cannot_be_changed(self):
         keys = list(self.store)

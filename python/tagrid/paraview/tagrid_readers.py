@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ class _Reader(VTKPythonAlgorithmBase):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType=output)
         self._path: Any = None
         self._volume: Any = None
+        self._status: Any = None
 
     def set_path(self, path: Any) -> None:
         if path != self._path:
@@ -30,10 +32,13 @@ class _Reader(VTKPythonAlgorithmBase):
             self.Modified()
 
     def volume(self) -> tagrid.Volume:
-        if self._volume is None:
-            if not self._path or self._path == "None":
-                raise tagrid.ArgumentError("no file is chosen")
-            self._volume = tagrid.open(self._path)
+        if not self._path or self._path == "None":
+            raise tagrid.ArgumentError("no file is chosen")
+        # File > Reload Files is for a file that was made anew under its name.
+        status = os.stat(self._path)
+        status = status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+        if self._volume is None or status != self._status:
+            self._volume, self._status = tagrid.open(self._path), status
         return self._volume
 
 
