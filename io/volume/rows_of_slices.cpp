@@ -37,7 +37,7 @@ class RowsOfSlices final : public VolumeSource {
   }
 
   const Slice& slice_at(std::int64_t z) {
-    if (z < last_) stretch_ = z;
+    if (z < last_ || z > last_ + 1) stretch_ = z;
     last_ = z;
     if (const auto found = slices_.find(z); found != slices_.end()) return found->second;
     if (std::ssize(slices_) == kept_ && !slices_.empty() && slices_.begin()->first < stretch_) {

@@ -86,6 +86,15 @@ TEST(SlicesThatAreKept, AreReadOnceForAllRowsOfAStretch) {
   EXPECT_EQ(rows_of(*source, rows(0, 3, 4)), numbers_in(dims, rows(0, 3, 4)));
 }
 
+TEST(SlicesThatAreKept, AreThoseOfALaterStretchAtOnce) {
+  auto memory = std::make_unique<VolumeInMemory>(dims, in_slices);
+  const VolumeInMemory& reads = *memory;
+  const auto source = rows_of_slices(std::move(memory), 2);
+  for (const std::int64_t z : {0, 1, 3, 4, 3, 4})
+    EXPECT_EQ(rows_of(*source, rows(1, 2, z)), numbers_in(dims, rows(1, 2, z)));
+  EXPECT_EQ(reads.reads().size(), 4U);
+}
+
 TEST(SlicesThatAreKept, AreAsManyAsMayBe) {
   auto memory = std::make_unique<VolumeInMemory>(dims, in_slices);
   const VolumeInMemory& reads = *memory;
