@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
-#include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "tools/readers/codecs/jpeg2000.h"
 
@@ -16,18 +15,19 @@ namespace {
 /// Of a stream; its header is at its beginning.
 constexpr std::uint64_t most_bytes = 1 << 16;
 
-/// The beginning of the first fragment behind the offset table.
-std::vector<std::byte> beginning_of_stream(const std::string& path, std::uint64_t fragments) {
-  const FileSource file(path);
-  const auto length_at = [&](std::uint64_t item) -> std::uint64_t {
-    std::byte bytes[4];
-    if (item + 8 > file.size()) throw BrokenInput("ends too soon");
-    file.read_at(item + 4, bytes);
-    return load_little_endian<std::uint32_t>(bytes);
-  };
-  const std::uint64_t item = fragments + 8 + length_at(fragments);
-  std::vector<std::byte> bytes(std::min({length_at(item), most_bytes, file.size() - item - 8}));
-  file.read_at(item + 8, bytes);
+/// The length of an item, which its tag and four bytes say.
+std::uint64_t length_at(const ByteSource& file, std::uint64_t item) {
+  std::byte bytes[4];
+  if (item + 8 > file.size()) throw BrokenInput("ends too soon");
+  file.read_at(item + 4, bytes);
+  return load_little_endian<std::uint32_t>(bytes);
+}
+
+std::vector<std::byte> beginning_of_stream(const ByteSource& file, std::uint64_t fragments) {
+  const std::uint64_t begin = first_stream(file, fragments);
+  const std::uint64_t length = length_at(file, begin - 8);
+  std::vector<std::byte> bytes(std::min({length, most_bytes, file.size() - begin}));
+  file.read_at(begin, bytes);
   return bytes;
 }
 
@@ -47,14 +47,17 @@ std::optional<int> error_of_jpeg_ls(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-std::optional<bool> has_lossy_stream(const std::string& path, std::uint64_t fragments,
-                                     const std::string& syntax) {
-  const bool is_jpeg2000 = syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91";
-  const bool is_jpeg_ls = syntax == "1.2.840.10008.1.2.4.80" || syntax == "1.2.840.10008.1.2.4.81";
-  if (!is_jpeg2000 && !is_jpeg_ls) return std::nullopt;
+std::uint64_t first_stream(const ByteSource& file, std::uint64_t fragments) {
+  return fragments + 8 + length_at(file, fragments) + 8;
+}
+
+std::optional<bool> has_lossy_stream(const std::string& path, const DicomPixels& pixels) {
+  const bool is_jpeg_ls =
+      pixels.syntax == "1.2.840.10008.1.2.4.80" || pixels.syntax == "1.2.840.10008.1.2.4.81";
+  if (!pixels.is_jpeg2000() && !is_jpeg_ls) return std::nullopt;
   try {
-    const std::vector<std::byte> stream = beginning_of_stream(path, fragments);
-    if (is_jpeg2000) return !jpeg2000_header(stream).is_lossless;
+    const std::vector<std::byte> stream = beginning_of_stream(FileSource(path), *pixels.encapsulated);
+    if (pixels.is_jpeg2000()) return !jpeg2000_header(stream).is_lossless;
     const auto error = error_of_jpeg_ls(stream);
     return error ? std::optional(*error > 0) : std::nullopt;
   } catch (const BrokenInput&) {

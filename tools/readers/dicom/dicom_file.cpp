@@ -238,7 +238,7 @@ std::string lossy_compression(DcmDataset& dataset, const DicomFile& file, E_Tran
   if (!is_lossy && file.pixels.encapsulated) {
     // These syntaxes may hold images without a loss, too.
     const bool may_be = said != "00" && (syntax == EXS_JPEGLSLossy || syntax == EXS_JPEG2000);
-    is_lossy = has_lossy_stream(file.path, *file.pixels.encapsulated, file.pixels.syntax).value_or(may_be);
+    is_lossy = has_lossy_stream(file.path, file.pixels).value_or(may_be);
   }
   if (!is_lossy) return "";
   const std::string method = text_of(dataset, DCM_LossyImageCompressionMethod).value_or("");

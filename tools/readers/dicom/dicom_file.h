@@ -54,6 +54,9 @@ struct DicomPixels {
   std::uint64_t frame_bytes() const {
     return static_cast<std::uint64_t>(columns * rows) * static_cast<std::uint64_t>(allocated / 8);
   }
+  bool is_jpeg2000() const {
+    return syntax == "1.2.840.10008.1.2.4.90" || syntax == "1.2.840.10008.1.2.4.91";
+  }
 };
 
 struct DicomFile {

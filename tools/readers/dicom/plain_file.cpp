@@ -9,6 +9,8 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/byte_source.h"
+#include "io/files/errors.h"
+#include "tools/readers/dicom/code_stream.h"
 #include "tools/readers/dicom/inflated.h"
 
 namespace tagrid {
@@ -84,12 +86,9 @@ std::string meta_of_plain_form(const Bytes& bytes, std::uint64_t& end) {
     meta += element;
   }
   if (!has_syntax) throw NoPlainForm{"it does not give its transfer syntax"};
-  if (length_at) {
-    const auto* length = reinterpret_cast<const std::byte*>(meta.data() + *length_at);
-    // A wrong one stays as it is.
-    if (load_little_endian<std::uint32_t>(length) == end - counted_from)
-      store(meta, *length_at, meta.size() - *length_at - 4, 4);
-  }
+  // A wrong one stays as it is.
+  if (length_at && bytes.number<std::uint32_t>(counted_from - 4) == end - counted_from)
+    store(meta, *length_at, meta.size() - *length_at - 4, 4);
   return meta;
 }
 
@@ -163,16 +162,15 @@ std::vector<PlainPiece> pieces_of(const DicomFile& file, std::size_t number, std
 }  // namespace
 
 bool may_have_wider_streams(const DicomFile& file) {
-  const bool is_jpeg2000 =
-      file.pixels.syntax == "1.2.840.10008.1.2.4.90" || file.pixels.syntax == "1.2.840.10008.1.2.4.91";
-  if (!is_jpeg2000) return false;
+  if (!file.pixels.is_jpeg2000()) return false;
   try {
     const Bytes bytes(file.path);
-    const std::uint64_t table = *file.pixels.encapsulated;
-    const std::uint64_t stream = table + 8 + std::uint64_t{bytes.number<std::uint32_t>(table + 4)} + 8;
+    const std::uint64_t stream = first_stream(bytes.file(), *file.pixels.encapsulated);
     constexpr std::uint64_t precision_at = 42;  // SOC, SIZ and the fields before Ssiz
     return (bytes.number<std::uint8_t>(stream + precision_at) & 0x7F) + 1 > file.pixels.stored;
   } catch (const NoPlainForm&) {
+    return true;
+  } catch (const BrokenInput&) {
     return true;
   }
 }
