@@ -82,18 +82,15 @@ def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.
     return None, affine
 
 
-def units_in(data: Any) -> Optional[dict[str, str]]:
-    """The units of the coordinates that place_of() takes, and the coordinate system of positions, as metadata. None if they
+def units_in(data: Any, are_positions: bool) -> Optional[dict[str, str]]:
+    """The units of the coordinates that place_of() took, and the coordinate system of positions, as metadata. None if they
     are mm in no system, which need not be said."""
-    spacing, affine = place_of(data)
-    if spacing is None and affine is None:
-        return None
     found: dict[str, str] = {}
     units = [str(data.coords[name].attrs.get("units", "mm")) for name in "xyz"]
     if set(units) != {"mm"} and not any(set(unit) & set('"\\\n\r') or not unit for unit in units):
         found["space units"] = " ".join(f'"{unit}"' for unit in units)
     space = getattr(data, "attrs", {}).get("space")
-    if affine is not None and isinstance(space, str):
+    if are_positions and isinstance(space, str):
         found["space"] = space
     return found or None
 

@@ -219,7 +219,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
             metadata = volume.header if spacing is None and affine is None else volume.metadata
         if spacing is None and affine is None:
             spacing, affine = place_of(array_or_path)
-            metadata = units_in(array_or_path) if metadata is None else metadata
+            if metadata is None and not (spacing is None and affine is None):
+                metadata = units_in(array_or_path, affine is not None)
         if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
             low, high = range_of(volume)
             # A constant has no range, and every scale gives the same grid.

@@ -46,10 +46,8 @@ std::vector<std::string> files_below(const std::string& folder) {
 std::string beginning_of_file(const std::string& path) {
   constexpr std::size_t most = 1 << 14;
   try {
-    std::string bytes(most, '\0');
     FileBytes file(path);
-    bytes.resize(file.read(reinterpret_cast<std::byte*>(bytes.data()), most));
-    return bytes;
+    return std::string(file.peek(most));
   } catch (const std::exception&) {
     return "";
   }
