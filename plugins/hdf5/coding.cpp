@@ -94,12 +94,15 @@ void StoredChunk::Memory::read_at(std::uint64_t offset, std::span<std::byte> to)
   std::ranges::copy(bytes_.subspan(static_cast<std::size_t>(offset), to.size()), to.begin());
 }
 
-StoredChunk::StoredChunk(const Chunk& chunk, std::span<const std::byte> file)
+StoredChunk::StoredChunk(const Chunk& chunk, double max_error, std::span<const std::byte> file)
     : chunk_(chunk), memory_(file), reader_(memory_, "the chunk") {
   const tagrid_info info = reader_.info();
   if (info.type != chunk.type || !std::ranges::equal(info.dims, chunk.dims))
     throw Error(TAGRID_BROKEN_INPUT,
                 "the chunk is a volume of another type or size than the data set's chunks");
+  // False for a file without a bound, too: it is NaN.
+  if (!(info.max_error <= max_error))
+    throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with a larger bound than that of the data set");
 }
 
 void StoredChunk::decode_to(std::span<std::byte> samples) const {

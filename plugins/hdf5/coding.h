@@ -19,9 +19,9 @@ std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::spa
 /// The bytes of a .tag file, whoever made it, as a chunk.
 class StoredChunk {
  public:
-  /// Throws Error if the file is damaged at its head or its end, or its samples are not of the chunk's type and size.
-  /// `file` must outlive the object.
-  StoredChunk(const Chunk& chunk, std::span<const std::byte> file);
+  /// Throws Error if the file is damaged at its head or its end, its samples are not of the chunk's type and size, or its
+  /// bound is larger than `max_error`. `file` must outlive the object.
+  StoredChunk(const Chunk& chunk, double max_error, std::span<const std::byte> file);
   StoredChunk(const StoredChunk&) = delete;
   StoredChunk& operator=(const StoredChunk&) = delete;
 

@@ -66,8 +66,14 @@ def as_volume(data: Any) -> Any:
 
 def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.float64]]]:
     """The affine matrix of a DataArray of xarray with coordinates along z, y and x; if they are no positions in the world, or
-    not even, the spacing, NaN where there is none. Of all others, nothing."""
-    if getattr(data, "dims", None) != ("z", "y", "x") or not all(name in getattr(data, "coords", ()) for name in "zyx"):
+    not even, the spacing, NaN where there is none. Of all others, nothing. ArgumentError: its axes are in another order."""
+    dims = getattr(data, "dims", None)
+    if dims != ("z", "y", "x"):
+        if isinstance(dims, tuple) and set(dims) == {"z", "y", "x"}:
+            raise ArgumentError(f"the axes of the array are {', '.join(dims)}, and those of a volume z, y, x; give "
+                                "array.transpose('z', 'y', 'x')")
+        return None, None
+    if not all(name in getattr(data, "coords", ()) for name in "zyx"):
         return None, None
     coordinates = [data.coords[name] for name in "zyx"]
     # What the engine "tagrid" says of them: positions, numbers of samples, or distances along axes that are turned.
@@ -76,7 +82,7 @@ def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.
     if "sample" in meanings:
         return None, None
     if "distance" in meanings or not np.isfinite(steps).all():
-        return steps, None
+        return [abs(step) for step in steps], None
     affine = np.diag([*steps[::-1], 1.0])
     affine[:3, 3] = [float(coordinate[0]) for coordinate in coordinates[::-1]]
     return None, affine
@@ -116,6 +122,9 @@ def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
     dtype = checked_dtype(volume.dtype)
     for first, last in pairwise(_borders(volume, dtype)):
         loaded = volume[first:last]
+        if hasattr(loaded, "compute"):
+            # numpy would drop the masks of dask's chunks.
+            loaded = loaded.compute()
         if np.ma.is_masked(loaded):
             raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
         slab = np.asarray(loaded)

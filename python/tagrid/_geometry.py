@@ -101,6 +101,9 @@ def _checked_spacing(spacing: Optional[Sequence[float]]) -> Optional[list[float]
     steps = numbers("spacing", spacing, "three numbers (z, y, x)")
     if all(math.isnan(step) for step in steps):
         return None
+    if any(step <= 0 or math.isinf(step) for step in steps):
+        raise ArgumentError(f"spacing must be three numbers above 0 (z, y, x), not {tuple(steps)}; an affine says which way an axis "
+                            "runs")
     return steps[::-1]
 
 
@@ -112,7 +115,7 @@ def _checked_affine(affine: npt.ArrayLike, steps: Optional[list[float]]) -> npt.
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not np.array_equal(matrix[3], [0, 0, 0, 1]):
         raise ArgumentError("affine must be a 4 x 4 matrix of finite numbers with the last row 0, 0, 0, 1")
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    if steps is not None and not np.allclose(lengths, np.abs(steps), rtol=1e-5):
+    if steps is not None and not np.allclose(lengths, steps, rtol=1e-5):
         raise ArgumentError(f"spacing {steps[::-1]} contradicts affine, whose steps along z, y and x are "
                             f"{lengths[::-1].tolist()}; give one of them")
     return matrix

@@ -215,6 +215,9 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
     """
     volume, opened = _opened(array_or_path)
     try:
+        if isinstance(volume, Volume) and volume.max_error != 0:
+            raise ArgumentError(f"{volume!r} has a bound already, and the errors of two encodings add up; encode the original "
+                                "volume, or volume.read(), the samples as they are")
         if isinstance(volume, Volume) and metadata is None:
             metadata = volume.header if spacing is None and affine is None else volume.metadata
         if spacing is None and affine is None:

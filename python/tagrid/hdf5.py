@@ -128,9 +128,10 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
 def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
     """Reads all of a data set that has the filter; several threads decode chunks, where HDF5 itself uses one.
 
-    DamagedError names the first chunk that is damaged, or has samples of another type or shape than the data set's chunks.
+    DamagedError names the first chunk that is damaged, or is of another type, another shape or a larger bound than the data
+    set says.
     """
-    filter_of(dataset)
+    bound = filter_of(dataset).max_error
     of_chunk = tuple(with_three_axes(np.broadcast_to(np.uint8(0), dataset.chunks)).shape), dataset.dtype.newbyteorder("=")
     samples = np.full(dataset.shape, dataset.fillvalue, dataset.dtype)
 
@@ -140,6 +141,8 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
             with Volume(file, threads=1) as volume:
                 if (volume.shape, volume.dtype) != of_chunk:
                     raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {volume.dtype.name}")
+                if volume.max_error > bound:
+                    raise DamagedError(f"its samples are not known to be within {bound:g}, the bound of the data set")
                 chunk = volume.read().reshape(dataset.chunks)
         except DamagedError as error:
             raise DamagedError(f"{dataset.name}: the chunk at {tuple(place)}: {error}") from error

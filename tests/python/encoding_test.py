@@ -95,7 +95,7 @@ class Encoding(unittest.TestCase):
 
     def test_settings_that_cannot_be_are_refused_and_leave_nothing(self):
         samples = blobs((9, 10, 11))
-        for settings in ({"max_error": -1}, {"effort": "more"}, {"grid": "no"}, {"spacing": (1, 2)}, {"spacing": (1, 2, 0)},
+        for settings in ({"max_error": -1}, {"effort": "more"}, {"grid": "no"}, {"spacing": (1, 2)}, {"spacing": (1, 2, 0)}, {"spacing": (-1, 2, 1)},
                          {"affine": np.eye(3)}, {"affine": np.diag([1, 1, 0, 1])}, {"affine": np.diag([1, 1, 1, 2])},
                          {"affine": np.diag([1, 1, np.nan, 1])}, {"spacing": (1, 1, 2), "affine": np.eye(4)},
                          {"metadata": {"a:b": "c"}}, {"metadata": {"space": "a\nb"}}, {"metadata": {"spacings": "1 2 3"}},
@@ -135,6 +135,10 @@ class Encoding(unittest.TestCase):
         with tagrid.open(self.folder / "b.tag") as volume:
             self.assertEqual(volume.max_error, 1)
             self.assertLessEqual(np.abs(np.asarray(volume) - samples).max(), 1)
+        # Two bounds would add up, so the new one would not be true of the original.
+        for bounded in (self.folder / "b.tag", tagrid.encode(samples, grid_only=True, max_error=None)):
+            with tagrid.open(bounded) as volume, self.assertRaisesRegex(tagrid.ArgumentError, "add up.*volume.read"):
+                tagrid.encode(volume, max_error=1)
         scan = self.folder / "scan.nrrd"
         scan.write_text("NRRD0004\n")
         with self.assertRaisesRegex(ValueError, r"tagrid encode .*scan\.nrrd"):

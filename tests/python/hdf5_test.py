@@ -113,6 +113,11 @@ class Hdf5Test(unittest.TestCase):
                 self.assertRaises(OSError, lambda: dataset[...])
                 self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): it is a volume of the shape",
                                        tagrid.hdf5.read, dataset)
+            for file_of_chunk in (tagrid.encode(data, max_error=1), tagrid.encode(data, grid_only=True, max_error=None)):
+                dataset.id.write_direct_chunk((0, 0, 0), file_of_chunk)
+                file.flush()
+                self.assertRaises(OSError, lambda: dataset[...])
+                self.assertRaisesRegex(tagrid.DamagedError, "within 0, the bound of the data set", tagrid.hdf5.read, dataset)
             dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
             self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
 

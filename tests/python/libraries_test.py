@@ -71,6 +71,12 @@ class Dask(Libraries):
         self.assertEqual(source.reads, np.prod(volume.info["bricks"]))
         self.assertGreater(source.most, 1)
 
+    def test_masked_chunks_are_refused(self):
+        masked = self.da.ma.masked_less(self.da.from_array(self.samples, chunks=32), self.samples.max())
+        self.assertRaisesRegex(TypeError, "are masked in part", tagrid.encode, masked)
+        self.assertEqual(tagrid.encode(self.da.ma.filled(masked, -5)), tagrid.encode(np.where(
+            self.samples < self.samples.max(), -5, self.samples).astype(np.int16)))
+
     def test_names_are_the_same_as_long_as_the_file_is(self):
         def name():
             return self.da.from_array(tagrid.open(self.path)).name
@@ -137,15 +143,20 @@ class Xarray(Libraries):
             np.testing.assert_array_equal(again, self.samples[4:60, ::2, 10:])
             other = tagrid.open(tagrid.encode(part, spacing=(1, 2, 3)))
             self.assertEqual(other.spacing, (1, 2, 3))
-            # Positions that are not even are no spacing, and neither is one position, or another order of axes.
+            # Positions that are not even are no spacing, and neither is one position.
             for odd in (part.isel(z=[0, 1, 3]), part.isel(z=[0])):
                 np.testing.assert_allclose(tagrid.open(tagrid.encode(odd)).spacing, (np.nan, 1, 0.25))
-            for odd in (part.transpose("x", "y", "z"), part.drop_vars("y")):
-                self.assertTrue(np.isnan(tagrid.open(tagrid.encode(odd)).spacing).all())
+            self.assertTrue(np.isnan(tagrid.open(tagrid.encode(part.drop_vars("y"))).spacing).all())
+            # Another order of axes would be another volume, unless it is taken back, as the message says.
+            swapped = part.transpose("x", "y", "z")
+            self.assertRaisesRegex(tagrid.ArgumentError, r"transpose\('z', 'y', 'x'\)", tagrid.encode, swapped)
+            self.assertEqual(tagrid.encode(swapped.transpose("z", "y", "x")), tagrid.encode(part))
         turned = placed[:, [1, 0, 2, 3]]
         with self.open(tagrid.encode(self.samples, affine=turned)) as data:
             again = tagrid.open(tagrid.encode(data.volume[2:, ::3]))
             np.testing.assert_allclose(again.spacing, (2, 0.75, 0.5))
+            # A spacing has no direction.
+            self.assertEqual(tagrid.open(tagrid.encode(data.volume[::-1])).spacing, (2, 0.25, 0.5))
             self.assertFalse(again.info["has_origin"])
         with self.open(tagrid.encode(self.samples)) as data:
             self.assertTrue(np.isnan(tagrid.open(tagrid.encode(data.volume)).spacing).all())
