@@ -28,12 +28,19 @@ def number(name: str, value: Any) -> float:
 
 def whole_number(name: str, value: Any) -> int:
     """TypeError: it is no whole number, which a float never is. ArgumentError: no setting is that large."""
-    low, high = (0, 2**64 - 1) if name.endswith(("_limit", "_bytes")) else (-2**31, 2**31 - 1)
+    return _whole(name, value, "a whole number", -2**31, 2**31 - 1)
+
+
+def byte_count(name: str, value: Any) -> int:
+    """TypeError: it is no whole number. ArgumentError: it is negative, or no memory is that large."""
+    return _whole(name, value, "a whole number of bytes, such as 2**30", 0, 2**64 - 1)
+
+
+def _whole(name: str, value: Any, form: str, low: int, high: int) -> int:
     try:
         found = operator.index(value)
     except TypeError:
-        example = " of bytes, such as 2**30" if name == "memory_limit" else ""
-        raise TypeError(f"{name} must be a whole number{example}, not {value!r}") from None
+        raise TypeError(f"{name} must be {form}, not {value!r}") from None
     if not low <= found <= high:
         raise ArgumentError(f"{name} must be a whole number from {low} to {high}, not {found}")
     return found
@@ -57,7 +64,7 @@ def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
 
 def work(threads: Any, memory_limit: Any) -> tuple[int, int]:
     """The two settings of every call that decodes or encodes."""
-    return whole_number("threads", threads), whole_number("memory_limit", memory_limit)
+    return whole_number("threads", threads), byte_count("memory_limit", memory_limit)
 
 
 def encoder_settings(numbers_given: dict[str, Any], whole_given: dict[str, Any],

@@ -12,7 +12,7 @@ from typing import Any, Iterator, MutableMapping, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import whole_number
+from ._arguments import byte_count, whole_number
 from ._errors import ArgumentError
 from ._geometry import units_of
 from ._volume import Volume
@@ -38,7 +38,7 @@ class Store(MutableMapping[str, bytes]):
         if chunk < 1:
             raise ArgumentError(f"a chunk has at least one sample along each edge, not {chunk}")
         self.volume = source if isinstance(source, Volume) else Volume(source, threads)
-        cache_bytes = whole_number("cache_bytes", cache_bytes)
+        cache_bytes = byte_count("cache_bytes", cache_bytes)
         # A volume of one slice has no chunks of 64 slices, most of which would be filled up.
         self._chunks = tuple(min(chunk, size) for size in self.volume.shape)
         self._bricks = _Bricks(self.volume, cache_bytes)
