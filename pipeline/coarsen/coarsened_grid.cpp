@@ -73,8 +73,7 @@ std::uint64_t CoarsenedGrid::working_bytes(const CodingParameters& p, std::int64
   const double slice =
       static_cast<double>(p.dims.x) * static_cast<double>(p.dims.y) * static_cast<double>(size_of(p.type)) +
       256;
-  const double slices =
-      static_cast<double>(std::min(p.dims.z, std::int64_t{bricks.edge} * bricks.domain.cube_size + 1));
+  const double slices = static_cast<double>(std::min(p.dims.z, bricks.length() + 1));
   // What is new for a brick, in a list that grows; and the bricks of a round.
   const double each = 3 * sizeof(std::uint32_t) + sizeof(std::int64_t);
   const double all = static_cast<double>(bricks.bricks(0)) * static_cast<double>(bricks.bricks(1)) *

@@ -68,7 +68,7 @@ class GridSchedule {
   /// Number of slices that must be in memory at once so that every layer can be encoded.
   std::int64_t slices_needed() const;
   /// Number of slices from one layer of bricks to the next.
-  std::int64_t slices_in_layer() const { return std::int64_t{bricks_.edge} * bricks_.domain.cube_size; }
+  std::int64_t slices_in_layer() const { return bricks_.length(); }
   /// Number of slices that are no longer needed after this layer of bricks has been encoded.
   std::int64_t slices_released_by(std::int64_t layer) const;
 

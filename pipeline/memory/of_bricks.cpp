@@ -49,7 +49,7 @@ struct Sizes {
         nx(static_cast<ByteCount>(p.dims.x)),
         s(static_cast<ByteCount>(size_of(p.type))),
         cube(p.cube_size),
-        edge(ByteCount{1} * p.brick_edge * p.cube_size),
+        edge(static_cast<ByteCount>(bricks.length())),
         points(count(closed.size())),
         owned(count(bricks.owned_box(largest).size())),
         brick_count(ByteCount(bricks.bricks(0)) * ByteCount(bricks.bricks(1)) * ByteCount(bricks.bricks(2))),

@@ -40,7 +40,7 @@ std::int64_t most_rows(std::int64_t all, const std::function<bool(std::int64_t)>
 // threads everything takes longer.
 std::optional<EncodeLoad> best_encoding(const CodingParameters& p, std::int64_t threads, bool strips,
                                         std::uint64_t limit) {
-  const std::int64_t all = p.bricks().bricks(1), edge = std::int64_t{p.brick_edge} * p.cube_size;
+  const std::int64_t all = p.bricks().bricks(1), edge = p.bricks().length();
   const auto fits = [&](const EncodeLoad& load) { return memory_of_encoding(p, load) <= limit; };
   for (std::int64_t t = threads; t >= 1; --t) {
     // With one thread, preparing work ahead of time only takes memory.

@@ -75,8 +75,7 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
   Box needed = taken;
   if (!parameters.stores_grid()) {
     const BrickGrid grid = parameters.bricks();
-    const std::int64_t reach = parameters.cube_size + mark_halo(parameters),
-                       edge = std::int64_t{grid.edge} * parameters.cube_size;
+    const std::int64_t reach = parameters.cube_size + mark_halo(parameters), edge = grid.length();
     // More than the samples that are needed: bricks do not own their low faces.
     return intersection(taken.grown(reach / edge + 1),
                         Box::of_size({grid.bricks(0), grid.bricks(1), grid.bricks(2)}));
@@ -100,7 +99,7 @@ CodingParameters parameters_of_part(CodingParameters parameters, const Box& bric
 
 Box bricks_that_meet(const Box& box, const BrickGrid& bricks) {
   Box positions = Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)});
-  const std::int64_t length = std::int64_t{bricks.edge} * bricks.domain.cube_size;
+  const std::int64_t length = bricks.length();
   for (int axis = 0; axis < 3; ++axis) {
     // A brick reaches from its first to its last point: a box that touches a face between two bricks meets
     // both.

@@ -8,7 +8,7 @@ namespace {
 // Number of lattice points that a row of bricks adds: close to the number of its samples, and always within
 // 64 bits.
 std::int64_t row_samples(const BrickGrid& bricks) {
-  const std::int64_t edge = std::int64_t{bricks.edge} * bricks.domain.cube_size;
+  const std::int64_t edge = bricks.length();
   const Index3& dims = bricks.domain.dims;
   return dims.x * std::min(edge, dims.y) * std::min(edge, dims.z);
 }

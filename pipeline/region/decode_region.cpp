@@ -183,7 +183,7 @@ class Pieces {
 // Bytes of the samples of the largest piece with that many rows of bricks.
 std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, std::int64_t rows) {
   const Index3 shape = region.shape();
-  const std::int64_t edge = std::int64_t{p.brick_edge} * p.cube_size;
+  const std::int64_t edge = p.bricks().length();
   const auto at_most = [&](std::int64_t samples, int axis) {
     return std::min(shape[axis], (samples + region.step[axis]) / region.step[axis]);
   };

@@ -63,8 +63,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const bool spools = plan.spooled && !copied;
   if (spools) volume = spooled(std::move(volume), resources.spool);
   // Only programs give nothing but whole slices; they decode them while bricks are encoded.
-  const std::int64_t layer =
-      std::min(std::int64_t{parameters.brick_edge} * parameters.cube_size, parameters.dims.z);
+  const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
   const std::int64_t count =
       volume->traits().whole_slices ? slices_beside(parameters, plan, resources, layer) : 0;
   result.memory += static_cast<std::uint64_t>(count) * volume->slice_bytes();

@@ -38,8 +38,7 @@ ClosedSamples::ClosedSamples(const CodingParameters& parameters, const BrickRows
 }
 
 std::uint64_t ClosedSamples::working_bytes(const CodingParameters& parameters, std::int64_t rows) {
-  const std::int64_t nx = parameters.dims.x,
-                     edge = std::int64_t{parameters.brick_edge} * parameters.cube_size, face = edge + 1,
+  const std::int64_t nx = parameters.dims.x, edge = parameters.bricks().length(), face = edge + 1,
                      all = std::min(parameters.dims.y, (rows + 1) * edge + 1);
   return static_cast<std::uint64_t>(nx * all + nx * face + face * face) * size_of(parameters.type);
 }

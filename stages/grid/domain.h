@@ -32,8 +32,10 @@ std::vector<std::uint64_t> points_up_to_level(const Domain& domain);
 /// fewer. Bricks are numbered in raster order, x fastest.
 struct BrickGrid {
   Domain domain;
-  int edge = 2;
+  int edge = 2;  ///< root cubes
 
+  /// The edge of a brick in samples.
+  constexpr std::int64_t length() const { return std::int64_t{edge} * domain.cube_size; }
   constexpr std::int64_t bricks(int axis) const { return (domain.cubes(axis) + edge - 1) / edge; }
   constexpr std::int64_t count() const { return bricks(0) * bricks(1) * bricks(2); }
   constexpr std::int64_t layer_count() const { return bricks(0) * bricks(1); }
@@ -47,18 +49,17 @@ struct BrickGrid {
 
   /// All lattice points of a brick, including the faces that it shares with its neighbours.
   constexpr Box closed_box(Index3 position) const {
-    const std::int64_t length = std::int64_t{edge} * domain.cube_size;
     Box box;
     for (int axis = 0; axis < 3; ++axis) {
-      box.low[axis] = position[axis] * length;
-      box.high[axis] = std::min(box.low[axis] + length, domain.cubes(axis) * domain.cube_size);
+      box.low[axis] = position[axis] * length();
+      box.high[axis] = std::min(box.low[axis] + length(), domain.cubes(axis) * domain.cube_size);
     }
     return box;
   }
 
   /// The position along any one axis of the brick that owns the samples at this coordinate; see owned_box().
   constexpr std::int64_t owner(std::int64_t coordinate) const {
-    return coordinate == 0 ? 0 : (coordinate - 1) / (std::int64_t{edge} * domain.cube_size);
+    return coordinate == 0 ? 0 : (coordinate - 1) / length();
   }
 
   /// The samples that a brick owns: (low, high] of its closed box, clipped to the volume; the first brick

@@ -8,7 +8,7 @@ namespace tagrid {
 
 /// Reads ahead while a layer is encoded: as many slices as the next layer adds.
 inline EncodeBudget generous_encoding(const CodingParameters& parameters, int threads) {
-  return {threads, std::int64_t{parameters.brick_edge} * parameters.cube_size, 16 * std::int64_t{threads}};
+  return {threads, parameters.bricks().length(), 16 * std::int64_t{threads}};
 }
 
 /// Writes whole layers.
