@@ -67,8 +67,8 @@ struct VerifyCommand {
   }
 
   void tell(const VerifyResult& result, const std::string& files) const {
-    fmt::print("{}: {} bricks are intact; the grid of {} active points is conforming\n", printable(input),
-               result.bricks, result.active_points);
+    fmt::print("{}: {} {} intact; the grid of {} active points is conforming\n", printable(input),
+               result.bricks, result.bricks == 1 ? "brick is" : "bricks are", result.active_points);
     if (result.max_error)
       fmt::print("largest error against {}: {}\n", printable(original),
                  error_text(*result.max_error, result.header));

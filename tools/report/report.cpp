@@ -332,8 +332,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   line("rmse, psnr", index.total.max_error == 0 ? "0, lossless"
                      : std::isnan(a.psnr)       ? fmt::format("{:.4f}, no psnr", a.rmse)
                                                 : fmt::format("{:.4f}, {:.2f} dB", a.rmse, a.psnr));
-  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {} bricks", p.cube_size, p.brick_edge,
-                                 p.bricks().count()));
+  line("root cubes", fmt::format("edge {}, {} per edge of a brick, {} {}", p.cube_size, p.brick_edge,
+                                 p.bricks().count(), p.bricks().count() == 1 ? "brick" : "bricks"));
   line("criterion",
        fmt::format(
            "m = {}, field scale {:.6g} voxels per unit{}", p.accuracy, p.field_scale,
