@@ -15,6 +15,9 @@ if [ "${1:-}" = --long ]; then
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000
+  cmake --preset asan >/dev/null
+  cmake --build --preset asan --target tagrid
+  TAGRID_SANITIZED_PROGRAM=$PWD/build/asan/tagrid ctest --preset release -R "EveryCall|ConvertFault|Resume" --timeout 36000
   tools/same_bytes.sh --long
   tools/stream_test.sh
   tools/fuzz.sh --long 1
