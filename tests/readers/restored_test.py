@@ -213,7 +213,7 @@ class Restored(ReaderTest):
         self.assertEqual(self.files(), before | {"b.tag"})
 
     def test_a_source_that_changes_within_the_bound_is_not_removed(self):
-        self.write("tagrid-read-change", b"""#!/usr/bin/env python3
+        self.write("tagrid-read-change", b"""#!/usr/bin/python3
 import json, os, struct, sys
 def describe(path):
     with open(path + ".opened", "a+") as file:
