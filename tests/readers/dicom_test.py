@@ -287,7 +287,10 @@ class Dicom(ReaderTest):
         self.assertNotIn("with loss", self.messages)
 
     def lossy_source(self, path):
-        return self.encoded(path)[1]["source"]["pairs"].get("lossy source")
+        loss = self.encoded(path)[1]["source"]["pairs"].get("lossy source")
+        run = self.tagrid("restore", "out.tag", "-o", "back", "-f")
+        self.assertEqual(f"lost something to compression ({loss}), which the files may no longer say" in run.stderr, loss is not None)
+        return loss
 
     @unittest.skipIf(None in map(shutil.which, ("dcmcjpls", "opj_compress")), "there is no dcmcjpls (dcmtk) or opj_compress (libopenjp2-tools) on this machine")
     def test_a_loss_that_only_the_code_stream_tells_is_known(self):

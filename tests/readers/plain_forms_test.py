@@ -45,6 +45,9 @@ class PlainForms(ReaderTest):
         shutil.rmtree(self.folder / "back", ignore_errors=True)
         run = self.ok("restore", "out.tag", "-o", "back")
         self.assertIn(f"samples were compressed ({compression}), and are not now", run.stderr)
+        loss = info["source"]["pairs"].get("lossy source")
+        self.assertEqual("may no longer say" in run.stderr, loss is not None)
+        self.assertEqual("lost something to compression before" in self.ok("info", "out.tag").stdout, loss is not None)
         self.ok("verify", "out.tag", "--against", path, *options)
         return samples
 
@@ -137,6 +140,10 @@ class PlainForms(ReaderTest):
             truth = numpy.stack(truth)
             self.assertFalse((truth == smooth).all())
             self.assert_same(self.back("a.tif", "JPEG"), truth, options)
+            self.assertIn("had lost something to compression before: TIFF, JPEG", self.ok("info", "out.tag").stdout)
+            run = self.ok("restore", "out.tag", "-o", "back", "-f", "--json", "run.json")
+            self.assertIn("some had lost something to compression (TIFF, JPEG), which the files may no longer say", run.stderr)
+            self.assertEqual(json.loads((self.folder / "run.json").read_text())["settings"]["lossy_source"], "TIFF, JPEG")
             self.assert_same_tiff("a.tif", truth)
             self.assert_refused(64, "and come back uncompressed", "encode", "a.tif", "--rm", "-f", "-o", "x.tag")
         # Small numbers that mean white still do, and slices that have no loss stay as they are.

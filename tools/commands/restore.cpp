@@ -7,6 +7,7 @@
 
 #include "io/files/abandoned_files.h"
 #include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
 #include "pipeline/restore/restore.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/removed_originals.h"
@@ -45,6 +46,7 @@ struct RestoreCommand {
     settings["compression"] = result.kept.compression.empty()
                                   ? nlohmann::ordered_json(nullptr)
                                   : nlohmann::ordered_json(json_text(result.kept.compression));
+    settings["lossy_source"] = json_text_or_null(text_of_key(result.header.nrrd_fields, lossy_source_key));
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
                   achieved_json(result.header, result.index)});
     restored.commit();
@@ -107,13 +109,20 @@ struct RestoreCommand {
   void tell(const RestoreResult& result) const {
     const auto& [files, compression] = result.kept;
     const bool is_exact = result.header.parameters.is_exact();
+    // Often only the compression showed the loss, and that is gone.
+    const std::string loss = text_of_key(result.header.nrrd_fields, lossy_source_key);
     if (!compression.empty())
-      warn(run,
-           fmt::format(
-               "{}: {} {} not byte for byte what was encoded: samples were compressed ({}), and are not now",
-               output.path, named(files, &EnvelopeFile::is_changed),
-               std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
-               printable(compression)));
+      warn(
+          run,
+          fmt::format(
+              "{}: {} {} not byte for byte what was encoded: samples were compressed ({}), and are not now{}",
+              output.path, named(files, &EnvelopeFile::is_changed),
+              std::ranges::count_if(files, &EnvelopeFile::is_changed) == 1 ? "is" : "are",
+              printable(compression),
+              loss.empty() ? ""
+                           : fmt::format("; some had lost something to compression ({}), which the files "
+                                         "may no longer say, but the .tag file does",
+                                         printable(loss))));
     if (!is_exact && result.index.total.max_error > 0)
       warn(run,
            fmt::format("{}: the samples in {} were not kept exactly; they differ by up to {}", output.path,

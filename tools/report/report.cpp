@@ -318,6 +318,8 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   print_geometry(header, line);
   print_source(header, line);
   line("source files", source_files_text(file));
+  if (const std::string loss = text_of_key(header.nrrd_fields, lossy_source_key); !loss.empty())
+    line("", fmt::format("had lost something to compression before: {}", printable(loss)));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");
