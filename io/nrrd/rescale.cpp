@@ -36,6 +36,11 @@ double largest_slope(std::string_view nrrd_fields) {
   return largest > 0 ? largest : std::abs(rescale_of(nrrd_fields).slope);
 }
 
+Rescale rescale_of_bounds(std::string_view nrrd_fields) {
+  return has_slopes_of_slices(nrrd_fields) ? Rescale{.slope = largest_slope(nrrd_fields), .intercept = 0}
+                                           : rescale_of(nrrd_fields);
+}
+
 double error_in_samples(double error, const Rescale& rescale) {
   const double slope = std::abs(rescale.slope);
   double in_samples = error / slope;

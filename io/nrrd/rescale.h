@@ -18,6 +18,10 @@ bool has_slopes_of_slices(std::string_view nrrd_fields);
 /// or the largest of slice_slopes. Throws as above.
 double largest_slope(std::string_view nrrd_fields);
 
+/// The slope and intercept with which bounds on values become bounds on samples: those of rescale_of(), or the largest slope
+/// and no intercept if each slice has its own. Throws as above.
+Rescale rescale_of_bounds(std::string_view nrrd_fields);
+
 /// The largest error of samples that is at most `error` in values.
 double error_in_samples(double error, const Rescale& rescale);
 

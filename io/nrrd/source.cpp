@@ -8,6 +8,7 @@
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
+#include "io/nrrd/rescale.h"
 #include "io/samples/data_file.h"
 #include "io/samples/file_samples.h"
 #include "io/samples/joined.h"
@@ -143,6 +144,7 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const NrrdHeader header = read_header(*file);
   if (source.raw) check_against(*source.raw, header, header_name);
   SourceFacts facts{.info = header.info, .files = {path}};
+  facts.rescale = rescale_of_bounds(facts.info.nrrd_fields);
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
   if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);
   if (!file->peek(1).empty()) facts.holds_other_bytes = true;  // notes after the header

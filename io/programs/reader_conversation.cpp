@@ -9,6 +9,7 @@
 
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
 #include "io/programs/answers.h"
 #include "io/programs/places.h"
 #include "stages/volume/coding_parameters.h"
@@ -118,6 +119,8 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   ReaderVolume volume;
   volume.rescale = rescale_of(answer);
   volume.info = info_of(answer, volume.rescale);
+  // Lines that a writer was given say it themselves.
+  if (member(answer, "rescale").is_null()) volume.rescale = rescale_of_bounds(volume.info.nrrd_fields);
   volume.files = texts_in(answer, "files");
   if (volume.files.empty()) volume.files = {path};
   for (const std::string& file : volume.files)

@@ -44,6 +44,25 @@ class Nrrd(ReaderTest):
             self.assertFalse(info["restorable"])
             self.assertEqual(self.tagrid("verify", "out.tag", "--against", name).returncode, 0)
 
+    def test_bounds_are_for_values_in_what_decode_writes_too(self):
+        truth = volume()
+        for pairs, bound, range in (("rescale_slope:=-2.5\nrescale_intercept:=100\n", 4, "-900:100"),
+                                    ("slice_slopes:=1 2 -2.5 1 1\nslice_intercepts:=0 0 0 0 9\n", 4, "0:1000"), ("rescale_slope:=0\n", 10, "0:400")):
+            self.write("a.nrrd", truth, pairs)
+            for name in ("a.nrrd", "a.nhdr", "a.h5", "a.vdb"):
+                if name != "a.nrrd":
+                    self.assertEqual(self.tagrid("decode", "first.tag", "-o", name, "-f").returncode, 0)
+                self.assertEqual(self.tagrid("encode", name, "-o", "first.tag", "-f").returncode, 0)
+                info = self.encoded(name, "--max-error", "10", "--surface-error", "5", "--range", range)[1]
+                self.assertEqual((info["max_error"], info["surface_error"]), (bound, bound // 2), (name, pairs))
+                low, high = info["range"]
+                self.assertEqual((high - low), 400, (name, pairs))
+        with open(self.folder / "a.nrrd", "rb") as pipe:
+            self.write("a.nrrd", truth, "rescale_slope:=2.5\n")
+            run = subprocess.run([other_readers.PROGRAM, "encode", "-", "-o", "pipe.tag", "--max-error", "10"], cwd=self.folder, stdin=pipe)
+        self.assertEqual(run.returncode, 0)
+        self.assertIn("bound 4,", self.tagrid("info", "pipe.tag").stdout)
+
     def test_bzip2_in_every_way_that_raw_samples_can_lie(self):
         truth = volume((6, 9, 11))
         samples = truth.tobytes()
