@@ -247,7 +247,8 @@ Geometry geometry_of_qform(const Fields& fields) {
   Geometry geometry;
   const auto sizes = fields.numbers<4>(pixdim);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double size = axis == 2 && sizes[0] < 0 ? -sizes[3] : sizes[axis + 1];
+    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute value.
+    const double size = std::abs(sizes[axis + 1]) * (axis == 2 && sizes[0] < 0 ? -1 : 1);
     for (std::size_t row = 0; row < 3; ++row) geometry.directions[axis][row] = rotation[row][axis] * size;
   }
   geometry.origin = fields.numbers<3>(qoffset);

@@ -8,6 +8,7 @@ import itertools
 import json
 import pathlib
 import shutil
+import struct
 import subprocess
 import unittest
 
@@ -96,15 +97,24 @@ class Nifti(ReaderTest):
         def only_qform(header):
             header.set_sform(None, 0)
             header.set_qform(numpy.array([[0, 0, -2, 5], [0, 3, 0, 6], [4, 0, 0, 7], [0, 0, 0, 1]], "f8"), 1)
-        name = self.write("b.nii", volume("int16"), edit=only_qform)
+        # With an affine transform, nibabel would write that as an sform.
+        name = self.write("b.nii", volume("int16"), None, edit=only_qform)
         image = nibabel.load(self.folder / name)
+        self.assertEqual((image.header["sform_code"], image.header["qform_code"]), (0, 1))
         self.assert_affine(self.encoded(name)[1], image.header.get_qform())
 
         def left_handed(header):
             header.set_sform(None, 0)
             header.set_qform(oblique() @ numpy.diag([1, 1, -1, 1]), 1, strip_shears=True)
-        name = self.write("c.nii", volume("int16"), edit=left_handed)
+        name = self.write("c.nii", volume("int16"), None, edit=left_handed)
         self.assert_affine(self.encoded(name)[1], nibabel.load(self.folder / name).header.get_qform())
+
+        # The sizes of voxels must be positive; other readers take them for that, too.
+        content = bytearray((self.folder / name).read_bytes())
+        for at in (80, 88):  # pixdim[1] and [3]
+            struct.pack_into("<f", content, at, -struct.unpack_from("<f", content, at)[0])
+            (self.folder / "n.nii").write_bytes(content)
+            self.assert_affine(self.encoded("n.nii")[1], nibabel.load(self.folder / name).header.get_qform())
 
         def none(header):
             header.set_zooms((0.5, 0.25, 3))
