@@ -217,6 +217,13 @@ class Tiff(ReaderTest):
             head += struct.pack(order + "HHI", tag, type, count) + (struct.pack(order + "HH", value, 0) if type == 3 else struct.pack(order + "I", value))
         (self.folder / name).write_bytes(head + struct.pack("<I", 0) + packed)
 
+    def test_pages_that_are_to_be_turned_are_kept_as_stored_and_said(self):
+        truth = volume("uint16")
+        for orientation in (1, 2, 8):
+            tifffile.imwrite(self.folder / "a.tif", truth, photometric="minisblack", metadata=None, extratags=[(274, "H", 1, orientation, False)])
+            self.assert_same(self.encoded("a.tif")[0], truth)
+            self.assertEqual(f"a.tif: its pages are to be shown mirrored or turned (Orientation {orientation})" in self.messages, orientation != 1)
+
     def test_white_that_is_zero_is_said_and_kept(self):
         truth = volume("uint8", (19, 13)) & 15
         self.write_packed("a.tif", truth, 4, "<", meaning=0)

@@ -167,6 +167,7 @@ TiffPage TiffFile::current_page() {
   page.storage = name_of_storage(tiff, packed_bits);
   page.zero_is_white =
       value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;
+  page.orientation = value_of<std::uint16_t>(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
   const char* description = nullptr;
   if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &description) == 1 && description != nullptr)
     page.description = description;

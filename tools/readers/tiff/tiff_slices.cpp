@@ -46,6 +46,12 @@ class TiffSlices final : public ServedVolume {
       warnings.push_back(
           name_ +
           ": small numbers mean white in this TIFF image (WhiteIsZero); numbers are kept as they are");
+    const auto is_turned = [](const TiffPlane& plane) { return plane.page.orientation != 1; };
+    if (const auto turned = std::ranges::find_if(planes_, is_turned); turned != planes_.end())
+      warnings.push_back(fmt::format(
+          "{}: its pages are to be shown mirrored or turned (Orientation {}); rows and columns are kept as "
+          "they are stored",
+          name_, turned->page.orientation));
     if (volumes.calibration) calibrate(*volumes.calibration);
     for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
     memory += first.bytes();
