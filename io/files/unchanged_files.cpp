@@ -19,6 +19,15 @@ std::uint64_t UnchangedFiles::memory(const std::vector<std::string>& files) {
   return sum;
 }
 
+std::string UnchangedFiles::touched() const {
+  for (const auto& [path, was] : files_) {
+    const auto now = status_of(path);
+    if (now && (now->st_ctim.tv_sec != was.st_ctim.tv_sec || now->st_ctim.tv_nsec != was.st_ctim.tv_nsec))
+      return path;
+  }
+  return "";
+}
+
 void UnchangedFiles::require() const {
   for (const auto& [path, was] : files_) {
     const auto now = status_of(path);

@@ -73,6 +73,16 @@ struct EncodeResult {
   double times_read = 0;           ///< how often a sample was read for encoding, on average
 };
 
+/// Warns if a kept file may have been changed by a program that set its time back, unless a comparison follows.
+inline void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeResult& result) {
+  if (run.verified || !run.keep_files || run.options.strip) return;
+  if (const std::string touched = files.touched(); !touched.empty())
+    result.warnings.push_back(
+        touched +
+        ": was linked, given other rights, or changed with its time set back, while it was being read; "
+        "verify --against tells whether the .tag file is right");
+}
+
 using FinishedEncode = Finished<EncodeResult>;
 
 }  // namespace tagrid

@@ -261,6 +261,7 @@ class RunInParts {
         [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
     envelope.finish();
     files_.require();
+    warn_of_touched(run_, files_, result);
     const Bytes end = file_end(parameters(), result.index, position, checksum, parts.header_checksum());
     file.write_at(position, end);
     file.sync();

@@ -80,6 +80,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
       [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
   // Samples and other bytes must be those of the same files.
   if (run.keep_files) files.require();
+  warn_of_touched(run, files, result);
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();
@@ -194,6 +195,8 @@ void verify_encoding(const std::string& input, const SourceDescription& source, 
     }
   } catch (const BrokenInput& broken) {
     files.require();
+    if (const std::string touched = files.touched(); !touched.empty())
+      throw BrokenInput(touched + ": was changed while it was being read");
     throw std::runtime_error(std::string(broken.what()) + "; the input was kept");
   }
   files.require();

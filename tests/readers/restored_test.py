@@ -249,6 +249,51 @@ for request in map(json.loads, sys.stdin):
             (self.folder / "scan.tag").unlink(missing_ok=True)
         self.assertIn(65, codes)
 
+    def test_a_source_that_changes_with_its_time_set_back(self):
+        """It is never removed, and is not a bug of the program; without --rm, a warning says that a comparison is needed."""
+        self.write("tagrid-read-change", b"""#!/usr/bin/env python3
+import json, os, sys
+def change(path):
+    status = os.stat(path)
+    with open(path, "r+b") as file:
+        file.write(b"other")
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+def describe(path):
+    with open(path + ".opened", "a+") as file:
+        file.write("x")
+        if str(file.tell()) == os.environ["CHANGE_AT"]:
+            change(path)
+    places = {} if os.environ["CHANGE_AT"] == "slices" else {"places": [{"slices": 4}]}
+    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", **places}
+print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
+for request in map(json.loads, sys.stdin):
+    if request["request"] == "describe":
+        print(json.dumps(describe(request["path"])), flush=True)
+    else:
+        change("scan.change")
+        print(json.dumps({**request, "answer": "slices"}), flush=True)
+        sys.stdout.buffer.write(bytes(198 * (request["to"] - request["from"])))
+        sys.stdout.flush()
+""")
+        os.chmod(self.folder / "tagrid-read-change", 0o755)
+        codes = set()
+        for change_at, options in ((2, ["--rm"]), (3, ["--rm"]), (4, ["--rm"]), ("slices", []), ("slices", ["--resume"])):
+            self.write("scan.change", self.volume())
+            for old in ("scan.change.opened", "scan.tag"):
+                (self.folder / old).unlink(missing_ok=True)
+            run = subprocess.run([PROGRAM, "encode", "scan.change", *options], cwd=self.folder, text=True, stderr=subprocess.PIPE,
+                                 env=os.environ | {"TAGRID_READER_PATH": str(self.folder), "CHANGE_AT": str(change_at)})
+            if change_at == "slices":
+                self.assertEqual(run.returncode, 0, run.stderr)
+                self.assertIn("scan.change: was linked, given other rights, or changed with its time set back", run.stderr)
+                continue
+            codes.add(run.returncode)
+            if run.returncode != 0:
+                self.assertEqual(run.returncode, 65, run.stderr)
+                self.assertIn("scan.change: was changed while it was being read", run.stderr)
+            self.assertEqual((self.folder / "scan.change").exists(), run.returncode != 0)
+        self.assertIn(65, codes)
+
     def test_removal_and_verification_look_at_every_byte(self):
         self.dicom_series("overlay", False)
         before = {name: self.bytes(f"s/{name}") for name in self.files("s")}
