@@ -15,22 +15,12 @@ Needs NumPy; nothing else of tagrid does.
 import argparse
 import json
 import os
-import resource
 import subprocess
 import tempfile
 
 import numpy
 
-TYPES = {'uint8': 'u1', 'int8': 'i1', 'uint16': '<u2', 'int16': '<i2', 'uint32': '<u4', 'int32': '<i4',
-         'float32': '<f4', 'float64': '<f8'}
-
-
-def seconds_of(arguments):
-    """Runs a command, and returns the processor time that it took."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(arguments, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+from programs import TYPES, info_of, seconds_of
 
 
 def padded(samples, cube):
@@ -102,8 +92,7 @@ def main():
                 return json.load(file), seconds
 
         subprocess.run(encode + ['--grid-only'], check=True)
-        info = json.loads(subprocess.run([given.tagrid, 'info', '--json', tag], check=True,
-                                         stdout=subprocess.PIPE).stdout)
+        info = info_of(given.tagrid, tag)
         grid = run(['mesh', tag, '--padded', '-o', vtu])[0]['settings']
         error_of_grid = info['achieved']['max_error']
         subprocess.run(encode, check=True)

@@ -13,9 +13,7 @@ Needs VTK for Python (python3-vtk9); nothing else of tagrid does.
 """
 
 import argparse
-import json
 import os
-import resource
 import shlex
 import subprocess
 import tempfile
@@ -25,17 +23,9 @@ import numpy
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
+from programs import TYPES, info_of, seconds_of
+
 MOST_POINTS = 50000  # of one surface that are measured
-TYPES = {'uint8': 'u1', 'int8': 'i1', 'uint16': '<u2', 'int16': '<i2', 'uint32': '<u4', 'int32': '<i4',
-         'float32': '<f4', 'float64': '<f8'}
-
-
-def seconds_of(arguments):
-    """Runs a command, and returns the processor time that it took."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(arguments, check=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def best_of(repetitions, run):
@@ -113,8 +103,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         tag, raw, ply = (os.path.join(folder, name) for name in ('v.tag', 'v.raw', 'v.ply'))
         subprocess.run([given.tagrid, 'encode', given.volume, '-o', tag] + shlex.split(given.encode), check=True)
-        info = json.loads(subprocess.run([given.tagrid, 'info', '--json', tag], check=True,
-                                         stdout=subprocess.PIPE).stdout)
+        info = info_of(given.tagrid, tag)
         common = ['-T1', '-f', '-q']
         surface_command = [given.tagrid, 'surface', tag, f'--iso={given.iso}', '-o', ply] + common
         decode = best_of(given.repetitions,
