@@ -244,6 +244,20 @@ class PlainForms(ReaderTest):
             run = self.tagrid("encode", "two.tif", "-o", "none.tag", "-f", "-v")
             self.assertTrue(run.returncode == 65 or text in run.stderr, run.stderr)
 
+    def test_samples_that_lie_over_the_header_or_the_directory_do_not_change_them(self):
+        image = self.volume((40, 50), "uint8")
+        tags = [(256, 3, 50), (257, 3, 40), (258, 3, 8), (259, 3, 1), (262, 3, 1), (273, 4, 0), (277, 3, 1), (278, 3, 40), (279, 4, 2000)]
+        entries = b"".join(struct.pack("<HHII", tag, type, 1, value) for tag, type, value in tags)
+        for directory in (2000, 1000):
+            data = bytearray(image.tobytes()) + bytes(200)
+            data[:8] = struct.pack("<2sHI", b"II", 42, directory)
+            data[directory:directory + 6 + len(entries)] = struct.pack("<H", len(tags)) + entries + bytes(4)
+            (self.folder / "over.tif").write_bytes(data)
+            self.ok("encode", "over.tif", "-o", "out.tag", "-f", "--max-error", "9")
+            self.ok("restore", "out.tag", "-o", "back", "-f")
+            back = tifffile.imread(self.folder / "back/over.tif").astype(int)
+            self.assertLessEqual(abs(back - numpy.frombuffer(data[:2000], "uint8").reshape(40, 50)).max(), 9)
+
     # HDF5
 
     def write_hdf5(self, name, volume, refers=True, libver="earliest", userblock_size=0, track_order=False, **options):

@@ -250,6 +250,9 @@ std::optional<std::uint64_t> TiffFile::plain_place(const TiffPage& page) const {
     left -= wanted;
   }
   if (left > 0 || next > size_) return std::nullopt;
+  // Samples that may have an error must not be what the file is read by.
+  constexpr std::uint64_t header = 8;
+  if (begin < header || (page.directory >= begin && page.directory < next)) return std::nullopt;
   return begin;
 }
 
