@@ -36,7 +36,7 @@ std::vector<SourceRow> all_source_rows() {
       row("dataset", "PATH", "Which data set of a file that has several", &SourceOptions::dataset));
   rows.push_back(
       {"gaps-ok", group, "",
-       "Read a folder although numbers are missing in the names of its files, or images cannot be read",
+       "Read a folder although numbers are missing in the names of its files, or DICOM images cannot be read",
        set_gaps_ok});
   rows.push_back(row("vdb-grid", "NAME", "Name of the grid of an OpenVDB file, if it has several",
                      &SourceOptions::vdb_grid));
