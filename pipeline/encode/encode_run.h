@@ -80,7 +80,7 @@ inline void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, E
     result.warnings.push_back(
         touched +
         ": was linked, given other rights, or changed with its time set back, while it was being read; "
-        "verify --against tells whether the .tag file is right");
+        "compare the .tag file with the original");
 }
 
 using FinishedEncode = Finished<EncodeResult>;
