@@ -29,10 +29,16 @@ Sections parse_sections(std::string_view text) {
 }
 
 Sections read_sections(FileBytes& file) {
-  std::string text(largest_file + 1, '\0');
-  text.resize(file.read(reinterpret_cast<std::byte*>(text.data()), text.size()));
-  if (text.size() > largest_file)
-    throw BrokenInput(file.name() + ": is too long for the description of a volume");
+  constexpr std::size_t piece = std::size_t{1} << 14;
+  std::string text;
+  for (std::size_t read = piece; read == piece;) {
+    if (text.size() > largest_file)
+      throw BrokenInput(file.name() + ": is too long for the description of a volume");
+    const std::size_t known = text.size();
+    text.resize(known + piece);
+    read = file.read(reinterpret_cast<std::byte*>(text.data()) + known, piece);
+    text.resize(known + read);
+  }
   return parse_sections(text);
 }
 
