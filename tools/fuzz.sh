@@ -35,7 +35,7 @@ elif [ -z "$seconds" ]; then
   echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
-declare -A runs=([header]=150000 [brick]=4000 [index]=75000 [nrrd]=50000 [nifti]=30000 [metaimage]=40000 [vendors]=60000 [bmp]=100000 [record]=350000 [part]=100000 [numbers]=500000 [file]=4000)
+declare -A runs=([header]=150000 [brick]=4000 [index]=75000 [nrrd]=20000 [nifti]=8000 [metaimage]=40000 [vendors]=15000 [bmp]=100000 [record]=350000 [part]=100000 [numbers]=500000 [file]=4000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
 declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [bmp]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
 
