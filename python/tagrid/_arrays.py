@@ -61,19 +61,17 @@ def as_volume(data: Any) -> Any:
     array = data if is_lazy else np.asarray(data)
     checked_dtype(array.dtype)
     checked_shape(array.shape)
+    dims = getattr(array, "dims", None)
+    if isinstance(dims, tuple) and dims != ("z", "y", "x") and set(dims) == {"z", "y", "x"}:
+        raise ArgumentError(f"the axes of the array are {', '.join(dims)}, and those of a volume z, y, x; give "
+                            "array.transpose('z', 'y', 'x')")
     return array
 
 
 def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.float64]]]:
     """The affine matrix of a DataArray of xarray with coordinates along z, y and x; if they are no positions in the world, or
-    not even, the spacing, NaN where there is none. Of all others, nothing. ArgumentError: its axes are in another order."""
-    dims = getattr(data, "dims", None)
-    if dims != ("z", "y", "x"):
-        if isinstance(dims, tuple) and set(dims) == {"z", "y", "x"}:
-            raise ArgumentError(f"the axes of the array are {', '.join(dims)}, and those of a volume z, y, x; give "
-                                "array.transpose('z', 'y', 'x')")
-        return None, None
-    if not all(name in getattr(data, "coords", ()) for name in "zyx"):
+    not even, the spacing, NaN where there is none. Of all others, nothing."""
+    if getattr(data, "dims", None) != ("z", "y", "x") or not all(name in getattr(data, "coords", ()) for name in "zyx"):
         return None, None
     coordinates = [data.coords[name] for name in "zyx"]
     # What the engine "tagrid" says of them: positions, numbers of samples, or distances along axes that are turned.

@@ -150,6 +150,7 @@ class Xarray(Libraries):
             # Another order of axes would be another volume, unless it is taken back, as the message says.
             swapped = part.transpose("x", "y", "z")
             self.assertRaisesRegex(tagrid.ArgumentError, r"transpose\('z', 'y', 'x'\)", tagrid.encode, swapped)
+            self.assertRaises(tagrid.ArgumentError, tagrid.encode, swapped, spacing=(1, 2, 3))
             self.assertEqual(tagrid.encode(swapped.transpose("z", "y", "x")), tagrid.encode(part))
         turned = placed[:, [1, 0, 2, 3]]
         with self.open(tagrid.encode(self.samples, affine=turned)) as data:
