@@ -251,7 +251,7 @@ for request in map(json.loads, sys.stdin):
 
     def test_a_source_that_changes_with_its_time_set_back(self):
         """It is never removed, and is not a bug of the program; without --rm, a warning says that a comparison is needed."""
-        self.write("tagrid-read-change", b"""#!/usr/bin/env python3
+        self.write("tagrid-read-change", b"""#!/usr/bin/python3
 import json, os, sys
 def change(path):
     status = os.stat(path)

@@ -43,9 +43,7 @@ struct RestoreCommand {
     nlohmann::ordered_json settings = settings_json(parameters);
     settings["exact"] = parameters.is_exact();
     settings["files"] = result.kept.files.size();
-    settings["compression"] = result.kept.compression.empty()
-                                  ? nlohmann::ordered_json(nullptr)
-                                  : nlohmann::ordered_json(json_text(result.kept.compression));
+    settings["compression"] = json_text_or_null(result.kept.compression);
     settings["lossy_source"] = json_text_or_null(text_of_key(result.header.nrrd_fields, lossy_source_key));
     report.write({parameters.dims, parameters.type, settings, result.bytes_in, result.bytes_out,
                   achieved_json(result.header, result.index)});

@@ -29,8 +29,8 @@ struct TiffPage {
   double x_resolution = 0,
          y_resolution = 0;  ///< pixels in a unit, which TIFF files of volumes rarely name; 0: not given
   bool zero_is_white = false;
-  std::uint16_t orientation =
-      1;  ///< where its first row and column are to be shown; 1: at the top and at the left
+  /// Where its first row and column are to be shown; 1: at the top and at the left.
+  std::uint16_t orientation = 1;
   bool big_endian = false;
   std::uint64_t memory = 0;  ///< bytes that reading takes, besides the samples
 
