@@ -11,12 +11,13 @@ cmake --build --preset release
 # Many tests wait for processes that they have started.
 ctest --preset release -j "$((2 * $(nproc)))"
 if [ "${1:-}" = --long ]; then
-  TAGRID_LONG=1 ctest --preset release -R "RealVolumes|RealRates|Fault|EveryCall|VdbReader" --timeout 36000
+  TAGRID_LONG=1 ctest --preset release -R "RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/" --timeout 36000
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000
   cmake --preset asan >/dev/null
-  cmake --build --preset asan --target tagrid
+  cmake --build --preset asan --target tagrid tagrid-{read,write}-{hdf5,vdb} tagrid-read-{bmp,dicom,jp2,tiff}
+  TAGRID_LONG=1 ctest --preset asan -R readers/ --timeout 36000
   # Not forged files, whose memory sanitizers change, nor commands that are killed, which report nothing.
   TAGRID_SANITIZED_PROGRAM=$PWD/build/asan/tagrid ctest --preset release -R '^tools/' \
     -E 'tools/(Benchmark|Scale|Paper|Streams|Slurm|Documentation|Advice|ForgedFiles)|/Kill\.|WideOpenVdbVolumes' --timeout 36000

@@ -37,7 +37,8 @@ class MetaImage(ReaderTest):
         return name
 
     def test_every_type_byte_order_and_kind_of_file(self):
-        for (met, type), msb, packed, is_pair in itertools.product(TYPES.items(), (False, True), (False, True), (False, True)):
+        for (met, type), msb, packed, is_pair in other_readers.some(
+                itertools.product(TYPES.items(), (False, True), (False, True), (False, True)), 3):
             truth = volume(type)
             data = truth.astype(truth.dtype.newbyteorder(">" if msb else "<")).tobytes()
             data = zlib.compress(data) if packed else data

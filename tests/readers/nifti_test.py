@@ -55,7 +55,8 @@ class Nifti(ReaderTest):
         numpy.testing.assert_allclose(geometry["origin"], affine[:3, 3], rtol=1e-6, atol=1e-6)
 
     def test_every_type_version_byte_order_and_kind_of_file(self):
-        for type, version, order, name in itertools.product(TYPES, (1, 2), "<>", ("a.nii", "a.nii.gz", "a.img", "a.img.gz")):
+        for type, version, order, name in other_readers.some(
+                itertools.product(TYPES, (1, 2), "<>", ("a.nii", "a.nii.gz", "a.img", "a.img.gz")), 3):
             truth = volume(type)
             if type in ("uint8", "int8") and order == ">":
                 continue

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "io/formats/open_volume.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tagrid {
@@ -115,6 +116,7 @@ TEST_F(FormatFiles, WhatIsWrittenIsReadAgain) {
   const VolumeInfo info{{2, 3, 4}, SampleType::int16, {}, ""};
   const std::vector<std::byte> samples(48, std::byte{1});
   for (const Format* format : written_formats()) {
+    if (sanitized && format->name == "vdb") continue;  // its programs take minutes to compile with sanitizers
     const std::string name = path(std::string(format->name) + std::string(format->extensions.front()));
     const auto sink = create_volume(*format, name, info, {});
     EXPECT_EQ(sink->any_order(), format->any_order) << name;

@@ -250,8 +250,10 @@ Grid small_grid() {
 
 TEST_F(VdbReaderTest, EveryTruncationIsBroken) {
   // Every cut starts a process, so there are more of them only if time does not matter.
-  const std::size_t finer = std::getenv("TAGRID_LONG") != nullptr ? 10 : 1;
+  const bool few = std::getenv("TAGRID_LONG") == nullptr;
+  const std::size_t finer = few ? 1 : 10;
   for (const std::uint32_t compression : {0U, 1U, 6U}) {
+    if (few && compression == 1) continue;
     oracle::write_file(path("a.vdb"), {small_grid()}, compression);
     const std::string whole = content("a.vdb");
     for (std::size_t size = 8; size < whole.size();
@@ -266,7 +268,7 @@ TEST_F(VdbReaderTest, AnyDamageIsReadOrRefused) {
   constexpr std::uint64_t most = 1 << 20;
   std::mt19937_64 random(17);
   int read = 0, refused = 0;
-  const int files = std::getenv("TAGRID_LONG") != nullptr ? 1000 : 40;
+  const int files = std::getenv("TAGRID_LONG") != nullptr ? 1000 : 15;
   for (const std::uint32_t compression : {0U, 1U, 3U, 6U}) {
     oracle::write_file(path("a.vdb"), {small_grid()}, compression);
     const std::string whole = content("a.vdb");
