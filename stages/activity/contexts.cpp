@@ -141,8 +141,8 @@ void ForecastContexts::begin_pass(const Pass& pass) {
     return *slice;
   };
   const Surroundings surroundings(pass);
-  for (const Index3 step : surroundings.beside()) slice_of(step).beside.push_back(step);
-  for (const Index3 step : surroundings.around()) slice_of(step).around.push_back(step);
+  for (const Index3 step : surroundings.beside()) slice_of(step).beside.add(step);
+  for (const Index3 step : surroundings.around()) slice_of(step).around.add(step);
 }
 
 void ForecastContexts::look(std::int64_t y, std::int64_t z, std::size_t i) {
@@ -176,12 +176,12 @@ void ForecastContexts::look_near(std::int64_t y, std::int64_t z, std::size_t i) 
   for (const Slice& slice : slices_) {
     if (!slice.far_away && (surprises_.rows_around(y, z + slice.dz) & slice.rows) == 0) continue;
     any_near_ = true;
-    for (const Index3 step : slice.beside) {
+    for (const Index3 step : slice.beside.all()) {
       const NeighbourWord word(active_, y, z, i, step);
       more_beside.add(word.of(surprises_.more()));
       less_beside.add(word.of(surprises_.less()) & word.of(candidates_));
     }
-    for (const Index3 step : slice.around) {
+    for (const Index3 step : slice.around.all()) {
       const NeighbourWord word(active_, y, z, i, step);
       more_around.add(word.of(surprises_.more()));
       less_around.add(word.of(surprises_.less()));

@@ -54,7 +54,7 @@ class ForecastContexts {
     std::int64_t dz;
     Word rows;      ///< bit 32 + dy for the rows of these steps
     bool far_away;  ///< some row has no bit
-    std::vector<Index3> beside, around;
+    Surroundings::Steps beside, around;
   };
 
   Word at_border(std::int64_t y, std::int64_t z, std::size_t i) const;

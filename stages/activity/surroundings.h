@@ -16,6 +16,15 @@ namespace tagrid {
 /// it. Beside: points of the same class but another orientation that share a parent; cube centres have none.
 class Surroundings {
  public:
+  /// Steps to other points; no more than there can be around a point.
+  struct Steps {
+    std::array<Index3, 24> steps{};
+    std::size_t size = 0;
+
+    void add(Index3 step) { steps[size++] = step; }
+    std::span<const Index3> all() const { return std::span(steps).first(size); }
+  };
+
   Surroundings() = default;
   explicit Surroundings(const Pass& pass) {
     if (pass.odd_count == 3) of_cube_centre(pass.unit);
@@ -23,16 +32,10 @@ class Surroundings {
     if (pass.odd_count == 1) of_edge_midpoint(pass);
   }
 
-  std::span<const Index3> around() const { return std::span(around_.steps).first(around_.size); }
-  std::span<const Index3> beside() const { return std::span(beside_.steps).first(beside_.size); }
+  std::span<const Index3> around() const { return around_.all(); }
+  std::span<const Index3> beside() const { return beside_.all(); }
 
  private:
-  struct Steps {
-    std::array<Index3, 24> steps{};
-    std::size_t size = 0;
-    void add(Index3 step) { steps[size++] = step; }
-  };
-
   void of_cube_centre(std::int64_t u) {
     for (int axis = 0; axis < 3; ++axis)
       for (const std::int64_t far : {-3 * u, 3 * u})

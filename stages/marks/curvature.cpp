@@ -15,10 +15,15 @@ namespace {
 // (1,-2,1). They are exact: in 32 bits for integers of up to 16 bits, in 53 bits for heights.
 template <class Sum>
 struct RowSums {
-  std::vector<Sum> bb, db, bd, cb, bc, dd;
+  std::unique_ptr<Sum[]> all;
+  Sum *bb, *db, *bd, *cb, *bc, *dd;
 
-  void resize(std::size_t n) {
-    for (auto* v : {&bb, &db, &bd, &cb, &bc, &dd}) v->resize(n);
+  explicit RowSums(std::size_t n) : all(std::make_unique_for_overwrite<Sum[]>(6 * n)) {
+    Sum* next = all.get();
+    for (Sum** sums : {&bb, &db, &bd, &cb, &bc, &dd}) {
+      *sums = next;
+      next += n;
+    }
   }
 };
 
@@ -31,12 +36,12 @@ template <class T, class Sum>
 inline __attribute__((always_inline)) void sum_rows(const NineRows<T>& rows, std::int64_t n,
                                                     RowSums<Sum>& sums) {
   const auto& r = rows.at;
-  Sum* __restrict bb = sums.bb.data();
-  Sum* __restrict db = sums.db.data();
-  Sum* __restrict bd = sums.bd.data();
-  Sum* __restrict cb = sums.cb.data();
-  Sum* __restrict bc = sums.bc.data();
-  Sum* __restrict dd = sums.dd.data();
+  Sum* __restrict bb = sums.bb;
+  Sum* __restrict db = sums.db;
+  Sum* __restrict bd = sums.bd;
+  Sum* __restrict cb = sums.cb;
+  Sum* __restrict bc = sums.bc;
+  Sum* __restrict dd = sums.dd;
   TAGRID_INDEPENDENT
   for (std::int64_t i = 0; i < n; ++i) {
     const Sum b0 = r[0][i] + 4 * r[1][i] + r[2][i], d0 = r[2][i] - r[0][i];
@@ -58,12 +63,12 @@ template <class Sum>
 inline __attribute__((always_inline)) void finish_row(const RowSums<Sum>& sums, std::int64_t n, float scale,
                                                       const std::array<float*, 10>& out) {
   const float first = scale / 72, second = scale / 36, mixed = scale / 24;
-  const Sum* __restrict bb = sums.bb.data();
-  const Sum* __restrict db = sums.db.data();
-  const Sum* __restrict bd = sums.bd.data();
-  const Sum* __restrict cb = sums.cb.data();
-  const Sum* __restrict bc = sums.bc.data();
-  const Sum* __restrict dd = sums.dd.data();
+  const Sum* __restrict bb = sums.bb;
+  const Sum* __restrict db = sums.db;
+  const Sum* __restrict bd = sums.bd;
+  const Sum* __restrict cb = sums.cb;
+  const Sum* __restrict bc = sums.bc;
+  const Sum* __restrict dd = sums.dd;
   float* __restrict o[10];
   for (std::size_t c = 0; c < 10; ++c) o[c] = out[c];
   TAGRID_INDEPENDENT
@@ -89,9 +94,11 @@ CurvatureField::CurvatureField(const Box& points, std::int64_t distance_of_point
     : box(points), distance(distance_of_points), slices(kept_slices) {
   for (int axis = 0; axis < 3; ++axis) size[axis] = (box.size()[axis] - 1) / distance + 1;
   const auto count = static_cast<std::size_t>(slices * size.y * size.x);
-  for (auto& component : components) {
-    component = std::make_unique_for_overwrite<float[]>(count + padding);
-    std::fill_n(component.get() + count, padding, 0.0F);
+  all_ = std::make_unique_for_overwrite<float[]>(component_count * (count + padding));
+  float* next = all_.get();
+  for (float*& component : components) {
+    component = next;
+    next = std::fill_n(component + count, padding, 0.0F);
   }
 }
 
@@ -102,8 +109,8 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, std::int64
   assert(field.distance == 2 && samples.box.contains(box.grown(CurvatureField::halo)));
   const std::int64_t width = box.size().x + 2;
   const auto scale = static_cast<float>(field_scale);
-  RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums;
-  sums.resize(static_cast<std::size_t>(width));
+  RowSums<std::conditional_t<std::is_floating_point_v<T>, double, std::int32_t>> sums(
+      static_cast<std::size_t>(width));
   for (std::int64_t y = box.low.y; y <= box.high.y; y += 2) {
     NineRows<T> rows;
     for (int dz = -1; dz <= 1; ++dz)
@@ -112,7 +119,7 @@ TAGRID_VECTOR_CODE void evaluate_curvature(const Samples<T>& samples, std::int64
             samples.row(y + dy, z + dz) + (box.low.x - 1 - samples.box.low.x);
     sum_rows(rows, width, sums);
     std::array<float*, 10> target;
-    for (std::size_t c = 0; c < 10; ++c) target[c] = field.components[c].get() + field.row_offset(y, z);
+    for (std::size_t c = 0; c < 10; ++c) target[c] = field.components[c] + field.row_offset(y, z);
     finish_row(sums, field.size.x, scale, target);
   }
 }
@@ -121,8 +128,8 @@ void thin_out(const CurvatureField& from, std::int64_t z, CurvatureField& to) {
   assert(to.distance == 2 * from.distance && to.box == from.box);
   for (std::size_t c = 0; c < from.components.size(); ++c)
     for (std::int64_t y = to.box.low.y; y <= to.box.high.y; y += to.distance) {
-      const float* source = from.components[c].get() + from.row_offset(y, z);
-      float* target = to.components[c].get() + to.row_offset(y, z);
+      const float* source = from.components[c] + from.row_offset(y, z);
+      float* target = to.components[c] + to.row_offset(y, z);
       for (std::int64_t x = 0; x < to.size.x; ++x) target[x] = source[2 * x];
     }
 }

@@ -31,11 +31,11 @@ struct CurvatureField {
   /// Entries of a component that may be read beyond its last one, as vectors are read whole.
   static constexpr std::size_t padding = 16;
 
-  Box box;                ///< corners are multiples of the distance
-  std::int64_t distance;  ///< between points, an even number
-  std::int64_t slices;    ///< that are kept
-  Index3 size;            ///< points per axis of the box
-  std::array<std::unique_ptr<float[]>, component_count> components;  ///< slices * size.y * size.x each
+  Box box;                                         ///< corners are multiples of the distance
+  std::int64_t distance;                           ///< between points, an even number
+  std::int64_t slices;                             ///< that are kept
+  Index3 size;                                     ///< points per axis of the box
+  std::array<float*, component_count> components;  ///< slices * size.y * size.x each
 
   CurvatureField(const Box& points, std::int64_t distance_of_points, std::int64_t kept_slices);
 
@@ -50,6 +50,9 @@ struct CurvatureField {
   std::int64_t row_offset(std::int64_t y, std::int64_t z) const {
     return ((z - box.low.z) / distance % slices * size.y + (y - box.low.y) / distance) * size.x;
   }
+
+ private:
+  std::unique_ptr<float[]> all_;
 };
 
 /// Evaluates slice z of a field of distance 2. REQUIRES: samples.box contains field.box.grown(halo).

@@ -274,7 +274,7 @@ EndsOfSlice ends_of(const CurvatureField& field, const PointsOfSlice& points, fl
   slice.rise_scale = rise_scale;
   slice.stride = field.size.x;
   for (std::size_t c = 0; c < F::component_count; ++c)
-    slice.components[c] = field.components[static_cast<std::size_t>(components_of[number][c])].get();
+    slice.components[c] = field.components[static_cast<std::size_t>(components_of[number][c])];
   const std::int64_t start = (points.x0 - across - field.box.low.x) / field.distance;
   for (const std::size_t row : {0U, 1U})
     for (const std::size_t column : {0U, 1U}) {

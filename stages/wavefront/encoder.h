@@ -7,7 +7,8 @@
 #endif
 
 #include <array>
-#include <deque>
+#include <memory>
+#include <vector>
 
 #include "stages/wavefront/models.h"
 #include "stages/wavefront/wave.h"
@@ -18,6 +19,24 @@ namespace tagrid::HWY_NAMESPACE {
 /// Bits without a model: the low ones of large residuals.
 struct LowBits {
   std::int16_t low[wave_lanes], count[wave_lanes];
+};
+
+/// They are added from the first to the last, and taken from the last to the first.
+class LowBitsOfSteps {
+ public:
+  LowBits& add() {
+    if (size_ % chunk == 0) chunks_.push_back(std::make_unique_for_overwrite<LowBits[]>(chunk));
+    return chunks_.back()[size_++ % chunk];
+  }
+  const LowBits& take_last() {
+    --size_;
+    return chunks_[size_ / chunk][size_ % chunk];
+  }
+
+ private:
+  static constexpr std::size_t chunk = 64;
+  std::vector<std::unique_ptr<LowBits[]>> chunks_;
+  std::size_t size_ = 0;
 };
 
 class Encoder : Wave<true> {
@@ -122,7 +141,7 @@ class Encoder : Wave<true> {
         }
         if ((c.low & m) != 0) {
           lanes.low = static_cast<std::uint16_t>(c.low & m);
-          LowBits& low = low_bits_.emplace_back();
+          LowBits& low = low_bits_.add();
           for (int i = 0; i < wave_lanes; ++i) {
             low.count[i] = c.low_bits[i];
             low.low[i] = static_cast<std::int16_t>(c.turned[i] & ((1 << c.low_bits[i]) - 1));
@@ -187,16 +206,14 @@ class Encoder : Wave<true> {
       }
       state = (state / length << 16) + state % length + start;
     };
-    auto low = low_bits_.rbegin();
     for (std::int64_t e = 2 * s_.all_steps; e-- > 0;) {
       const IntervalLanes& lanes = buffers_.interval_lanes[e];
       if (lanes.coded == 0) continue;
       if (lanes.low != 0) {
+        const LowBits& low = low_bits_.take_last();
         for (int i = wave_lanes; i-- > 0;)
           if ((lanes.low >> i & 1) != 0)
-            push_one(static_cast<std::uint32_t>(low->low[i]) << (16 - low->count[i]),
-                     65536u >> low->count[i]);
-        ++low;
+            push_one(static_cast<std::uint32_t>(low.low[i]) << (16 - low.count[i]), 65536u >> low.count[i]);
       }
       for (int i = wave_lanes; i-- > 0;)
         if ((lanes.coded >> i & 1) != 0) {
@@ -214,15 +231,14 @@ class Encoder : Wave<true> {
     alignas(64) std::int32_t of_lane[2 * wave_lanes];
     std::memcpy(of_lane, all.data(), sizeof of_lane);
     I32 states[2] = {load32(of_lane), load32(of_lane + wave_lanes)};
-    auto low = low_bits_.rbegin();
     for (std::int64_t e = 2 * s.all_steps; e-- > 0;) {
       const IntervalLanes& lanes = b.interval_lanes[e];
       if (lanes.coded == 0) continue;
       I32& state = states[e & 1];
       if (lanes.low != 0) {
-        const I32 count = widen(load16(low->count)), room = set32(16) - count;
-        push(shift_left(widen(load16(low->low)), room), shift_left(set32(1), room), lanes.low, state, words);
-        ++low;
+        const LowBits& low = low_bits_.take_last();
+        const I32 count = widen(load16(low.count)), room = set32(16) - count;
+        push(shift_left(widen(load16(low.low)), room), shift_left(set32(1), room), lanes.low, state, words);
       }
       const I32 interval = load32(b.intervals[e].of_lane);
       const I32 start = zero_or(mask32(lanes.first), interval & set32(0xffff));
@@ -234,7 +250,7 @@ class Encoder : Wave<true> {
     std::memcpy(all.data(), of_lane, sizeof of_lane);
   }
 
-  std::deque<LowBits> low_bits_;
+  LowBitsOfSteps low_bits_;
 };
 
 }  // namespace tagrid::HWY_NAMESPACE

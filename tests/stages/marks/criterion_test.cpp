@@ -35,7 +35,7 @@ void put(const oracle::Edge& e, std::size_t lane, EdgeBatch& batch) {
 std::vector<bool> find_bent(std::span<const oracle::Edge> edges, const CriterionParameters& parameters) {
   const auto n = static_cast<std::int64_t>(edges.size());
   CurvatureField field({{0, 0, 0}, {2 * (n - 1), 2, 0}}, 2, 1);
-  for (auto& component : field.components) std::fill_n(component.get(), 2 * edges.size(), 0.0F);
+  for (float* component : field.components) std::fill_n(component, 2 * edges.size(), 0.0F);
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const oracle::Edge& e = edges[i];
     const std::size_t left = i, right = edges.size() + i;
