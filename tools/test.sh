@@ -11,7 +11,7 @@ cmake --build --preset release
 # Many tests wait for processes that they have started.
 ctest --preset release -j "$((2 * $(nproc)))"
 if [ "${1:-}" = --long ]; then
-  TAGRID_LONG=1 ctest --preset release -R "RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/" --timeout 36000
+  TAGRID_LONG=1 ctest --preset release -R "RealVolumes|RealRates|Fault|EveryCall|VdbReader|readers/|MemoryLimit|InstalledPrefix" --timeout 36000
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000

@@ -16,7 +16,7 @@ import unittest
 
 PROGRAM = pathlib.Path(sys.argv[1]).resolve()
 IS_SANITIZED = b"__asan_init" in PROGRAM.read_bytes()
-# Tests take hours if they must; see tools/test.sh.
+# Tests may take hours; see tools/test.sh.
 IS_LONG = "TAGRID_LONG" in os.environ
 # For tests of limits on memory.
 unless_sanitized = unittest.skipIf(IS_SANITIZED, "sanitizers take memory of their own")
