@@ -3,7 +3,7 @@
 # makes seeds from the golden files, and runs the targets, two at a time. Fails on any crash, hang or excess
 # of memory; the input is then in build/asan/findings and should go to tests/regressions/<target>/.
 #   tools/fuzz.sh [--seconds N] [--long HOURS] [TARGET ...]
-#     without       the same inputs every time, so that a change fails by what it did, not by chance: about 5 s a target
+#     without       the same inputs every time, so that a change fails by what it did, not by chance: a few seconds a target
 #     --seconds N   of every target, other inputs every time; what was learned stays in build/asan/corpus
 #     --long HOURS  the same in hours
 set -euo pipefail
@@ -35,7 +35,7 @@ elif [ -z "$seconds" ]; then
   echo "Addresses cannot be fixed here, so inputs differ from run to run."
 fi
 # Where the inputs are the same every time: how many.
-declare -A runs=([header]=150000 [brick]=4000 [index]=75000 [nrrd]=20000 [nifti]=8000 [metaimage]=40000 [vendors]=15000 [bmp]=100000 [record]=350000 [part]=100000 [numbers]=500000 [file]=4000)
+declare -A runs=([header]=75000 [brick]=2000 [index]=37500 [nrrd]=10000 [nifti]=4000 [metaimage]=20000 [vendors]=7500 [bmp]=50000 [record]=175000 [part]=50000 [numbers]=250000 [file]=2000)
 # Inputs of golden files are the largest there are; the rest is small, for many runs a second.
 declare -A longest=([header]=2048 [brick]=8192 [index]=4096 [nrrd]=4096 [nifti]=1024 [metaimage]=2048 [vendors]=2048 [bmp]=2048 [record]=1024 [part]=4096 [numbers]=64 [file]=8192)
 
