@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and runs every test.
+# Installs what is missing, builds, and runs the tests.
 #   tools/test.sh          the tests that take some minutes, two of them for the fuzzers
-#   tools/test.sh --long   also the tests that take hours
+#   tools/test.sh --long   every test, also those that take hours
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -14,8 +14,8 @@ Compares decoder.py, which was written from docs/format.md alone, with `tagrid d
 import gzip
 import hashlib
 import json
-import os
 import math
+import os
 import pathlib
 import random
 import struct
