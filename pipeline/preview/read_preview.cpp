@@ -5,6 +5,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <mutex>
 
 #include "io/files/errors.h"
@@ -18,6 +19,7 @@
 namespace tagrid {
 namespace {
 
+// The slice across an axis that was asked for, or the one in the middle.
 std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
   const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
   if (slice < 0 || slice >= dims[axis])
@@ -26,12 +28,24 @@ std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int a
   return slice;
 }
 
+// The first slice of a layer of bricks that is nearest to the middle, or the middle, if that is far away.
+std::int64_t quick_slice(const BrickGrid& bricks) {
+  const std::int64_t slices = bricks.domain.dims.z, middle = slices / 2;
+  std::int64_t best = 0;
+  for (std::int64_t layer = bricks.owner(middle); layer <= bricks.owner(middle) + 1; ++layer) {
+    const std::int64_t first = layer == 0 ? 0 : layer * bricks.length() + 1;
+    if (std::abs(first - middle) < std::abs(best - middle)) best = first;
+  }
+  return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;
+}
+
 // The samples of a panel.
 Region region_of(const Panel& panel) {
   Region region;
   region.box.low[panel.axis] = region.box.high[panel.axis] = panel.slice;
   for (const PanelAxis& a : {panel.across, panel.down}) {
-    region.box.high[a.axis] = a.samples - 1;
+    region.box.low[a.axis] = a.first;
+    region.box.high[a.axis] = a.first + a.samples - 1;
     region.step[a.axis] = a.step();
   }
   return region;
@@ -74,7 +88,7 @@ class LeafMap {
     const int cube_size = bricks_.domain.cube_size;
     for (int v = y.first; v < y.end; ++v)
       for (int u = x.first; u < x.end; ++u) {
-        const Place place = {{place_of(panel_.across, u), place_of(panel_.down, v), z_}, PanelAxis::parts};
+        const Place place = {{panel_.across.place(u), panel_.down.place(v), z_}, PanelAxis::parts};
         const BisectionStep leaf = leaf_at(brick.active, place, cube_size);
         pixels_[static_cast<std::size_t>(v) * static_cast<std::size_t>(panel_.across.pixels) +
                 static_cast<std::size_t>(u)] = {leaf.level, leaf_number(leaf)};
@@ -85,17 +99,13 @@ class LeafMap {
   struct Pixels {
     int first, end;
   };
-  // Where samples are left out, their bricks may be, too: then a pixel has the place of its sample.
-  static std::int64_t place_of(const PanelAxis& axis, int pixel) {
-    return axis.step() == 1 ? axis.place(pixel) : axis.number(pixel) * axis.step() * PanelAxis::parts;
-  }
   // Places do not decrease from pixel to pixel, and neither axis of the panel of z is reversed.
   static Pixels pixels_in(const PanelAxis& axis, const Box& owned) {
     const auto first_after = [&](std::int64_t place) {
       int low = 0, high = axis.pixels;
       while (low < high) {
         const int middle = (low + high) / 2;
-        if (place_of(axis, middle) > place)
+        if (axis.place(middle) > place)
           high = middle;
         else
           low = middle + 1;
@@ -114,24 +124,45 @@ class LeafMap {
   std::int64_t z_;
 };
 
-// The bricks of all slices, each once, and whether their grid is needed.
+// A brick that slices meet: whether its grid is needed, and how many of its slices across z.
 struct WantedBrick {
   std::int64_t id;
   bool with_grid;
+  std::int64_t slices;
 };
 
-std::vector<WantedBrick> wanted_bricks(const std::array<PreviewSlice, 3>& slices, const CodingParameters& p) {
-  std::vector<std::int64_t> ids, with_grid;
-  for (const PreviewSlice& slice : slices) {
-    const std::vector<std::int64_t> met = bricks_of(region_of(slice.panel), p.bricks());
-    ids.insert(ids.end(), met.begin(), met.end());
-    if (slice.panel.axis == 2 && p.stores_grid()) with_grid = met;
-  }
-  std::ranges::sort(ids);
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+// All parts of the volume that are read: the slices, and what the levels are drawn over if they are drawn.
+std::vector<PreviewSlice*> parts_of(PreviewContent& content, const CodingParameters& p) {
+  std::vector<PreviewSlice*> parts;
+  for (PreviewSlice& slice : content.slices) parts.push_back(&slice);
+  if (p.stores_grid()) parts.push_back(&content.levels);
+  return parts;
+}
+
+// The bricks of all parts, each once.
+std::vector<WantedBrick> wanted_bricks(PreviewContent& content, const CodingParameters& p) {
+  const BrickGrid bricks = p.bricks();
   std::vector<WantedBrick> wanted;
-  wanted.reserve(ids.size());
-  for (const std::int64_t id : ids) wanted.push_back({id, std::ranges::binary_search(with_grid, id)});
+  for (const PreviewSlice* part : parts_of(content, p)) {
+    const Region region = region_of(part->panel);
+    const bool with_grid = part == &content.levels;
+    for (const std::int64_t id : bricks_of(region, bricks))
+      wanted.push_back(
+          {id, with_grid,
+           with_grid ? all_slices : slices_until(region, bricks.owned_box(bricks.position(id)))});
+  }
+  std::ranges::sort(wanted, {}, &WantedBrick::id);
+  std::size_t count = 0;
+  for (const WantedBrick& brick : wanted) {
+    if (count == 0 || wanted[count - 1].id != brick.id) {
+      wanted[count++] = brick;
+      continue;
+    }
+    WantedBrick& before = wanted[count - 1];
+    before.with_grid |= brick.with_grid;
+    before.slices = std::max(before.slices, brick.slices);
+  }
+  wanted.resize(count);
   return wanted;
 }
 
@@ -140,12 +171,18 @@ struct Plan {
   std::uint64_t memory = 0;
 };
 
-Plan plan_preview(const std::array<PreviewSlice, 3>& slices, const CodingParameters& p,
-                  const Resources& resources, std::uint64_t besides) {
-  const Panel& levels = slices[2].panel;
-  std::uint64_t fixed = besides + static_cast<std::uint64_t>(p.bricks().count()) * 48;
-  for (const PreviewSlice& slice : slices)
-    fixed += sample_count(slice.panel) * (size_of(p.type) + sizeof(double));
+Plan plan_preview(PreviewContent& content, const CodingParameters& p, const Resources& resources,
+                  std::uint64_t besides) {
+  const Panel& levels = content.levels.panel;
+  std::uint64_t fixed = besides;
+  // Bricks are counted as if none was met twice, in a list that grows by copying.
+  for (const PreviewSlice* part : parts_of(content, p)) {
+    const Panel& panel = part->panel;
+    fixed += sample_count(panel) * (size_of(p.type) + sizeof(double));
+    fixed += static_cast<std::uint64_t>(p.bricks().bricks(panel.across.axis) *
+                                        p.bricks().bricks(panel.down.axis)) *
+             (3 * sizeof(WantedBrick) + sizeof(std::int64_t));
+  }
   if (p.stores_grid())
     fixed += static_cast<std::uint64_t>(levels.across.pixels) *
              static_cast<std::uint64_t>(levels.down.pixels) * sizeof(LeafPixel);
@@ -175,37 +212,42 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
   const CodingParameters& p = file.parameters();
   const Geometry geometry = geometry_of(file.header().nrrd_fields);
   PreviewContent content;
-  std::uint64_t total = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    PreviewSlice& slice = content.slices[static_cast<std::size_t>(axis)];
-    slice.panel = panel_of(p.dims, geometry.spacing, axis, chosen_slice(wishes, p.dims, axis), wishes.largest,
-                           wishes.least);
-    total += sample_count(slice.panel) * size_of(p.type);
+    Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;
+    panel = panel_of(p.dims, geometry.spacing, axis, chosen_slice(wishes, p.dims, axis), wishes.largest,
+                     wishes.least);
   }
-  const Plan plan = plan_preview(content.slices, p, resources, besides);
+  Panel& of_z = content.slices[2].panel;
+  if (of_z.leaves_out() && !wishes.slices[2]) of_z.slice = quick_slice(p.bricks());
+  content.levels.panel = of_z.leaves_out() ? detail_of(of_z) : of_z;
+  const Plan plan = plan_preview(content, p, resources, besides);
   content.memory = plan.memory;
-  for (PreviewSlice& slice : content.slices)
-    slice.samples.resize(sample_count(slice.panel) * size_of(p.type));
-  const Panel& of_levels = content.slices[2].panel;
+  const std::vector<PreviewSlice*> parts = parts_of(content, p);
+  std::uint64_t total = 0;
+  for (PreviewSlice* part : parts) {
+    part->samples.resize(sample_count(part->panel) * size_of(p.type));
+    total += part->samples.size();
+  }
+  const Panel& of_levels = content.levels.panel;
   if (p.stores_grid())
     content.leaves.resize(static_cast<std::size_t>(of_levels.across.pixels) *
                           static_cast<std::size_t>(of_levels.down.pixels));
   const LeafMap leaves(of_levels, p, content.leaves);
 
-  const std::vector<WantedBrick> wanted = wanted_bricks(content.slices, p);
+  const std::vector<WantedBrick> wanted = wanted_bricks(content, p);
   content.bricks = static_cast<std::int64_t>(wanted.size());
   std::mutex telling;
   std::uint64_t done = 0;
   oneapi::tbb::task_arena arena(plan.threads);
   arena.execute([&] {
     oneapi::tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
-      const auto [id, with_grid] = wanted[i];
-      const DecodedBrick brick =
-          decode_block(file.read(id), p, file.name(), with_grid ? Wanted::samples_and_grid : Wanted::samples);
+      const auto [id, with_grid, slices] = wanted[i];
+      const DecodedBrick brick = decode_block(file.read(id), p, file.name(),
+                                              with_grid ? Wanted::samples_and_grid : Wanted::samples, slices);
       std::uint64_t bytes = 0;
-      for (PreviewSlice& slice : content.slices)
-        bytes += copy_samples(brick, p, region_of(slice.panel), slice.samples.data(),
-                              strides_of(slice.panel, static_cast<std::int64_t>(size_of(p.type))));
+      for (PreviewSlice* part : parts)
+        bytes += copy_samples(brick, p, region_of(part->panel), part->samples.data(),
+                              strides_of(part->panel, static_cast<std::int64_t>(size_of(p.type))));
       if (with_grid) leaves.add(brick);
       if (!progress) return;
       const std::lock_guard lock(telling);

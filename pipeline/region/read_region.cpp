@@ -42,10 +42,13 @@ struct BrickDecoder {
   const Strides& strides;
 
   // Returns the number of bytes of samples that were stored.
-  std::uint64_t hand_out(const BrickBytes& block) const { return copy(decode(block)); }
+  std::uint64_t hand_out(const BrickBytes& block) const {
+    const BrickGrid bricks = parameters.bricks();
+    return copy(decode(block, slices_until(region, bricks.owned_box(bricks.position(block.id)))));
+  }
 
-  DecodedBrick decode(const BrickBytes& block) const {
-    return decode_block(block, parameters, name, Wanted::samples);
+  DecodedBrick decode(const BrickBytes& block, std::int64_t slices = all_slices) const {
+    return decode_block(block, parameters, name, Wanted::samples, slices);
   }
   std::uint64_t copy(const DecodedBrick& brick) const {
     return copy_samples(brick, parameters, region, out, strides);
@@ -77,6 +80,11 @@ std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& brick
     for (const std::int64_t y : met[1])
       for (const std::int64_t x : met[0]) ids.push_back(bricks.id({x, y, z}));
   return ids;
+}
+
+std::int64_t slices_until(const Region& region, const Box& owned) {
+  const std::int64_t last = region.sample(region.numbers_in(owned).high).z;
+  return std::clamp(last - owned.low.z + 1, std::int64_t{1}, owned.size().z);
 }
 
 std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
@@ -118,8 +126,12 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
     }
     if (!block) return;
     try {
+      if (!blocks.accepts) {
+        decoder.hand_out(*block);
+        return;
+      }
       const DecodedBrick brick = decoder.decode(*block);
-      if (!blocks.accepts || blocks.accepts(brick)) {
+      if (blocks.accepts(brick)) {
         decoder.copy(brick);
         return;
       }

@@ -48,6 +48,9 @@ struct Region {
 /// The numbers of the bricks that own a sample of the region, in increasing order.
 std::vector<std::int64_t> bricks_of(const Region& region, const BrickGrid& bricks);
 
+/// How many slices of the samples that a brick owns, from its first one, reach the last one of the region in it; at least one.
+std::int64_t slices_until(const Region& region, const Box& owned);
+
 /// The number of threads, at most `resources.threads`, that fit into the limit on memory, if there is one.
 /// Throws MemoryLimit if not even one does.
 int threads_for_reading(const CodingParameters& parameters, const Resources& resources);
@@ -57,7 +60,7 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 std::uint64_t copy_samples(const DecodedBrick& brick, const CodingParameters& parameters,
                            const Region& region, std::byte* out, const Strides& strides);
 
-/// Reads only the bricks of the region, and stores its samples, in the machine's byte order, according to
+/// Reads only the bricks of the region, decodes them no further than needed, and stores its samples, in the machine's byte order, according to
 /// `out` and `strides`. Other threads may read `file` at the same time. Throws BrokenInput, WorldError, and
 /// the exceptions of `progress`; some of the samples may then have been written. REQUIRES: the volume
 /// contains the region's box; steps are positive.

@@ -183,9 +183,9 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBit
                            const CodingParameters& parameters, Index3 brick, std::span<T> samples,
                            std::span<T> points, std::vector<std::uint8_t>& carried) {
   const Box owned = parameters.bricks().owned_box(brick);
-  assert(static_cast<std::int64_t>(samples.size()) == owned.count());
   if (parameters.mode == FileMode::voxels)
     return decode_brick_voxels<T>(bytes, owned, active, parameters, samples, carried);
+  assert(static_cast<std::int64_t>(samples.size()) == owned.count());
   assert(active.box() == parameters.bricks().closed_box(brick));
   Status status = decode_brick_points<T>(bytes, active, parameters, points);
   if (status.ok()) interpolate_owned<T>(points, active, parameters, brick, samples);

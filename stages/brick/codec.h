@@ -51,7 +51,7 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<cons
 /// values of the points of its closed box to `points`, x fastest: the values of active points are set, the
 /// others are not changed. `active` may be empty if activity_follows_values(). REQUIRES: `samples` and, for a
 /// file without voxels, `points` have room for every value. Bytes of the activity that the values carry, the first ones, are
-/// appended to `carried`.
+/// appended to `carried`. In a file with voxels, `samples` may have room for the first slices only: see decode_voxels().
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
                            const CodingParameters& parameters, Index3 brick, std::span<T> samples,

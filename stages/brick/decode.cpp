@@ -1,5 +1,8 @@
 #include "stages/brick/decode.h"
 
+#include <algorithm>
+#include <cassert>
+
 #include "stages/brick/codec.h"
 #include "stages/volume/sample_type.h"
 
@@ -15,9 +18,11 @@ std::span<T> samples_in(std::vector<std::byte>& bytes) {
 }  // namespace
 
 Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std::uint8_t> values,
-                    const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick) {
+                    const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick,
+                    std::int64_t slices) {
   const Index3 position = parameters.bricks().position(id);
   const bool values_first = activity_follows_values(parameters), grid = wanted == Wanted::samples_and_grid;
+  assert(slices > 0 && (!grid || slices == all_slices));
   Status status;
   std::vector<std::uint8_t> carried;
   brick = {};
@@ -36,7 +41,10 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
     };
     if (!values_first) decode_activity();
     if (!status.ok()) return;
-    brick.samples = bytes_of(bricks.owned_box(position));
+    Box returned = bricks.owned_box(position);
+    if (parameters.mode == FileMode::voxels)
+      returned.high.z = returned.low.z + std::min(slices, returned.size().z) - 1;
+    brick.samples = bytes_of(returned);
     if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
     status = decode_brick_values<T>(values, brick.active, parameters, position, samples_in<T>(brick.samples),
                                     samples_in<T>(brick.points), carried);

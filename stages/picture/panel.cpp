@@ -1,5 +1,6 @@
 #include "stages/picture/panel.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tagrid {
@@ -25,6 +26,19 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
           {across, dims[across], std::max(least, pixels(across)), false},
           {down, dims[down], std::max(least, pixels(down)), down == 2},
           std::min(pixels(across), pixels(down)) >= least};
+}
+
+Panel detail_of(const Panel& panel) {
+  double share = 1;
+  for (const PanelAxis& a : {panel.across, panel.down})
+    share = std::min(share, static_cast<double>(a.pixels) / static_cast<double>(2 * a.samples));
+  Panel detail = panel;
+  for (PanelAxis* a : {&detail.across, &detail.down}) {
+    const std::int64_t all = a->samples;
+    a->samples = std::max<std::int64_t>(1, static_cast<std::int64_t>(share * static_cast<double>(all)));
+    a->first += (all - a->samples) / 2;
+  }
+  return detail;
 }
 
 }  // namespace tagrid

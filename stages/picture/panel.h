@@ -12,27 +12,34 @@ namespace tagrid {
 /// Samples along one axis of a slice, in pixels.
 struct PanelAxis {
   int axis = 0;              ///< of the volume
-  std::int64_t samples = 1;  ///< of the volume along the axis
+  std::int64_t samples = 1;  ///< that the panel shows along the axis
   int pixels = 1;
-  bool reversed = false;  ///< The last sample comes first.
+  bool reversed = false;   ///< The last sample comes first.
+  std::int64_t first = 0;  ///< the first sample that the panel shows
 
   /// Distance of the samples that are read; 1 where every sample has a pixel.
   constexpr std::int64_t step() const { return std::max<std::int64_t>(1, samples / pixels); }
-  /// The number of samples that are read: 0, step(), 2 * step(), ...
+  /// The number of samples that are read: first, first + step(), first + 2 * step(), ...
   constexpr std::int64_t count() const { return (samples - 1) / step() + 1; }
 
   /// Parts of the distance of two samples in which positions are given.
   static constexpr std::int64_t parts = 256;
-  /// The place of the middle of a pixel, in parts. Each sample has the same length, of which it is the middle; in
+  /// The place of the middle of a pixel in the volume, in parts. Each sample has the same length, of which it is the middle; in
   /// the outer halves of the first and the last one, the place is that of the sample.
   constexpr std::int64_t place(int pixel) const {
     const std::int64_t p = reversed ? pixels - 1 - pixel : pixel;
-    return std::clamp((2 * p + 1) * samples * parts / (2 * pixels) - parts / 2, std::int64_t{0},
-                      (samples - 1) * parts);
+    return first * parts + std::clamp((2 * p + 1) * samples * parts / (2 * pixels) - parts / 2,
+                                      std::int64_t{0}, (samples - 1) * parts);
   }
   /// The sample that a pixel shows, counted among those that are read: the nearest one, where all are read.
   constexpr std::int64_t number(int pixel) const {
-    return std::min((place(pixel) + parts / 2) / parts, samples - 1) / step();
+    return std::min((place(pixel) + parts / 2) / parts - first, samples - 1) / step();
+  }
+  /// The pixel that shows the middle of a sample; outside of 0 .. pixels - 1 if the panel does not show it.
+  constexpr std::int64_t pixel_of(std::int64_t sample) const {
+    const std::int64_t numerator = (2 * (sample - first) + 1) * pixels, denominator = 2 * samples;
+    const std::int64_t p = numerator < 0 ? -1 : numerator / denominator;
+    return reversed ? pixels - 1 - p : p;
   }
 };
 
@@ -43,6 +50,9 @@ struct Panel {
   PanelAxis across, down;
   /// False if a side was too short, so that lengths across and down cannot be compared.
   bool to_scale = true;
+
+  /// True if samples of the slice are left out, since they are twice as many as pixels or more.
+  constexpr bool leaves_out() const { return across.step() > 1 || down.step() > 1; }
 };
 
 /// The panel of a slice, in its shape in the world. All panels of a volume have one scale, in which its longest extent has
@@ -51,5 +61,8 @@ struct Panel {
 /// has x to the right and z up; that of x has y to the right and z up.
 Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
                int largest, int least);
+
+/// The middle of a panel, enlarged to its size, so that each sample has two pixels or more.
+Panel detail_of(const Panel& panel);
 
 }  // namespace tagrid

@@ -16,10 +16,11 @@ namespace {
 
 template <class T, class Coder>
 bool run_pass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
-              const VoxelParameters& parameters, const T* original, T* result) {
+              const VoxelParameters& parameters, const T* original, T* result, std::int64_t slices) {
   if (bounds.surface_error < 0)
-    return VoxelPass<T, Coder, false>(coder, owned, activity, bounds, parameters).run(original, result);
-  return VoxelPass<T, Coder, true>(coder, owned, activity, bounds, parameters).run(original, result);
+    return VoxelPass<T, Coder, false>(coder, owned, activity, bounds, parameters)
+        .run(original, result, slices);
+  return VoxelPass<T, Coder, true>(coder, owned, activity, bounds, parameters).run(original, result, slices);
 }
 
 WaveBrick wave_brick(const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
@@ -55,14 +56,15 @@ Carrying encode_coded_brick(std::span<const T> samples, const Box& owned, const 
     out.push_back(coded_brick);
     RansEncoder coder(out);
     code_parameters<T>(coder, parameters);
-    run_pass(coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data());
+    run_pass(coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data(),
+             owned.size().z);
     coder.finish();
     return {};
   }
   WaveBrick brick = wave_brick(owned, activity, bounds, effort);
   brick.parameters = parameters;
   const std::size_t carried = append_wave(
-      brick, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>},
+      brick, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>, owned.size().z},
       [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); }, to_carry, out);
   return {to_carry != nullptr, carried};
 }
@@ -103,19 +105,20 @@ template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort,
                      std::vector<std::uint8_t>& carried) {
-  assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
+  const std::int64_t slices = slices_in(owned, samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
-  if (!bytes.empty() && bytes[0] == raw_brick) return decode_raw_brick(bytes, samples);
+  const auto count = static_cast<std::size_t>(owned.count());
+  if (!bytes.empty() && bytes[0] == raw_brick) return decode_raw_brick(bytes, count, samples);
   if (effort != Effort::best && !bytes.empty() && bytes[0] != constant_brick) {
     WaveBrick brick = wave_brick(owned, activity, bounds, effort);
     return read_wave(
-        bytes, brick, {samples.data(), write_row<T>},
+        bytes, brick, {samples.data(), write_row<T>, slices},
         [&](RansDecoder& coder) { return code_parameters<T>(coder, brick.parameters); }, carried);
   }
-  return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
+  return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
     VoxelParameters parameters;
     if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-    if (!run_pass<T>(coder, owned, activity, bounds, parameters, nullptr, samples.data()))
+    if (!run_pass<T>(coder, owned, activity, bounds, parameters, nullptr, samples.data(), slices))
       return Status::broken("values end too soon");
     return Status();
   });

@@ -35,7 +35,9 @@ Carrying encode_voxels(std::span<const T> samples, const Box& owned, const Latti
 /// Inverse of encode_voxels, for the same `owned`, `activity`, `bounds` and `effort`. Safe on any bytes.
 /// Returns an error if they end too soon, are not used up, or could not have been written by encode_voxels;
 /// otherwise samples are values of the type. After an error the content of `samples` is unspecified. Bytes that the code
-/// carries are appended to `carried`.
+/// carries are appended to `carried`. If `samples` has room for the first slices only, then only these are decoded: that takes
+/// less time, what the code has after them is not checked, and nothing is appended to `carried`.
+/// REQUIRES: `samples` has room for at least one slice, and for whole ones.
 template <class T>
 Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                      const VoxelBounds& bounds, std::span<T> samples, Effort effort,

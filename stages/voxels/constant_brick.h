@@ -4,18 +4,29 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "stages/entropy/rans_coder.h"
+#include "stages/grid/box.h"
 #include "stages/volume/numbers.h"
 #include "stages/volume/status.h"
 
 namespace tagrid {
 
 inline constexpr std::uint8_t constant_brick = 0, coded_brick = 1, raw_brick = 3;
+
+/// The number of slices that `samples` values, the first ones of a brick, fill.
+/// REQUIRES: at least one slice; whole ones; not more than the brick has.
+inline std::int64_t slices_in(const Box& owned, std::size_t samples) {
+  const Index3 size = owned.size();
+  const std::int64_t slices = static_cast<std::int64_t>(samples) / (size.x * size.y);
+  assert(slices > 0 && slices <= size.z && static_cast<std::size_t>(slices * size.x * size.y) == samples);
+  return slices;
+}
 
 /// Appends the values of a brick whose samples are all decoded as `value`.
 template <class T>
@@ -39,10 +50,10 @@ void append_raw_brick(std::span<const T> samples, std::vector<std::uint8_t>& out
       out.push_back(static_cast<std::uint8_t>(static_cast<std::make_unsigned_t<T>>(sample) >> (8 * byte)));
 }
 
-/// The inverse, for bytes that begin with raw_brick.
+/// The inverse, for bytes that begin with raw_brick. `samples`: the first ones of a brick of `count`.
 template <class T>
-Status decode_raw_brick(std::span<const std::uint8_t> bytes, std::span<T> samples) {
-  if (bytes.size() != 1 + samples.size_bytes())
+Status decode_raw_brick(std::span<const std::uint8_t> bytes, std::size_t count, std::span<T> samples) {
+  if (bytes.size() != 1 + count * sizeof(T))
     return Status::broken("values of a raw brick have the wrong size");
   const std::uint8_t* at = bytes.data() + 1;
   for (T& sample : samples) {
@@ -54,9 +65,10 @@ Status decode_raw_brick(std::span<const std::uint8_t> bytes, std::span<T> sample
 }
 
 /// Sets the samples of a constant brick. For other bricks it calls `decode`, a function of a RansDecoder that
-/// sets the samples and returns a Status. Safe on any bytes.
+/// sets the samples and returns a Status. `samples`: the first ones of a brick of `count`. Safe on any bytes.
 template <class T, class Decode>
-Status decode_brick_values(std::span<const std::uint8_t> bytes, std::span<T> samples, Decode decode) {
+Status decode_brick_values(std::span<const std::uint8_t> bytes, std::size_t count, std::span<T> samples,
+                           Decode decode) {
   if (bytes.empty()) return Status::broken("values are missing");
   if (bytes[0] == constant_brick) {
     if (bytes.size() != 1 + sizeof(T))
@@ -75,7 +87,8 @@ Status decode_brick_values(std::span<const std::uint8_t> bytes, std::span<T> sam
   RansDecoder coder(bytes.subspan(1));
   if (Status status = decode(coder); !status.ok()) return status;
   if (coder.exhausted()) return Status::broken("values end too soon");
-  if (!coder.finished()) return Status::broken("values are followed by other bytes");
+  if (samples.size() == count && !coder.finished())
+    return Status::broken("values are followed by other bytes");
   return {};
 }
 

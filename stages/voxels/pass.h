@@ -48,10 +48,10 @@ class VoxelPass {
     largest_ = static_cast<std::int32_t>((parameters.high - parameters.low) / step + 1);
   }
 
-  /// Returns false if the decoder has run out of bytes.
-  bool run(const T* original, T* result) {
+  /// Codes the first `slices` slices. Returns false if the decoder has run out of bytes.
+  bool run(const T* original, T* result, std::int64_t slices) {
     const Index3 size = owned_.size();
-    for (std::int64_t z = 0; z < size.z; ++z) {
+    for (std::int64_t z = 0; z < slices; ++z) {
       window_.begin_slice(z);
       for (std::int64_t y = 0; y < size.y; ++y, result += size.x, original += Coder::encoding ? size.x : 0) {
         window_.begin_row(y);

@@ -34,6 +34,7 @@ struct RowReader {
 struct RowWriter {
   void* samples;
   void (*write)(void* samples, std::int64_t first, std::int64_t count, const std::int16_t* from);
+  std::int64_t slices;  ///< rows of so many slices, the first ones, are wanted
 };
 
 /// A set of rows, by half and group: one bit a lane.
@@ -51,7 +52,8 @@ struct WaveCode {
 void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
                  const BytesToCarry& to_carry, WaveCode& code);
 
-/// Returns false if the code is not one of encode_wave(). `carried`: null if it carries nothing.
+/// Returns false if the code is not one of encode_wave(). `carried`: null if it carries nothing. Decoding ends with the slices
+/// that are wanted: if these are not all, the rest of the code is not looked at, and nothing is appended to `carried`.
 bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
                  std::span<const std::uint8_t> words, RowWriter samples, std::vector<std::uint8_t>* carried);
 

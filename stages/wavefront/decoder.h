@@ -38,7 +38,8 @@ class Decoder : Wave<false> {
       half_[1].state = load32(states + wave_lanes);
       words_ += sizeof states;
     }
-    const std::int64_t last = s.all_steps - 1;
+    const Schedule wanted({s.size.x, s.size.y, writer_.slices});
+    const std::int64_t last = wanted.all_steps - 1;
     for (std::int64_t group = 0, t = 0; t <= last; ++group) {
       begin_period(group);
       const std::int64_t end = std::min(t + s.period, last + 1);
@@ -53,7 +54,9 @@ class Decoder : Wave<false> {
       }
       finish_period(group);
     }
-    for (std::int64_t group = (last / s.period) + 1; group < s.all_groups + 2; ++group) finish_period(group);
+    for (std::int64_t group = (last / s.period) + 1; group < wanted.all_groups + 2; ++group)
+      finish_period(group);
+    if (writer_.slices < s.size.z) return true;
     return words_ == end_ && bits_.finished() && is_at_start(carried);
   }
 

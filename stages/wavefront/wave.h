@@ -240,10 +240,10 @@ class Wave {
   void finish_period(std::int64_t period) {
     for (int h = 0; h < 2; ++h) {
       const std::int64_t group = period - 1 - h, rows = s_.rows_of(h, group);
-      if (rows == 0) continue;
+      const std::int64_t z = s_.z_of(h, group), y = s_.y_of(group);
+      if (rows == 0 || z >= writer_.slices) continue;
       const Strip& strip = buffers_.strip;
       lanes_to_rows(half_[h].lines + group * s_.period, s_, strip);
-      const std::int64_t z = s_.z_of(h, group), y = s_.y_of(group);
       for (std::int64_t i = 0; i < rows; ++i)
         writer_.write(writer_.samples, (z * s_.size.y + y + i) * s_.size.x, s_.size.x, strip.row(i));
     }

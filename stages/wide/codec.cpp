@@ -54,10 +54,10 @@ class WidePass {
 
   /// Returns false if the decoder has run out of bytes, or if a sample needs an escape in a brick without
   /// escapes.
-  bool run(const T* original, const WideNumbers* numbers, T* result) {
+  bool run(const T* original, const WideNumbers* numbers, T* result, std::int64_t slices) {
     const Index3 size = owned_.size();
     std::size_t i = 0;
-    for (std::int64_t z = 0; z < size.z; ++z) {
+    for (std::int64_t z = 0; z < slices; ++z) {
       window_.begin_slice(z, z == 0 ? p_.first_slice : p_.others);
       for (std::int64_t y = 0; y < size.y; ++y) {
         window_.begin_row(y);
@@ -183,11 +183,14 @@ class WidePass {
 
 template <class T, class Coder>
 bool run_pass(Coder& coder, const Box& owned, const LatticeBits& activity, const WideBounds& bounds,
-              const WideParameters& p, const T* original, const WideNumbers* numbers, T* result) {
+              const WideParameters& p, const T* original, const WideNumbers* numbers, T* result,
+              std::int64_t slices) {
   if constexpr (sizeof(T) == 8)
     if (!p.fixed)
-      return WidePass<T, Int128, Coder>(coder, owned, activity, bounds, p).run(original, numbers, result);
-  return WidePass<T, std::int64_t, Coder>(coder, owned, activity, bounds, p).run(original, numbers, result);
+      return WidePass<T, Int128, Coder>(coder, owned, activity, bounds, p)
+          .run(original, numbers, result, slices);
+  return WidePass<T, std::int64_t, Coder>(coder, owned, activity, bounds, p)
+      .run(original, numbers, result, slices);
 }
 
 // A sample that is within the tightest bound of all others, if there is one.
@@ -236,8 +239,8 @@ Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const 
     out.push_back(coded_brick);
     RansEncoder coder(out);
     code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters);
-    if (!run_pass(coder, owned, activity, bounds, parameters, samples.data(), &numbers,
-                  reconstruction.data()))
+    if (!run_pass(coder, owned, activity, bounds, parameters, samples.data(), &numbers, reconstruction.data(),
+                  owned.size().z))
       continue;
     coder.finish();
     return {};
@@ -248,19 +251,21 @@ template <class T>
 Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
                           const WideBounds& bounds, std::span<T> samples, Effort effort,
                           std::vector<std::uint8_t>& carried) {
-  assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
+  const std::int64_t slices = slices_in(owned, samples.size());
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
     return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples, carried);
-  return decode_brick_values(bytes, samples, [&](RansDecoder& coder) {
-    WideParameters parameters;
-    if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
-      return Status::broken("values with impossible parameters");
-    const T* const no_original = nullptr;
-    if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr, samples.data()))
-      return Status::broken("values end too soon");
-    return Status();
-  });
+  return decode_brick_values(bytes, static_cast<std::size_t>(owned.count()), samples,
+                             [&](RansDecoder& coder) {
+                               WideParameters parameters;
+                               if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
+                                 return Status::broken("values with impossible parameters");
+                               const T* const no_original = nullptr;
+                               if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr,
+                                             samples.data(), slices))
+                                 return Status::broken("values end too soon");
+                               return Status();
+                             });
 }
 
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,

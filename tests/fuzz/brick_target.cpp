@@ -101,6 +101,20 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
   }
 }
 
+/// The first slices of a brick that can be decoded can be decoded alone.
+template <class T>
+void begins_the_same(Bytes values, const LatticeBits& active, const CodingParameters& p, Index3 position,
+                     const std::vector<T>& whole, std::int64_t number) {
+  if (p.mode == FileMode::grid) return;
+  const Index3 size = p.bricks().owned_box(position).size();
+  std::vector<T> samples(static_cast<std::size_t>(size.x * size.y * (1 + number % size.z))), points;
+  std::vector<std::uint8_t> carried;
+  claim(decode_brick_values<T>(values, active, p, position, samples, points, carried).ok(),
+        "the first slices of a brick can be decoded alone");
+  claim(std::memcmp(samples.data(), whole.data(), samples.size() * sizeof(T)) == 0,
+        "the first slices of a brick are the same alone");
+}
+
 }  // namespace
 
 void brick(Bytes bytes) {
@@ -119,7 +133,10 @@ void brick(Bytes bytes) {
     std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
-      return decode_brick_values<T>(values, active, p, position, samples, points, carried).ok();
+      const bool is_decoded =
+          decode_brick_values<T>(values, active, p, position, samples, points, carried).ok();
+      if (is_decoded) begins_the_same<T>(values, active, p, position, samples, head[8]);
+      return is_decoded;
     };
     if (values_first && !values.empty() && !decode_values()) return;
     activity.insert(activity.begin(), carried.begin(), carried.end());

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -58,7 +59,8 @@ class Drawing {
   Image draw() && {
     header();
     for (const std::size_t axis : {0, 1, 2}) grey_panel(placed(axis, places_.slices[axis]));
-    levels_panel(placed(2, places_.levels));
+    frame_of_detail(places_.slices[2]);
+    levels_panel({sheet_.content.levels, places_.levels.x, places_.levels.y});
     return std::move(image_);
   }
 
@@ -142,7 +144,28 @@ class Drawing {
       return is_outline(u, v) ? mixed(colour, background, outline_share) : colour;
     });
     marks_of_other_slices(at);
-    legend(at.x, caption(at, fmt::format("levels of the grid (cubes of {})", sheet_.cube_size)), deepest);
+    const std::string_view where = panel(2).leaves_out() ? "in the frame " : "";
+    legend(at.x, caption(at, fmt::format("levels of the grid {}(cubes of {})", where, sheet_.cube_size)),
+           deepest);
+  }
+
+  /// Around what the panel of levels shows of the slice, if that is not all.
+  void frame_of_detail(const SheetPlaces::Corner& at) {
+    const Panel &whole = panel(2), &detail = sheet_.content.levels.panel;
+    if (!whole.leaves_out() || sheet_.content.leaves.empty()) return;
+    struct Side {
+      int low, high;
+    };
+    const auto side = [](const PanelAxis& of_whole, const PanelAxis& of_detail) {
+      const auto pixel = [&](std::int64_t sample) {
+        return static_cast<int>(std::clamp<std::int64_t>(of_whole.pixel_of(sample), 0, of_whole.pixels - 1));
+      };
+      return Side{pixel(of_detail.first), pixel(of_detail.first + of_detail.samples - 1)};
+    };
+    const Side x = side(whole.across, detail.across), y = side(whole.down, detail.down);
+    const int width = x.high - x.low + 1, height = y.high - y.low + 1;
+    for (const int row : {y.low, y.high}) image_.fill(at.x + x.low, at.y + row, width, 1, bright);
+    for (const int column : {x.low, x.high}) image_.fill(at.x + column, at.y + y.low, 1, height, bright);
   }
 
   /// True if the tetrahedra of a level are so large that their outlines leave room for their colour.
@@ -154,16 +177,20 @@ class Drawing {
   /// Where the slices across the axes of this panel are.
   void marks_of_other_slices(const Placed& at) {
     const Panel& p = at.slice.panel;
-    const auto pixel = [&](const PanelAxis& axis) {
-      const std::int64_t slice = panel(static_cast<std::size_t>(axis.axis)).slice;
-      const int middle = static_cast<int>((2 * slice + 1) * axis.pixels / (2 * axis.samples));
-      return std::clamp(axis.reversed ? axis.pixels - 1 - middle : middle, 0, axis.pixels - 1);
+    // A detail need not show where the others are.
+    const auto pixel = [&](const PanelAxis& axis) -> std::optional<int> {
+      const std::int64_t at_slice = axis.pixel_of(panel(static_cast<std::size_t>(axis.axis)).slice);
+      if (at_slice < 0 || at_slice >= axis.pixels) return std::nullopt;
+      return static_cast<int>(at_slice);
     };
     const Colour across = axis_colours[static_cast<std::size_t>(p.across.axis)],
                  down = axis_colours[static_cast<std::size_t>(p.down.axis)];
-    const int x = at.x + pixel(p.across), y = at.y + pixel(p.down);
-    for (const int top : {at.y - tick - 1, at.bottom() + 1}) image_.fill(x - 1, top, 2, tick, across);
-    for (const int left : {at.x - tick - 1, at.right() + 1}) image_.fill(left, y - 1, tick, 2, down);
+    if (const auto x = pixel(p.across))
+      for (const int top : {at.y - tick - 1, at.bottom() + 1})
+        image_.fill(at.x + *x - 1, top, 2, tick, across);
+    if (const auto y = pixel(p.down))
+      for (const int left : {at.x - tick - 1, at.right() + 1})
+        image_.fill(left, at.y + *y - 1, tick, 2, down);
   }
 
   /// Writes a line below a panel, and returns the y of the next one.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <random>
 #include <set>
 
@@ -137,15 +138,51 @@ TEST_F(ReadPreview, APixelHasTheLevelOfTheLeafAtItsPlace) {
   EXPECT_GT(levels.size(), 3U);
 }
 
-TEST_F(ReadPreview, LevelsOfAFileWithFarMoreSamplesThanPixelsAreThoseOfItsBricks) {
+TEST_F(ReadPreview, WhereSamplesAreLeftOutTheLevelsAreThoseOfTheMiddle) {
   encode<std::uint8_t>({37, 45, 29}, small_bricks());
   PreviewWishes wishes;
-  wishes.largest = 3;  // bricks are left out
+  wishes.largest = 20;
   wishes.least = 1;
   const TagBricks file(source_);
   const PreviewContent content = read_preview(file, wishes, Resources(2), 0);
-  EXPECT_LT(content.bricks, 3 * 9 + 1);
+  expect_slices<std::uint8_t>(content);
+  const Panel &whole = content.slices[2].panel, &part = content.levels.panel;
+  ASSERT_TRUE(whole.leaves_out());
+  EXPECT_EQ(part.slice, whole.slice);
+  EXPECT_LT(part.across.samples, 10);
+  // Each sample of the part, from the whole volume, and a leaf of a brick there.
+  const auto samples = read_samples<std::uint8_t>(path("whole.nrrd"));
+  const std::vector<double> values = values_of(content.levels, SampleType::uint8);
+  for (std::int64_t y = 0; y < part.down.samples; ++y)
+    for (std::int64_t x = 0; x < part.across.samples; ++x) {
+      const Index3 p{part.across.first + x, part.down.first + y, part.slice};
+      EXPECT_EQ(values[static_cast<std::size_t>(y * part.across.samples + x)],
+                samples[static_cast<std::size_t>(file.parameters().domain().volume().offset(p))]);
+    }
+  ASSERT_EQ(content.leaves.size(), static_cast<std::size_t>(part.across.pixels * part.down.pixels));
   for (const LeafPixel& pixel : content.leaves) EXPECT_NE(pixel.leaf, 0U);
+}
+
+TEST_F(ReadPreview, OfALargeSliceTheFirstOneOfALayerOfBricksIsShownIfItIsNearTheMiddle) {
+  EncodeOptions options = small_bricks();
+  const auto slice_of = [&](std::int64_t slices, int largest, std::optional<std::int64_t> wish = {}) {
+    encode<std::uint8_t>({20, 20, slices}, options);
+    PreviewWishes wishes;
+    wishes.largest = largest;
+    wishes.least = 1;
+    wishes.slices[2] = wish;
+    const PreviewContent content = read_preview(TagBricks(source_), wishes, Resources(2), 0);
+    expect_slices<std::uint8_t>(content);
+    return content.slices[2].panel.slice;
+  };
+  // Layers of bricks own the slices 0 to 8, 9 to 16, 17 to 24, ...
+  EXPECT_EQ(slice_of(32, 8), 17);
+  EXPECT_EQ(slice_of(32, 300), 16);
+  EXPECT_EQ(slice_of(32, 8, 16), 16);
+  EXPECT_EQ(slice_of(41, 8), 20);   // 17 is 3 of 41 away
+  EXPECT_EQ(slice_of(121, 8), 57);  // instead of 60
+  EXPECT_EQ(slice_of(127, 8), 65);  // instead of 63
+  EXPECT_EQ(slice_of(3, 8), 1);
 }
 
 TEST_F(ReadPreview, AFileWithoutAGridHasNoLevels) {

@@ -78,6 +78,19 @@ RC_GTEST_PROP(Regions, EverySampleOfThemIsOwnedOnce, ()) {
   RC_ASSERT(count == n.x * n.y * n.z);
 }
 
+RC_GTEST_PROP(Regions, ReachTheirLastSampleOfABrickInAsManySlicesAsSaid, ()) {
+  const Region region = any_region();
+  const BrickGrid bricks = bricks_of_volume();
+  for (const std::int64_t id : bricks_of(region, bricks)) {
+    const Box owned = bricks.owned_box(bricks.position(id));
+    std::int64_t last = -1;
+    for_each_sample(region, [&](Index3, Index3 p) {
+      if (owned.contains(p)) last = std::max(last, p.z);
+    });
+    RC_ASSERT(slices_until(region, owned) == last - owned.low.z + 1);
+  }
+}
+
 TEST(Regions, OfAnEnormousStepHaveTheFirstSampleAlone) {
   constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
   const Region region{{{5, 6, 7}, {36, 44, 28}}, {most, most, most}};

@@ -12,7 +12,7 @@ namespace {
 
 PanelAxis any_axis() {
   return {0, *rc::gen::inRange<std::int64_t>(1, 5000), *rc::gen::inRange(1, 1000),
-          *rc::gen::arbitrary<bool>()};
+          *rc::gen::arbitrary<bool>(), *rc::gen::element<std::int64_t>(0, 1, 700)};
 }
 
 RC_GTEST_PROP(PanelAxes, EverySampleThatIsReadHasAPixelIfThereAreEnough, ()) {
@@ -33,10 +33,45 @@ RC_GTEST_PROP(PanelAxes, APixelShowsTheSampleNearestToItsMiddle, ()) {
     const double middle = (from_first + 0.5) * static_cast<double>(axis.samples) / axis.pixels - 0.5;
     const auto sample = static_cast<double>(axis.number(pixel) * axis.step());
     RC_ASSERT(std::abs(sample - middle) < 0.51 + static_cast<double>(axis.step() - 1));
-    const double place = static_cast<double>(axis.place(pixel)) / PanelAxis::parts;
+    const double place =
+        static_cast<double>(axis.place(pixel)) / PanelAxis::parts - static_cast<double>(axis.first);
     RC_ASSERT(std::abs(place - std::clamp(middle, 0.0, static_cast<double>(axis.samples - 1))) <
               1.01 / PanelAxis::parts);
   }
+}
+
+RC_GTEST_PROP(PanelAxes, ThePixelOfASampleIsAtItsMiddle, ()) {
+  const PanelAxis axis = any_axis();
+  for (std::int64_t sample = axis.first - 3; sample < axis.first + axis.samples + 3; ++sample) {
+    const std::int64_t pixel = axis.pixel_of(sample);
+    const bool is_shown = sample >= axis.first && sample < axis.first + axis.samples;
+    RC_ASSERT(is_shown == (pixel >= 0 && pixel < axis.pixels));
+    if (!is_shown) continue;
+    const double from_first = static_cast<double>(axis.reversed ? axis.pixels - 1 - pixel : pixel),
+                 middle = (static_cast<double>(sample - axis.first) + 0.5) * axis.pixels /
+                          static_cast<double>(axis.samples);
+    RC_ASSERT(middle >= from_first && middle < from_first + 1);
+  }
+}
+
+RC_GTEST_PROP(Panels, ADetailIsTheMiddleInTheSameShapeWithTwoPixelsASample, ()) {
+  const auto length = [] { return *rc::gen::inRange<std::int64_t>(1, 5000); };
+  const Panel whole = panel_of({length(), length(), length()}, {1, 1, *rc::gen::element(0.3, 1.0, 5.0)}, 2, 0,
+                               *rc::gen::inRange(50, 1000), *rc::gen::element(1, 24));
+  const Panel detail = detail_of(whole);
+  RC_ASSERT(!detail.leaves_out());
+  for (const auto& [a, b] : {std::pair(whole.across, detail.across), {whole.down, detail.down}}) {
+    RC_ASSERT(b.pixels == a.pixels && b.axis == a.axis && b.samples >= 1);
+    RC_ASSERT(2 * b.samples <= b.pixels || b.samples == 1);
+    const std::int64_t before = b.first, after = a.samples - b.first - b.samples;
+    RC_ASSERT(before >= 0 && after - before >= 0 && after - before <= 1);
+  }
+  // A side of few samples cannot have quite the same part of them.
+  const double across =
+                   static_cast<double>(detail.across.samples) / static_cast<double>(whole.across.samples),
+               down = static_cast<double>(detail.down.samples) / static_cast<double>(whole.down.samples);
+  RC_ASSERT(std::abs(across - down) <=
+            1.0 / static_cast<double>(whole.across.samples) + 1.0 / static_cast<double>(whole.down.samples));
 }
 
 TEST(PanelAxes, AxesOfTheLargestSizeFit) {

@@ -82,9 +82,12 @@ std::vector<std::uint8_t> encoded(const Brick<T>& brick, std::vector<T>& reconst
   return bytes;
 }
 
+// Of all slices, or of the first ones.
 template <class T>
-Status decoded(std::span<const std::uint8_t> bytes, const Brick<T>& brick, std::vector<T>& samples) {
-  samples.assign(brick.samples.size(), T{});
+Status decoded(std::span<const std::uint8_t> bytes, const Brick<T>& brick, std::vector<T>& samples,
+               std::int64_t slices = std::numeric_limits<std::int64_t>::max()) {
+  const Index3 size = brick.owned.size();
+  samples.assign(static_cast<std::size_t>(size.x * size.y * std::min(size.z, slices)), T{});
   std::vector<std::uint8_t> carried;
   return decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort, carried);
 }
@@ -133,6 +136,10 @@ void check_brick(const Brick<T>& brick) {
       }
   RC_ASSERT(decoded(bytes, brick, samples).ok());
   RC_ASSERT(samples == reconstruction);
+  for (std::int64_t slices = 1; slices < brick.owned.size().z; ++slices) {
+    RC_ASSERT(decoded(bytes, brick, samples, slices).ok());
+    RC_ASSERT(std::equal(samples.begin(), samples.end(), reconstruction.begin()));
+  }
   RC_ASSERT(encoded(brick, again) == bytes);
   check_carrying(brick, bytes);
 }
@@ -192,7 +199,8 @@ TEST_P(VoxelCodecEfforts, DamagedBytesAreDecodedOrRefusedWithoutHarm) {
     for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += sanitized ? 3 : 1) {
       auto damaged = bytes;
       damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ 1 << (bit % 8));
-      (void)decoded<std::int16_t>(damaged, brick, samples).ok();
+      const auto slices = static_cast<std::int64_t>(bit % 11);
+      (void)decoded<std::int16_t>(damaged, brick, samples, slices > 0 ? slices : edge).ok();
     }
   }
   std::mt19937 random(3);
@@ -202,7 +210,7 @@ TEST_P(VoxelCodecEfforts, DamagedBytesAreDecodedOrRefusedWithoutHarm) {
     std::vector<std::uint8_t> noise(random() % 600);
     for (auto& byte : noise) byte = static_cast<std::uint8_t>(random());
     if (!noise.empty()) noise[0] = 1;
-    (void)decoded<std::int16_t>(noise, brick, samples).ok();
+    (void)decoded<std::int16_t>(noise, brick, samples, 1 + i % 9).ok();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -40,8 +41,8 @@ class WideVoxelCodec : public testing::Test {
     encode_wide_voxels<T>(original, owned_, activity_, bounds, bytes, reconstruction_);
     return bytes;
   }
-  Status decode(std::span<const std::uint8_t> bytes, const WideBounds& bounds) {
-    decoded_.assign(static_cast<std::size_t>(owned_.count()), T{});
+  Status decode(std::span<const std::uint8_t> bytes, const WideBounds& bounds, std::int64_t slices = size.z) {
+    decoded_.assign(static_cast<std::size_t>(size.x * size.y * slices), T{});
     std::vector<std::uint8_t> carried;
     return decode_wide_voxels<T>(bytes, owned_, activity_, bounds, decoded_, Effort::normal, carried);
   }
@@ -77,6 +78,12 @@ TYPED_TEST(WideVoxelCodec, ActiveVoxelsKeepTheTighterBoundAndAllAreAsTheEncoderS
           EXPECT_TRUE(
               within(static_cast<double>(original[i]), static_cast<double>(this->decoded_[i]), bound));
         }
+    for (std::int64_t slices = 1; slices < size.z; ++slices) {
+      ASSERT_TRUE(this->decode(bytes, bounds, slices).ok());
+      EXPECT_TRUE(std::ranges::equal(this->decoded_,
+                                     std::span(this->reconstruction_).first(this->decoded_.size()),
+                                     [](auto a, auto b) { return identical(a, b); }));
+    }
     EXPECT_EQ(this->encode(original, bounds), bytes);
   }
 }
@@ -96,7 +103,7 @@ TYPED_TEST(WideVoxelCodec, DamagedBytesAreDecodedOrRefusedWithoutHarm) {
     for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += sanitized ? 11 : bit < 1200 ? 1 : 37) {
       auto damaged = bytes;
       damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ 1 << (bit % 8));
-      (void)this->decode(damaged, bounds).ok();
+      (void)this->decode(damaged, bounds, bit % 10 == 0 ? size.z : static_cast<std::int64_t>(bit % 10)).ok();
     }
     std::mt19937 random(3);
     for (int i = 0; i < (sanitized ? 100 : 300); ++i) {

@@ -130,6 +130,21 @@ TEST_F(PreviewCommand, TheLegendHasTheColoursOfTheLevels) {
   EXPECT_EQ(level, 16);
 }
 
+TEST_F(PreviewCommand, AFrameShowsOfWhichPartOfALargeSliceTheLevelsAre) {
+  constexpr Index3 dims{1700, 850, 3};
+  std::string samples(static_cast<std::size_t>(Box::of_size(dims).count()), '\1');
+  make_nrrd("large.nrrd", "type: uint8\nsizes: 1700 850 3\n", samples);
+  expect_ok(tagrid({"encode", "large.nrrd"}));
+  const PngPicture picture = preview("large.tag", {"--window", "0:1000"});
+  const SheetPlaces places = places_on_sheet(panels(dims, {850, 425, 1}));
+  // The samples are nearly black. 390 of 1700 samples have two pixels each; in the whole slice they begin at pixel 300.
+  const auto is_bright = [&](int u, int v) {
+    return picture.at(places.slices[2].x + u, places.slices[2].y + v)[0] > 200;
+  };
+  for (int u = 0; u < 780; ++u) EXPECT_EQ(is_bright(u, 195), u == 300 || u == 479) << u;
+  for (int v = 0; v < 390; ++v) EXPECT_EQ(is_bright(390, v), v == 150 || v == 239) << v;
+}
+
 TEST_F(PreviewCommand, WhatIsNotANumberHasAColourOfItsOwn) {
   std::vector<float> samples(30 * 30 * 30, 1);
   for (std::size_t i = 0; i < samples.size(); i += 3) samples[i] = static_cast<float>(i % 100);
