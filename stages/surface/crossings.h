@@ -60,8 +60,9 @@ class Crossings {
         }
   }
 
-  double value(BrickPoint p) const { return static_cast<double>(values_[number_of(p)]); }
+  double value(BrickPoint p) const { return value_at(number_of(p)); }
   Index3 place(BrickPoint p) const { return box_.low + points_[p]; }
+  bool is_alone(BrickPoint p) const { return (sides_[number_of(p)] & Sides::alone) != 0; }
 
   /// True if a tetrahedron with a NaN was left out.
   bool has_gaps() const { return has_gaps_; }
@@ -112,13 +113,28 @@ class Crossings {
       CrossedTetrahedron piece{packed(vertices), 0, true};
       for (unsigned i = 0; i < 4; ++i) {
         const std::uint32_t number = number_of(piece.vertices[i]);
-        T& value = values_[number];
-        if (whole.inside != 15 && (sides_[number] & Sides::active) == 0) value = field_.at(vertices[i]);
-        const bool is_inside = whole.inside == 15 || level_.is_inside(static_cast<double>(value));
-        piece.inside |= static_cast<unsigned>(is_inside) << i;
+        piece.inside |= static_cast<unsigned>(is_inside(whole, number, vertices[i])) << i;
       }
       if (piece.inside != 0 && (piece.inside != 15 || grid_.close)) pass_on(piece, visit);
     }
+  }
+
+  // Where the border of the volume cuts an edge or a face of a leaf, the field gives the value. It is rounded, and so decides on
+  // the side only if the ends of the edge, or the corners of the face, are not all on one.
+  bool is_inside(const CrossedTetrahedron& leaf, std::uint32_t number, Index3 place) {
+    if (leaf.inside == 15) return true;
+    if ((sides_[number] & Sides::active) != 0) return (sides_[number] & Sides::inside) != 0;
+    values_[number] = field_.at(place);
+    const std::array<Index3, 4> corners = places(leaf);
+    unsigned around = 0;
+    for (unsigned i = 0; i < 4; ++i) {
+      std::array<Index3, 4> part = corners;
+      part[i] = place;
+      around |= static_cast<unsigned>(six_volumes(part) != 0) << i;
+    }
+    const unsigned inside_of_them = leaf.inside & around;
+    if (inside_of_them == 0 || inside_of_them == around) return inside_of_them != 0;
+    return level_.is_inside(value_at(number));
   }
 
   // True if a leaf is left out because it has a NaN.
@@ -141,6 +157,8 @@ class Crossings {
     return {points_.point(v[0] - box_.low), points_.point(v[1] - box_.low), points_.point(v[2] - box_.low),
             points_.point(v[3] - box_.low)};
   }
+
+  double value_at(std::uint32_t number) const { return static_cast<double>(values_[number]); }
 
   std::span<T> values_;
   Box box_;

@@ -1,8 +1,10 @@
 #include "stages/surface/sides.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 
+#include "stages/surface/common_neighbours.h"
 #include "stages/volume/sample_type.h"
 
 namespace tagrid {
@@ -13,6 +15,22 @@ constexpr std::uint8_t some_outside = 1, some_inside = 2;
 // Bits x, x + 1 and x + 2 of a row, joined at bit x.
 std::uint64_t of_three(std::uint64_t word, std::uint64_t next) {
   return word | word >> 1 | next << 63 | word >> 2 | next << 62;
+}
+
+// Calls visit(point, number) for the points of a set of bits.
+template <class Visit>
+void for_each_set(const LatticeBits& bits, Visit visit) {
+  const Box& box = bits.box();
+  std::size_t row_start = 0;
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
+      for (std::size_t w = 0; w < bits.words_per_row(); ++w)
+        for (std::uint64_t rest = bits.row(y, z)[w]; rest != 0; rest &= rest - 1) {
+          const std::size_t x = 64 * w + static_cast<std::size_t>(std::countr_zero(rest));
+          visit(Index3{box.low.x + static_cast<std::int64_t>(x), y, z}, row_start + x);
+        }
+      row_start += static_cast<std::size_t>(box.size().x);
+    }
 }
 
 }  // namespace
@@ -28,7 +46,7 @@ Sides::Sides(std::span<const T> points, const LatticeBits& active_bits, const Su
              const SurfaceLevel& level)
     : of_point_(points.size()) {
   const Box& box = active_bits.box();
-  Cells cells = smallest_cells(active_bits, find_inside(points, active_bits, grid.last, level));
+  Cells cells = smallest_cells(active_bits, find_inside(points, active_bits, grid, level));
   for (std::int64_t edge = 2;; edge *= 2) {
     mark_crossed(cells, edge, box, grid);
     if (edge == grid.cube_size) return;
@@ -37,9 +55,11 @@ Sides::Sides(std::span<const T> points, const LatticeBits& active_bits, const Su
 }
 
 template <class T>
-LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& active_bits, Index3 last,
-                               const SurfaceLevel& level) {
+LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& active_bits,
+                               const SurfaceGrid& grid, const SurfaceLevel& level) {
   const Box& box = active_bits.box();
+  const Index3 last = grid.last;
+  bool any_equal = false;
   LatticeBits inside_bits(box);
   const auto place = [](std::int64_t at, std::int64_t high) -> std::uint8_t {
     return at == 0 || at == high ? border : at > high ? beyond : 0;
@@ -52,7 +72,9 @@ LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& act
         std::uint64_t found = 0;
         for (std::uint64_t rest = active_bits.row(y, z)[w]; rest != 0; rest &= rest - 1) {
           const std::size_t x = 64 * w + static_cast<std::size_t>(std::countr_zero(rest)), i = row_start + x;
-          const bool is_inside = level.is_inside(static_cast<double>(points[i]));
+          const auto value = static_cast<double>(points[i]);
+          const bool is_inside = level.is_inside(value);
+          any_equal |= value == level.value;
           of_point_[i] = static_cast<std::uint8_t>(
               of_row | place(box.low.x + static_cast<std::int64_t>(x), last.x) | (is_inside ? inside : 0));
           if (is_inside) found |= rest & -rest;
@@ -61,7 +83,60 @@ LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& act
       }
       row_start += static_cast<std::size_t>(box.size().x);
     }
+  if (any_equal) put_outside_those_alone(points, active_bits, grid, level, inside_bits);
   return inside_bits;
+}
+
+template <class T>
+void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
+                                    const SurfaceGrid& grid, const SurfaceLevel& level,
+                                    LatticeBits& inside_bits) {
+  // First all are found: whether a point is alone does not depend on others that are.
+  bool any = false;
+  for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
+    if (static_cast<double>(points[i]) != level.value || !is_alone(p, points, active_bits, grid)) return;
+    of_point_[i] |= alone;
+    any = true;
+  });
+  if (!any) return;
+  for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
+    if ((of_point_[i] & alone) == 0) return;
+    of_point_[i] = static_cast<std::uint8_t>(of_point_[i] & ~inside);
+    const auto x = static_cast<std::size_t>(p.x - inside_bits.box().low.x);
+    inside_bits.row(p.y, p.z)[x / 64] &= ~(std::uint64_t{1} << (x % 64));
+  });
+}
+
+template <class T>
+bool Sides::is_alone(Index3 p, std::span<const T> points, const LatticeBits& active_bits,
+                     const SurfaceGrid& grid) const {
+  const Box& box = active_bits.box();
+  const CommonNeighbours neighbours(active_bits, grid.cube_size);
+  const int axes = neighbours.are_along(0, p) + neighbours.are_along(1, p) + neighbours.are_along(2, p);
+  if (axes == 0) return false;
+  const T level = points[static_cast<std::size_t>(box.offset(p))];
+  // 0: outside. Beyond the volume, there is no surface. 1: of the level. 2: inside, or NaN, of which nothing is known.
+  const auto rank = [&](Index3 q) {
+    const auto i = static_cast<std::size_t>(box.offset(q));
+    if (points[i] != points[i]) return 2;
+    if ((of_point_[i] & (inside | beyond)) != inside) return 0;
+    return points[i] == level ? 1 : 2;
+  };
+  // Most have such a neighbour at a distance of one, which is found at once: no leaf passes between them.
+  for (int axis = 0; axis < 3; ++axis)
+    if (neighbours.are_along(axis, p))
+      for (const Index3 q : {p - unit_vector(axis), p + unit_vector(axis)})
+        if (active_bits.test(q) && rank(q) == 2) return false;
+  const auto holds = [&](std::span<const Index3> of_leaf) {
+    int not_outside = 0;
+    for (const Index3 q : of_leaf) {
+      const int r = rank(q);
+      if (r == 2) return true;
+      not_outside += r;
+    }
+    return not_outside >= std::min(axes, 2);
+  };
+  return !neighbours.any_leaf(p, holds);
 }
 
 Sides::Cells Sides::smallest_cells(const LatticeBits& active_bits, const LatticeBits& inside_bits) {

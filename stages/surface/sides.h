@@ -17,7 +17,8 @@ class Sides {
       inside = 2,                            ///< an active point that is inside
       border = 4,                            ///< an active point in the border of the volume
       beyond = 8,                            ///< an active point outside of the volume
-      crossed = 16;  ///< the centre of a cell that has active points on both sides, or whose border is wanted
+      crossed = 16,  ///< the centre of a cell that has active points on both sides, or whose border is wanted
+      alone = 32;    ///< an active point that is outside, because a surface around it would have no extent
 
   /// Finds all of them. See surface_of_brick().
   template <class T>
@@ -37,8 +38,14 @@ class Sides {
     std::vector<std::uint8_t> sides;  // 1: some active point is outside; 2: inside
   };
   template <class T>
-  LatticeBits find_inside(std::span<const T> points, const LatticeBits& active_bits, Index3 last,
+  LatticeBits find_inside(std::span<const T> points, const LatticeBits& active_bits, const SurfaceGrid& grid,
                           const SurfaceLevel& level);
+  template <class T>
+  void put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
+                               const SurfaceGrid& grid, const SurfaceLevel& level, LatticeBits& inside_bits);
+  template <class T>
+  bool is_alone(Index3 p, std::span<const T> points, const LatticeBits& active_bits,
+                const SurfaceGrid& grid) const;
   static Cells smallest_cells(const LatticeBits& active_bits, const LatticeBits& inside_bits);
   static Cells next_cells(const Cells& smaller);
   void mark_crossed(const Cells& cells, std::int64_t edge, const Box& box, const SurfaceGrid& grid);

@@ -77,6 +77,8 @@ SurfaceVertex vertex_on(BrickPoint a, BrickPoint b, const Crossings<T>& crossing
   if (b < a) std::swap(a, b);
   const std::uint32_t low = number_of(a), high = number_of(b);
   if (low == high) return {low, low, 0};
+  // Both ends may have the level if one is outside because it is alone: then there is nothing between them.
+  if (crossings.value(a) == crossings.value(b)) return {low, high, crossings.is_alone(a) ? 1.0 : 0.0};
   return {low, high, crossing(crossings.value(a), crossings.value(b), level)};
 }
 

@@ -1,7 +1,7 @@
 // The isosurface of the piecewise linear field in a brick.
 //
 // The leaf tetrahedra of the brick, cut at the border of the volume as a mesh is, are marched. A vertex of the grid is
-// inside or outside, which an exact comparison decides, so that the topology of the surface is a function of one bit
+// inside or outside, which exact comparisons decide, so that the topology of the surface is a function of one bit
 // for each vertex: within the volume, the surface of a conforming grid has no border, no matter how many values are
 // equal to the level.
 #pragma once
@@ -19,7 +19,9 @@ namespace tagrid {
 
 /// The surface that is wanted.
 struct SurfaceLevel {
-  /// In units of samples. A vertex of the grid is inside if its value is at least this.
+  /// In units of samples. A vertex of the grid is inside if its value is at least this; but if it is just this, and around the
+  /// vertex are no others inside but perhaps along lines, it is outside: a surface there would be a speck without an extent. What
+  /// is around a vertex is said in stages/surface/common_neighbours.h.
   double value = 0;
   /// A vertex is inside if its value is at most the level: samples fall where values rise.
   bool falling = false;
@@ -58,7 +60,8 @@ struct BrickSurface {
 /// The isosurface in a brick.
 ///
 /// A vertex lies where the linear interpolation between the ends of its edge, computed in doubles from the low end,
-/// reaches the level; at the finite end if one of them is infinite or NaN, and in the middle if both are infinite. If a
+/// reaches the level; at the finite end if one of them is infinite or NaN, and in the middle if both are infinite; at the inside
+/// end if both have the level. If a
 /// vertex of the grid has exactly the level, vertices of the surface on several edges lie there, and triangles between
 /// them have no area. A tetrahedron with a NaN has no triangles, unless the surface is closed: NaN is then outside.
 ///

@@ -221,6 +221,44 @@ void put(Field<T>& field, Index3 p, double value) {
   field.values[static_cast<std::size_t>(field.active.box().offset(p))] = static_cast<T>(value);
 }
 
+// All points are vertices of the grid; root cubes have 8 samples.
+Field<std::uint8_t> field_of_zeros(Index3 dims) {
+  Field<std::uint8_t> field{{dims, 8}, {}, {}};
+  field.active = LatticeBits(field.domain.padded());
+  for_each_point(field.domain.padded(), [&](Index3 p) { field.active.set(p); });
+  field.values.resize(static_cast<std::size_t>(field.domain.padded().count()));
+  return field;
+}
+
+TEST(Surface, OfSpecksOfExactlyTheLevelThereIsNone) {
+  // Inside of a root cube, on a face and on an edge of it, in the border of the volume, and beside what is cut off there.
+  const std::vector<std::vector<Index3>> specks = {{{4, 4, 4}},
+                                                   {{8, 4, 4}},
+                                                   {{8, 8, 4}},
+                                                   {{0, 4, 4}},
+                                                   {{17, 4, 4}},
+                                                   {{4, 16, 12}},
+                                                   {{3, 4, 4}, {4, 4, 4}, {5, 4, 4}}};
+  for (const auto& speck : specks)
+    for (const bool close : {false, true}) {
+      auto field = field_of_zeros({18, 18, 18});
+      for (const Index3 p : speck) put(field, p, 2);
+      EXPECT_TRUE(field.surface({2}, 1, close).triangles.empty()) << speck[0].x << " " << speck[0].y;
+      EXPECT_FALSE(field.surface({1.5}, 1, close).triangles.empty());
+      // If anything at them has more, they are part of its surface.
+      put(field, speck[0] + unit_vector(2), 3);
+      EXPECT_FALSE(field.surface({2}, 1, close).triangles.empty());
+    }
+}
+
+TEST(Surface, OfThickPartsOfExactlyTheLevelItIsThatOfALowerOne) {
+  auto field = field_of_zeros({18, 18, 18});
+  for_each_point(Box{{3, 5, 6}, {9, 11, 13}}, [&](Index3 p) { put(field, p, 2); });
+  const WholeSurface surface = field.surface({2}, 1);
+  EXPECT_GT(surface.triangles.size(), 500U);
+  EXPECT_TRUE(surface.named_triangles() == field.surface({1.5}, 1).named_triangles());
+}
+
 constexpr double infinity = std::numeric_limits<double>::infinity(),
                  nan = std::numeric_limits<double>::quiet_NaN();
 
