@@ -25,11 +25,22 @@ def add_to(report, study):
     uses_mpi = mpi.is_file() and shutil.which("mpirun") is not None
     what = "processes" if uses_mpi else "threads"
     free = free_cores(cores)
-    times = {}
-    for level in LEVELS:
-        for n in processes:
-            command = ["mpirun", "-n", n, "--oversubscribe", mpi] if uses_mpi else None
-            times[level, n] = measured(study, level, command, 1 if uses_mpi else n)
+
+    def times_of(path, times_each):
+        times = {}
+        for level in LEVELS:
+            for n in processes:
+                command = ["mpirun", "-n", n, "--oversubscribe", mpi] if uses_mpi else None
+                times[level, n] = measured(study, path, level, command, 1 if uses_mpi else n, times_each)
+        return times
+
+    times = times_of(study.foot.path, repetitions(study))
+    # The foot takes a tenth of a second today, less than the start of the processes.
+    large = study.tagrid.folder / "large.nrrd"
+    edge = 64 if study.quick else 512
+    study.tagrid.run("phantom", "--dims", f"{edge},{edge},{edge}", "-q", "-f", "-o", large)
+    times_of_large = times_of(large, min(3, repetitions(study)))
+    large.unlink()
     for level, name in LEVELS.items():
         number = f"Fig. {name[-2:]}: c" if name.startswith("fig") else "C"
         report.figure(name, f"{number}omputing time against the number of {what}, level {level}",
@@ -39,8 +50,14 @@ def add_to(report, study):
                       "loss.")
     report.table(f"The {study.foot.name}, {study.foot.path.name}: seconds of the run itself (with the start of the program)",
                  [what, *(f"level {level}" for level in LEVELS)],
-                 [(n, *(f"{times[level, n][0]:.3f} ({times[level, n][1]:.3f})" for level in LEVELS)) for n in processes])
-    claim(report, study, times, processes, what, cores, free)
+                 rows(times, processes))
+    report.table(f"A phantom of {edge} x {edge} x {edge} samples (tagrid phantom), likewise",
+                 [what, *(f"level {level}" for level in LEVELS)], rows(times_of_large, processes))
+    claim(report, times, times_of_large, processes, what, cores, free)
+
+
+def rows(times, processes):
+    return [(n, *(f"{times[level, n][0]:.3f} ({times[level, n][1]:.3f})" for level in LEVELS)) for n in processes]
 
 
 def free_cores(cores):
@@ -56,12 +73,12 @@ def repetitions(study):
     return 1 if study.quick else 5
 
 
-def measured(study, level, command, threads):
+def measured(study, path, level, command, threads, times_each):
     """Median seconds of the run as the program measures them, and of the whole process."""
     runs, wholes = [], []
-    for _ in range(repetitions(study)):
+    for _ in range(times_each):
         start = time.monotonic()
-        words = ["encode", study.foot.path, "--grid-only", "--max-level", level, "-T", threads, "-q", "-f", "--json", "-",
+        words = ["encode", path, "--grid-only", "--max-level", level, "-T", threads, "-q", "-f", "--json", "-",
                  "-o", study.tagrid.folder / "speed.tag"]
         runs.append(json.loads(study.tagrid.run(*words, program=command))["seconds"])
         wholes.append(time.monotonic() - start)
@@ -85,22 +102,27 @@ def plot(study, times, level, processes, what):
     return drawing.picture()
 
 
-def claim(report, study, times, processes, what, cores, free):
+def claim(report, times, times_of_large, processes, what, cores, free):
     first, last = processes[0], processes[-1]
-    gains = {level: times[level, first][0] / times[level, last][0] for level in LEVELS}
+
+    def gains(of):
+        return {level: of[level, first][0] / of[level, last][0] for level in LEVELS}
+
+    foot, large = gains(times), gains(times_of_large)
     if cores < 2 or free < FREE * cores:
         verdict = UNKNOWN
-    elif gains[15] >= GOOD * min(last, cores):
+    elif min(large.values()) >= GOOD * min(last, cores):
         verdict = HOLDS
     else:
-        verdict = PARTLY if gains[15] > 1 else FAILS
+        verdict = PARTLY if max(large.values()) > 1 else FAILS
     report.claim(10, "grids are made faster with more processors", verdict,
                  "This machine has {cores} cores, of which other programs left {free:.1f} when times were measured. {last} "
-                 "{what} are {six:.2f} times as fast as one at level 6, {nine:.2f} times at level 9 and {fifteen:.2f} times "
-                 "at level 15, the start of the program left out. With one of them, a run from start to end takes "
-                 "{whole_six:.3f} s at level 6, {outside_six:.3f} s of them to start and to end; at level 9 {whole_nine:.3f} "
-                 "s and {outside_nine:.3f} s.",
-                 cores=cores, free=free, last=last, what=what, six=gains[6], nine=gains[9], fifteen=gains[15],
-                 whole_six=times[6, first][1],
+                 "{what} are {six:.2f} times as fast as one at level 6 of the phantom, {nine:.2f} times at level 9 and "
+                 "{fifteen:.2f} times at level 15, the start of the program left out. The foot is small for today's "
+                 "processors: {foot_six:.2f}, {foot_nine:.2f} and {foot_fifteen:.2f} times. With one of them, a run on the "
+                 "foot from start to end takes {whole_six:.3f} s at level 6, {outside_six:.3f} s of them to start and to end; at level 9 "
+                 "{whole_nine:.3f} s and {outside_nine:.3f} s.",
+                 cores=cores, free=free, last=last, what=what, six=large[6], nine=large[9], fifteen=large[15],
+                 foot_six=foot[6], foot_nine=foot[9], foot_fifteen=foot[15], whole_six=times[6, first][1],
                  whole_nine=times[9, first][1], outside_six=times[6, first][1] - times[6, first][0],
                  outside_nine=times[9, first][1] - times[9, first][0])
