@@ -23,7 +23,7 @@ namespace {
 std::int64_t chosen_slice(const PreviewWishes& wishes, const Index3& dims, int axis) {
   const std::int64_t slice = wishes.slices[static_cast<std::size_t>(axis)].value_or(dims[axis] / 2);
   if (slice < 0 || slice >= dims[axis])
-    throw UsageError(fmt::format("slice {} = {}: is outside the volume, whose slices along {} are 0 to {}",
+    throw UsageError(fmt::format("slice {} = {} is outside the volume, whose slices along {} are 0 to {}",
                                  "xyz"[axis], slice, "xyz"[axis], dims[axis] - 1));
   return slice;
 }
@@ -218,8 +218,10 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
                      wishes.least);
   }
   Panel& of_z = content.slices[2].panel;
-  if (of_z.leaves_out() && !wishes.slices[2]) of_z.slice = quick_slice(p.bricks());
-  content.levels.panel = of_z.leaves_out() ? detail_of(of_z) : of_z;
+  // Without voxels, bricks are decoded as a whole.
+  if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)
+    of_z.slice = quick_slice(p.bricks());
+  content.levels.panel = of_z.leaves_out() && p.stores_grid() ? detail_of(of_z) : of_z;
   const Plan plan = plan_preview(content, p, resources, besides);
   content.memory = plan.memory;
   const std::vector<PreviewSlice*> parts = parts_of(content, p);

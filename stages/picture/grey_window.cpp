@@ -21,6 +21,17 @@ std::optional<double> majority(const std::vector<double>& values) {
   return 2 * count > values.size() ? std::optional(candidate) : std::nullopt;
 }
 
+// Whether there are fewer than eight different values.
+bool are_few(const std::vector<double>& values) {
+  std::vector<double> different;
+  for (const double value : values) {
+    if (std::ranges::find(different, value) != different.end()) continue;
+    different.push_back(value);
+    if (different.size() == 8) return false;
+  }
+  return true;
+}
+
 GreyWindow window_from(double low, double high) {
   if (low < high) return {low, high};
   // A large double has no other one within 1.
@@ -44,8 +55,12 @@ GreyWindow window_of(std::vector<double>& values) {
     return *at;
   };
   const std::size_t outside = values.size() / 200;
-  const double low = nth(outside);
-  return window_from(low, nth(values.size() - 1 - outside));
+  double low = nth(outside), high = nth(values.size() - 1 - outside);
+  if (padding && are_few(values)) {
+    low = std::min(low, *padding);
+    high = std::max(high, *padding);
+  }
+  return window_from(low, high);
 }
 
 }  // namespace tagrid

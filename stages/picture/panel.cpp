@@ -29,12 +29,14 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
 }
 
 Panel detail_of(const Panel& panel) {
-  double share = 1;
-  for (const PanelAxis& a : {panel.across, panel.down})
-    share = std::min(share, static_cast<double>(a.pixels) / static_cast<double>(2 * a.samples));
+  const auto share_of = [](const PanelAxis& a) {
+    return std::min(1.0, static_cast<double>(a.pixels) / static_cast<double>(2 * a.samples));
+  };
+  const double of_both = std::min(share_of(panel.across), share_of(panel.down));
   Panel detail = panel;
   for (PanelAxis* a : {&detail.across, &detail.down}) {
     const std::int64_t all = a->samples;
+    const double share = panel.to_scale ? of_both : share_of(*a);
     a->samples = std::max<std::int64_t>(1, static_cast<std::int64_t>(share * static_cast<double>(all)));
     a->first += (all - a->samples) / 2;
   }

@@ -62,7 +62,8 @@ struct Panel {
 Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
                int largest, int least);
 
-/// The middle of a panel, enlarged to its size, so that each sample has two pixels or more.
+/// The middle of a panel, enlarged to its size, so that each sample has two pixels or more. If the panel is not to scale, a side on
+/// which they have as many stays whole.
 Panel detail_of(const Panel& panel);
 
 }  // namespace tagrid

@@ -7,12 +7,12 @@ namespace tagrid {
 namespace {
 
 constexpr int glyph_width = 5, advance = glyph_width + 1;
-constexpr int glyphs_in_band = 16, glyphs = 96;
+constexpr int glyphs_in_band = 16, bands = 7;
 
 // The characters from ' ' on, sixteen beside each other; the last row is below the base line. Drawn for this
 // program.
 // clang-format off
-constexpr std::array<std::string_view, glyphs / glyphs_in_band * text_height> art = {
+constexpr std::array<std::string_view, bands * text_height> art = {
     // ! " # $ % & ' ( ) * + , - . /
     "..... ..#.. .#.#. .#.#. ..#.. ##... .##.. ..#.. ...#. .#... ..... ..... ..... ..... ..... ....#",
     "..... ..#.. .#.#. .#.#. .#### ##..# #..#. ..#.. ..#.. ..#.. ..#.. ..#.. ..... ..... ..... ....#",
@@ -66,10 +66,19 @@ constexpr std::array<std::string_view, glyphs / glyphs_in_band * text_height> ar
     "#...# #...# #.... .###. .#... #...# #...# #.#.# ..#.. #...# ..#.. ..#.. ..#.. ..#.. ...#. #...#",
     "####. .#### #.... ....# .#..# #..## .#.#. #.#.# .#.#. .#### .#... ..#.. ..#.. ..#.. ..... #...#",
     "#.... ....# #.... ####. ..##. .##.# ..#.. .#.#. #...# ....# ##### ...#. ..#.. .#... ..... #####",
-    "#.... ....# ..... ..... ..... ..... ..... ..... ..... .###. ..... ..... ..... ..... ..... .....",};
+    "#.... ....# ..... ..... ..... ..... ..... ..... ..... .###. ..... ..... ..... ..... ..... .....",
+    // micro
+    ".....",
+    ".....",
+    "#...#",
+    "#...#",
+    "#...#",
+    "#..##",
+    "###.#",
+    "#....",};
 // clang-format on
 
-constexpr int box = glyphs - 1;
+constexpr int box = 95, micro = 96;
 
 constexpr bool is_set(int glyph, int x, int y) {
   const auto& line = art[static_cast<std::size_t>(glyph / glyphs_in_band * text_height + y)];
@@ -80,10 +89,12 @@ constexpr bool is_set(int glyph, int x, int y) {
 template <class Use>
 void for_each_glyph(std::string_view text, Use use) {
   int number = 0;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
     if ((byte & 0xc0) == 0x80) continue;  // the rest of a character of UTF-8
-    use(number++, byte >= ' ' && byte < 0x7f ? byte - ' ' : box);
+    const std::string_view pair = text.substr(i, 2);
+    const bool is_micro = pair == "\xc2\xb5" || pair == "\xce\xbc";  // the sign, and the Greek letter
+    use(number++, is_micro ? micro : byte >= ' ' && byte < 0x7f ? byte - ' ' : box);
   }
 }
 

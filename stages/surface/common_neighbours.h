@@ -22,6 +22,9 @@ class CommonNeighbours {
 
   /// Whether neighbours along this axis are among them.
   bool are_along(int axis, Index3 vertex) const { return vertex[axis] % cube_size_ != 0; }
+  /// The number of such axes: 3 inside of a root cube, 2 on a face, 1 on an edge, 0 at a corner.
+  int axes(Index3 vertex) const { return are_along(0, vertex) + are_along(1, vertex) + are_along(2, vertex); }
+  bool is_vertex(Index3 p) const { return active_.test(p); }
 
   /// True if is_found(std::span<const Index3>) is true of any leaf at the vertex; it gets those of its other vertices that are
   /// common neighbours. Any bits are safe. REQUIRES: the box of the activity consists of whole root cubes and contains the vertex.

@@ -62,7 +62,6 @@ class Crossings {
 
   double value(BrickPoint p) const { return value_at(number_of(p)); }
   Index3 place(BrickPoint p) const { return box_.low + points_[p]; }
-  bool is_alone(BrickPoint p) const { return (sides_[number_of(p)] & Sides::alone) != 0; }
 
   /// True if a tetrahedron with a NaN was left out.
   bool has_gaps() const { return has_gaps_; }

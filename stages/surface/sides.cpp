@@ -4,7 +4,6 @@
 #include <bit>
 #include <cstddef>
 
-#include "stages/surface/common_neighbours.h"
 #include "stages/volume/sample_type.h"
 
 namespace tagrid {
@@ -91,13 +90,17 @@ template <class T>
 void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
                                     const SurfaceGrid& grid, const SurfaceLevel& level,
                                     LatticeBits& inside_bits) {
-  // First all are found: whether a point is alone does not depend on others that are.
+  // On edges of root cubes first, then on faces, which may meet such edges, then inside. All that a point is asked about lies in one
+  // root cube, so that every brick finds the same.
+  const CommonNeighbours neighbours(active_bits, grid.cube_size);
   bool any = false;
-  for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
-    if (static_cast<double>(points[i]) != level.value || !is_alone(p, points, active_bits, grid)) return;
-    of_point_[i] |= alone;
-    any = true;
-  });
+  for (int axes = 1; axes <= 3; ++axes)
+    for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
+      if (static_cast<double>(points[i]) != level.value || neighbours.axes(p) != axes) return;
+      if (!is_alone(p, points, active_bits.box(), neighbours, grid)) return;
+      of_point_[i] |= alone;
+      any = true;
+    });
   if (!any) return;
   for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
     if ((of_point_[i] & alone) == 0) return;
@@ -108,26 +111,25 @@ void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits
 }
 
 template <class T>
-bool Sides::is_alone(Index3 p, std::span<const T> points, const LatticeBits& active_bits,
+bool Sides::is_alone(Index3 p, std::span<const T> points, const Box& box, const CommonNeighbours& neighbours,
                      const SurfaceGrid& grid) const {
-  const Box& box = active_bits.box();
-  const CommonNeighbours neighbours(active_bits, grid.cube_size);
-  const int axes = neighbours.are_along(0, p) + neighbours.are_along(1, p) + neighbours.are_along(2, p);
-  if (axes == 0) return false;
+  const int axes = neighbours.axes(p);
   const T level = points[static_cast<std::size_t>(box.offset(p))];
-  // 0: outside. Beyond the volume, there is no surface. 1: of the level. 2: inside, or NaN, of which nothing is known.
+  // 0: outside. Beyond the volume, there is no surface. 1: of the level. 2: inside, or NaN around which no surface is closed.
   const auto rank = [&](Index3 q) {
     const auto i = static_cast<std::size_t>(box.offset(q));
-    if (points[i] != points[i]) return 2;
+    if (points[i] != points[i]) return grid.close ? 0 : 2;
     if ((of_point_[i] & (inside | beyond)) != inside) return 0;
+    // Of those that were found with this one, none depends on another.
+    if ((of_point_[i] & alone) != 0 && neighbours.axes(q) < axes) return 0;
     return points[i] == level ? 1 : 2;
   };
   // Most have such a neighbour at a distance of one, which is found at once: no leaf passes between them.
   for (int axis = 0; axis < 3; ++axis)
     if (neighbours.are_along(axis, p))
       for (const Index3 q : {p - unit_vector(axis), p + unit_vector(axis)})
-        if (active_bits.test(q) && rank(q) == 2) return false;
-  const auto holds = [&](std::span<const Index3> of_leaf) {
+        if (neighbours.is_vertex(q) && rank(q) == 2) return false;
+  return !neighbours.any_leaf(p, [&](std::span<const Index3> of_leaf) {
     int not_outside = 0;
     for (const Index3 q : of_leaf) {
       const int r = rank(q);
@@ -135,8 +137,7 @@ bool Sides::is_alone(Index3 p, std::span<const T> points, const LatticeBits& act
       not_outside += r;
     }
     return not_outside >= std::min(axes, 2);
-  };
-  return !neighbours.any_leaf(p, holds);
+  });
 }
 
 Sides::Cells Sides::smallest_cells(const LatticeBits& active_bits, const LatticeBits& inside_bits) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "stages/grid/lattice_bits.h"
+#include "stages/surface/common_neighbours.h"
 #include "stages/surface/surface.h"
 
 namespace tagrid {
@@ -18,7 +19,7 @@ class Sides {
       border = 4,                            ///< an active point in the border of the volume
       beyond = 8,                            ///< an active point outside of the volume
       crossed = 16,  ///< the centre of a cell that has active points on both sides, or whose border is wanted
-      alone = 32;    ///< an active point that is outside, because a surface around it would have no extent
+      alone = 32;    ///< an active point of exactly the level that is outside; see SurfaceLevel
 
   /// Finds all of them. See surface_of_brick().
   template <class T>
@@ -44,7 +45,7 @@ class Sides {
   void put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
                                const SurfaceGrid& grid, const SurfaceLevel& level, LatticeBits& inside_bits);
   template <class T>
-  bool is_alone(Index3 p, std::span<const T> points, const LatticeBits& active_bits,
+  bool is_alone(Index3 p, std::span<const T> points, const Box& box, const CommonNeighbours& neighbours,
                 const SurfaceGrid& grid) const;
   static Cells smallest_cells(const LatticeBits& active_bits, const LatticeBits& inside_bits);
   static Cells next_cells(const Cells& smaller);

@@ -69,17 +69,22 @@ double crossing(double a, double b, double level) {
     a /= 2, b /= 2, level /= 2;
     rise = b - a;
   }
-  return (level - a) / rise;
+  // A damaged grid may have both ends on one side.
+  return std::clamp((level - a) / rise, 0.0, 1.0);
 }
 
+// On an edge of the tetrahedron.
 template <class T>
-SurfaceVertex vertex_on(BrickPoint a, BrickPoint b, const Crossings<T>& crossings, double level) {
-  if (b < a) std::swap(a, b);
+SurfaceVertex vertex_on(CutEdge edge, const CrossedTetrahedron& t, const Crossings<T>& crossings,
+                        double level) {
+  if (t.vertices[edge.b] < t.vertices[edge.a]) std::swap(edge.a, edge.b);
+  const BrickPoint a = t.vertices[edge.a], b = t.vertices[edge.b];
   const std::uint32_t low = number_of(a), high = number_of(b);
   if (low == high) return {low, low, 0};
-  // Both ends may have the level if one is outside because it is alone: then there is nothing between them.
-  if (crossings.value(a) == crossings.value(b)) return {low, high, crossings.is_alone(a) ? 1.0 : 0.0};
-  return {low, high, crossing(crossings.value(a), crossings.value(b), level)};
+  const double first = crossings.value(a), second = crossings.value(b);
+  // Both ends may have the level, if one of them is outside because it is alone.
+  if (first == second) return {low, high, (t.inside >> edge.b & 1) != 0 ? 1.0 : 0.0};
+  return {low, high, crossing(first, second, level)};
 }
 
 // Calls visit() for the tetrahedra that are crossed, twice in the same order. They are found once, if they are few enough
@@ -142,10 +147,9 @@ BrickSurface surface_of_brick(std::span<T> points, const LatticeBits& active, co
     for_each_triangle(t, crossings, grid, [&](const std::array<CutEdge, 3>& triangle) {
       std::array<std::uint32_t, 3> corners;
       for (std::size_t i = 0; i < 3; ++i) {
-        const BrickPoint a = t.vertices[triangle[i].a], b = t.vertices[triangle[i].b];
-        corners[i] = number_of_middle(a, b);
+        corners[i] = number_of_middle(t.vertices[triangle[i].a], t.vertices[triangle[i].b]);
         if (numbers.is_first(corners[i]))
-          surface.vertices[numbers.number(corners[i])] = vertex_on(a, b, crossings, level.value);
+          surface.vertices[numbers.number(corners[i])] = vertex_on(triangle[i], t, crossings, level.value);
       }
       surface.triangles.push_back(corners);
     });

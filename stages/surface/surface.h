@@ -19,9 +19,10 @@ namespace tagrid {
 
 /// The surface that is wanted.
 struct SurfaceLevel {
-  /// In units of samples. A vertex of the grid is inside if its value is at least this; but if it is just this, and around the
-  /// vertex are no others inside but perhaps along lines, it is outside: a surface there would be a speck without an extent. What
-  /// is around a vertex is said in stages/surface/common_neighbours.h.
+  /// In units of samples. A vertex of the grid is inside if its value is at least this. It is outside, though, if its value is just
+  /// this, no neighbour has more, and no triangle at it has all corners inside: a surface there would be a speck without an extent.
+  /// Neighbours are those of stages/surface/common_neighbours.h; NaN counts as more, or as outside if the surface is closed. On
+  /// faces of root cubes, those that are so put outside on their edges no longer count; inside, those on faces and edges.
   double value = 0;
   /// A vertex is inside if its value is at most the level: samples fall where values rise.
   bool falling = false;
@@ -60,10 +61,9 @@ struct BrickSurface {
 /// The isosurface in a brick.
 ///
 /// A vertex lies where the linear interpolation between the ends of its edge, computed in doubles from the low end,
-/// reaches the level; at the finite end if one of them is infinite or NaN, and in the middle if both are infinite; at the inside
-/// end if both have the level. If a
-/// vertex of the grid has exactly the level, vertices of the surface on several edges lie there, and triangles between
-/// them have no area. A tetrahedron with a NaN has no triangles, unless the surface is closed: NaN is then outside.
+/// reaches the level; at the finite end if one of them is infinite or NaN, and in the middle if both are infinite; at the
+/// inside end if both have the level. If a vertex of the grid has exactly the level, vertices of the surface on several
+/// edges lie there, and triangles between them have no area. A tetrahedron with a NaN has no triangles, unless the surface is closed: NaN is then outside.
 ///
 ///   points  values at the points of active.box(), x fastest; those of the active ones are read, others may be replaced
 ///   active  activity of the closed box of a brick, root corners included. A prefix of it gives the surface of the

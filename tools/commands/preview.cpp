@@ -126,8 +126,9 @@ Action add_preview_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file; a pipe cannot be read in any order")->required();
   add_output_options(*command, state->output);
   command
-      ->add_option("--slice", state->slices,
-                   "The slice across an axis, instead of the one in the middle; may be given for each axis")
+      ->add_option(
+          "--slice", state->slices,
+          "The slice across an axis, instead of one in or near the middle; may be given for each axis")
       ->option_text("x=N|y=N|z=N")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->expected(1)

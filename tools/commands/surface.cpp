@@ -49,23 +49,28 @@ struct SurfaceCommand {
       warn(run, path +
                     ": slices of the source lie at unequal distances; in the surface all distances are "
                     "equal");
-    if (result.counts.triangles == 0)
-      warn(run, fmt::format("{}: the surface is empty: all values are on the same side of {}{}", path,
-                            options.iso, span_of_values(result)));
+    if (result.counts.triangles == 0) warn(run, path + ": the surface is empty: " + why_empty(result));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(fmt::format("{} vertices, {} triangles", result.counts.vertices, result.counts.triangles));
       say_line("coordinates: " + coordinates_text(result.header));
     }
   }
 
-  /// "; the samples of the scan lie between 0 and 255", in values.
-  static std::string span_of_values(const SurfaceResult& result) {
+  std::string why_empty(const SurfaceResult& result) const {
     const Rescale rescale = rescale_of(result.header.nrrd_fields);
     const double a = rescale.slope * result.index.total.low + rescale.intercept,
                  b = rescale.slope * result.index.total.high + rescale.intercept;
     const double low = std::min(a, b), high = std::max(a, b);
-    if (!std::isfinite(low) || !std::isfinite(high)) return "";
-    return fmt::format("; those of the scan lie between {:.6g} and {:.6g}", low, high);
+    const std::string one_side = fmt::format("all values are on the same side of {}", options.iso);
+    if (!std::isfinite(low) || !std::isfinite(high)) return one_side;
+    const std::string span = fmt::format("those of the scan lie between {:.6g} and {:.6g}", low, high);
+    const bool is_between = low < options.iso && options.iso <= high;
+    if (!is_between || options.level || !options.region.is_all()) return one_side + "; " + span;
+    // Voxels reach it, but the grid did not follow them.
+    return fmt::format(
+        "the vertices of the grid have no surface of {}, although {}; encode the scan with --range auto or "
+        "--mesh-error, so that the grid follows such small parts or differences",
+        options.iso, span);
   }
 
   nlohmann::ordered_json settings_of(const SurfaceResult& result) const {

@@ -30,9 +30,13 @@ std::string spacing_words(const Lengths& lengths) {
 }
 
 std::string error_words(const CodingParameters& p, const Statistics& total, const Rescale& rescale) {
-  if (p.mode == FileMode::voxels && p.is_exact()) return "lossless";
+  const std::string of_mesh =
+      p.mesh_error >= 0 ? fmt::format(", mesh within {}", short_number(p.mesh_error)) : "";
+  if (p.mode == FileMode::voxels && p.is_exact()) return "lossless" + of_mesh;
   std::string text = p.mode == FileMode::grid ? "grid only, " : "";
   text += p.max_error < 0 ? "no bound" : fmt::format("every voxel within {}", short_number(p.max_error));
+  if (p.surface_error >= 0) text += fmt::format(", active points within {}", short_number(p.surface_error));
+  text += of_mesh;
   text += fmt::format(", largest error {}", short_number(total.max_error));
   if (std::abs(rescale.slope) != 1) text += " (in stored samples)";
   const Achieved achieved = achieved_of(total);
@@ -82,14 +86,13 @@ std::string slice_caption(const Panel& panel, const Lengths& lengths) {
   const std::string unit = lengths.unit(panel.axis);
   if (unit != "samples")
     text += ", " + length_words(static_cast<double>(panel.slice) * lengths.spacing(panel.axis), unit);
+  if (!panel.to_scale) text += ", not to scale";
   return text;
 }
 
 std::string direction_caption(const Panel& panel) {
-  std::string text = fmt::format("{} to the right, {} {}", "xyz"[panel.across.axis], "xyz"[panel.down.axis],
-                                 panel.down.reversed ? "up" : "down");
-  if (!panel.to_scale) text += ", not to scale";
-  return text;
+  return fmt::format("{} to the right, {} {}", "xyz"[panel.across.axis], "xyz"[panel.down.axis],
+                     panel.down.reversed ? "up" : "down");
 }
 
 }  // namespace tagrid

@@ -26,7 +26,7 @@ std::vector<std::string> lines_about(const TagBricks& file);
 
 /// "12.5 mm", or "12.5 units" if the unit is unknown.
 std::string length_words(double length, const std::string& unit);
-/// "z = 20 of 0..59, 12.5 mm": the distance from the first slice.
+/// "z = 20 of 0..59, 12.5 mm": the distance from the first slice; and whether the panel is not to scale.
 std::string slice_caption(const Panel& panel, const Lengths& lengths);
 /// "x to the right, z up"
 std::string direction_caption(const Panel& panel);

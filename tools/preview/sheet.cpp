@@ -24,7 +24,8 @@ constexpr int margin = 16, cell = (sheet_width - 3 * margin) / 2;
 constexpr int small = 2, large = 3;
 constexpr int line_height = text_height * small + 8;
 constexpr int header_height = margin + text_height * large + 2 * line_height + 22;
-constexpr int tick = 8;
+constexpr int tick = 8;  // room for a mark
+constexpr int mark = 6;  // so that those of panels beside each other do not touch
 constexpr int caption_height = tick + 6 + 2 * line_height + 24;
 constexpr int highest_sheet = header_height + 2 * (cell + caption_height) + margin;
 
@@ -163,9 +164,16 @@ class Drawing {
       return Side{pixel(of_detail.first), pixel(of_detail.first + of_detail.samples - 1)};
     };
     const Side x = side(whole.across, detail.across), y = side(whole.down, detail.down);
-    const int width = x.high - x.low + 1, height = y.high - y.low + 1;
-    for (const int row : {y.low, y.high}) image_.fill(at.x + x.low, at.y + row, width, 1, bright);
-    for (const int column : {x.low, x.high}) image_.fill(at.x + column, at.y + y.low, 1, height, bright);
+    // A bright line on a dark one, to be seen on any grey.
+    const auto draw = [&](int thickness, Colour colour) {
+      const int beside = thickness / 2, left = at.x + x.low - beside, top = at.y + y.low - beside,
+                width = x.high - x.low + thickness, height = y.high - y.low + thickness;
+      for (const int row : {top, top + y.high - y.low}) image_.fill(left, row, width, thickness, colour);
+      for (const int column : {left, left + x.high - x.low})
+        image_.fill(column, top, thickness, height, colour);
+    };
+    draw(3, background);
+    draw(1, bright);
   }
 
   /// True if the tetrahedra of a level are so large that their outlines leave room for their colour.
@@ -186,11 +194,11 @@ class Drawing {
     const Colour across = axis_colours[static_cast<std::size_t>(p.across.axis)],
                  down = axis_colours[static_cast<std::size_t>(p.down.axis)];
     if (const auto x = pixel(p.across))
-      for (const int top : {at.y - tick - 1, at.bottom() + 1})
-        image_.fill(at.x + *x - 1, top, 2, tick, across);
+      for (const int top : {at.y - mark - 1, at.bottom() + 1})
+        image_.fill(at.x + *x - 1, top, 2, mark, across);
     if (const auto y = pixel(p.down))
-      for (const int left : {at.x - tick - 1, at.right() + 1})
-        image_.fill(left, at.y + *y - 1, tick, 2, down);
+      for (const int left : {at.x - mark - 1, at.right() + 1})
+        image_.fill(left, at.y + *y - 1, mark, 2, down);
   }
 
   /// Writes a line below a panel, and returns the y of the next one.

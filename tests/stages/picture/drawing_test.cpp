@@ -31,6 +31,13 @@ TEST(Text, EveryCharacterLooksDifferent) {
   EXPECT_EQ(looks.size(), 96U);
 }
 
+TEST(Text, MicroIsDrawnWhicheverOfItsCharactersItIs) {
+  EXPECT_EQ(drawn("\xc2\xb5m"), drawn("\xce\xbcm"));
+  EXPECT_NE(drawn("\xc2\xb5m"), drawn("\xc3\xb6m"));
+  EXPECT_NE(drawn("\xc2\xb5m"), drawn("um"));
+  EXPECT_EQ(text_width("\xc2\xb5m", 1), text_width("um", 1));
+}
+
 TEST(Text, AnyBytesAreDrawn) {
   EXPECT_EQ(drawn("\xc3\xa4"), drawn("\xe2\x82\xac"));  // one box each
   EXPECT_EQ(drawn("\x01"), drawn("\xff"));

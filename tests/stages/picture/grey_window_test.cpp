@@ -35,6 +35,18 @@ TEST(GreyWindows, DoNotCountPaddingOrWhatIsNotFinite) {
   EXPECT_EQ(window(values).low, -2000);
 }
 
+TEST(GreyWindows, OfAMaskOrLabelsShowTheBackgroundToo) {
+  std::vector<double> mask(1000, 0.0), labels = mask;
+  std::fill_n(mask.begin() + 3, 100, 255.0);
+  GreyWindow window = window_of(mask);
+  EXPECT_EQ(window.low, 0);
+  EXPECT_EQ(window.high, 255);
+  for (std::size_t i = 0; i < 300; ++i) labels[i] = static_cast<double>(1 + i % 3);
+  window = window_of(labels);
+  EXPECT_EQ(window.low, 0);
+  EXPECT_EQ(window.high, 3);
+}
+
 TEST(GreyWindows, ArePossibleForAnyValues) {
   const auto expect_window = [](std::vector<double> values) {
     const GreyWindow w = window(values);

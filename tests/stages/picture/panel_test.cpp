@@ -66,6 +66,7 @@ RC_GTEST_PROP(Panels, ADetailIsTheMiddleInTheSameShapeWithTwoPixelsASample, ()) 
     const std::int64_t before = b.first, after = a.samples - b.first - b.samples;
     RC_ASSERT(before >= 0 && after - before >= 0 && after - before <= 1);
   }
+  if (!whole.to_scale) return;
   // A side of few samples cannot have quite the same part of them.
   const double across =
                    static_cast<double>(detail.across.samples) / static_cast<double>(whole.across.samples),

@@ -232,13 +232,16 @@ Field<std::uint8_t> field_of_zeros(Index3 dims) {
 
 TEST(Surface, OfSpecksOfExactlyTheLevelThereIsNone) {
   // Inside of a root cube, on a face and on an edge of it, in the border of the volume, and beside what is cut off there.
-  const std::vector<std::vector<Index3>> specks = {{{4, 4, 4}},
-                                                   {{8, 4, 4}},
-                                                   {{8, 8, 4}},
-                                                   {{0, 4, 4}},
-                                                   {{17, 4, 4}},
-                                                   {{4, 16, 12}},
-                                                   {{3, 4, 4}, {4, 4, 4}, {5, 4, 4}}};
+  const std::vector<std::vector<Index3>> specks = {
+      {{4, 4, 4}},
+      {{8, 4, 4}},
+      {{8, 8, 4}},
+      {{0, 4, 4}},
+      {{17, 4, 4}},
+      {{4, 16, 12}},
+      {{3, 4, 4}, {4, 4, 4}, {5, 4, 4}},
+      {{4, 4, 8}, {5, 4, 8}, {5, 5, 9}},  // across a face: the first two are a row on it
+      {{8, 8, 3}, {8, 9, 3}, {9, 9, 3}}};
   for (const auto& speck : specks)
     for (const bool close : {false, true}) {
       auto field = field_of_zeros({18, 18, 18});

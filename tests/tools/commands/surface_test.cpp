@@ -64,6 +64,21 @@ TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
   EXPECT_TRUE(read_ply(content("volume.ply")).vertices.empty());
 }
 
+TEST_F(SurfaceCommand, ThatTheGridTookNoNoticeOfAMaskIsSaidAndTheAdviceHelps) {
+  std::string samples(std::size_t{30 * 30 * 30}, '\0');
+  for (std::size_t z = 10; z < 20; ++z)
+    for (std::size_t y = 10; y < 20; ++y)
+      for (std::size_t x = 10; x < 20; ++x) samples[(z * 30 + y) * 30 + x] = 1;
+  file("mask.nrrd", "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 30 30 30\nencoding: raw\n\n" + samples);
+  expect_ok(tagrid({"encode", "mask.nrrd"}));
+  const auto result = tagrid({"surface", "mask.tag", "--iso", "0.5"});
+  EXPECT_EQ(result.code, 0);
+  EXPECT_NE(result.err.find("--range auto"), std::string::npos) << result.err;
+  expect_ok(tagrid({"encode", "mask.nrrd", "-f", "--range", "auto"}));
+  expect_ok(tagrid({"surface", "mask.tag", "--iso", "0.5", "-f", "--json", "x.json"}));
+  EXPECT_NEAR(json_of("x.json")["settings"]["area"].get<double>(), 600, 60);
+}
+
 TEST_F(SurfaceCommand, WrongRequestsAreRefused) {
   make_tag();
   for (const char* level : {"-1", "16", "x"})
