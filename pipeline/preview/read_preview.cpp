@@ -221,7 +221,8 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
   // Without voxels, bricks are decoded as a whole.
   if (of_z.leaves_out() && !wishes.slices[2] && p.mode == FileMode::voxels)
     of_z.slice = quick_slice(p.bricks());
-  content.levels.panel = of_z.leaves_out() && p.stores_grid() ? detail_of(of_z) : of_z;
+  const Index3 crossing{content.slices[0].panel.slice, content.slices[1].panel.slice, of_z.slice};
+  content.levels.panel = of_z.leaves_out() && p.stores_grid() ? detail_of(of_z, crossing) : of_z;
   const Plan plan = plan_preview(content, p, resources, besides);
   content.memory = plan.memory;
   const std::vector<PreviewSlice*> parts = parts_of(content, p);

@@ -28,7 +28,7 @@ Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axi
           std::min(pixels(across), pixels(down)) >= least};
 }
 
-Panel detail_of(const Panel& panel) {
+Panel detail_of(const Panel& panel, Index3 at) {
   const auto share_of = [](const PanelAxis& a) {
     return std::min(1.0, static_cast<double>(a.pixels) / static_cast<double>(2 * a.samples));
   };
@@ -38,7 +38,7 @@ Panel detail_of(const Panel& panel) {
     const std::int64_t all = a->samples;
     const double share = panel.to_scale ? of_both : share_of(*a);
     a->samples = std::max<std::int64_t>(1, static_cast<std::int64_t>(share * static_cast<double>(all)));
-    a->first += (all - a->samples) / 2;
+    a->first += std::clamp<std::int64_t>(at[a->axis] - a->first - a->samples / 2, 0, all - a->samples);
   }
   return detail;
 }

@@ -35,10 +35,9 @@ struct PanelAxis {
   constexpr std::int64_t number(int pixel) const {
     return std::min((place(pixel) + parts / 2) / parts - first, samples - 1) / step();
   }
-  /// The pixel that shows the middle of a sample; outside of 0 .. pixels - 1 if the panel does not show it.
-  constexpr std::int64_t pixel_of(std::int64_t sample) const {
-    const std::int64_t numerator = (2 * (sample - first) + 1) * pixels, denominator = 2 * samples;
-    const std::int64_t p = numerator < 0 ? -1 : numerator / denominator;
+  /// The pixel that shows the middle of a sample. REQUIRES: the panel shows it.
+  constexpr int pixel_of(std::int64_t sample) const {
+    const auto p = static_cast<int>((2 * (sample - first) + 1) * pixels / (2 * samples));
     return reversed ? pixels - 1 - p : p;
   }
 };
@@ -62,8 +61,8 @@ struct Panel {
 Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
                int largest, int least);
 
-/// The middle of a panel, enlarged to its size, so that each sample has two pixels or more. If the panel is not to scale, a side on
-/// which they have as many stays whole.
-Panel detail_of(const Panel& panel);
+/// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or more. If the panel is not
+/// to scale, a side on which they have as many stays whole. REQUIRES: the panel shows `at`.
+Panel detail_of(const Panel& panel, Index3 at);
 
 }  // namespace tagrid

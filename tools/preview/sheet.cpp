@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -158,10 +157,8 @@ class Drawing {
       int low, high;
     };
     const auto side = [](const PanelAxis& of_whole, const PanelAxis& of_detail) {
-      const auto pixel = [&](std::int64_t sample) {
-        return static_cast<int>(std::clamp<std::int64_t>(of_whole.pixel_of(sample), 0, of_whole.pixels - 1));
-      };
-      return Side{pixel(of_detail.first), pixel(of_detail.first + of_detail.samples - 1)};
+      return Side{of_whole.pixel_of(of_detail.first),
+                  of_whole.pixel_of(of_detail.first + of_detail.samples - 1)};
     };
     const Side x = side(whole.across, detail.across), y = side(whole.down, detail.down);
     // A bright line on a dark one, to be seen on any grey.
@@ -185,20 +182,14 @@ class Drawing {
   /// Where the slices across the axes of this panel are.
   void marks_of_other_slices(const Placed& at) {
     const Panel& p = at.slice.panel;
-    // A detail need not show where the others are.
-    const auto pixel = [&](const PanelAxis& axis) -> std::optional<int> {
-      const std::int64_t at_slice = axis.pixel_of(panel(static_cast<std::size_t>(axis.axis)).slice);
-      if (at_slice < 0 || at_slice >= axis.pixels) return std::nullopt;
-      return static_cast<int>(at_slice);
+    const auto pixel = [&](const PanelAxis& axis) {
+      return axis.pixel_of(panel(static_cast<std::size_t>(axis.axis)).slice);
     };
     const Colour across = axis_colours[static_cast<std::size_t>(p.across.axis)],
                  down = axis_colours[static_cast<std::size_t>(p.down.axis)];
-    if (const auto x = pixel(p.across))
-      for (const int top : {at.y - mark - 1, at.bottom() + 1})
-        image_.fill(at.x + *x - 1, top, 2, mark, across);
-    if (const auto y = pixel(p.down))
-      for (const int left : {at.x - mark - 1, at.right() + 1})
-        image_.fill(left, at.y + *y - 1, mark, 2, down);
+    const int x = at.x + pixel(p.across), y = at.y + pixel(p.down);
+    for (const int top : {at.y - mark - 1, at.bottom() + 1}) image_.fill(x - 1, top, 2, mark, across);
+    for (const int left : {at.x - mark - 1, at.right() + 1}) image_.fill(left, y - 1, mark, 2, down);
   }
 
   /// Writes a line below a panel, and returns the y of the next one.
