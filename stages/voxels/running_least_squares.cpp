@@ -1,9 +1,60 @@
 #include "stages/voxels/running_least_squares.h"
 
 #include <algorithm>
+#include <cstring>
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "stages/voxels/running_least_squares.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "stages/volume/instruction_sets.h"
 #include "stages/volume/vector_code.h"
 
+HWY_BEFORE_NAMESPACE();
+namespace tagrid::HWY_NAMESPACE {
+
+/// row[j] loses what is forgotten, and gains the sum over four voxels of f[i] * f[j]. This stays within 32 bits: the sum is at
+/// most 4 * 4095^2, and as 1/32 is forgotten, a row stays within 32 times as much. `pairs`: features of two voxels, one beside the
+/// other, then those of the other two.
+void add_products(const std::int16_t (*pairs)[2 * features], std::int32_t (*rows)[features]) {
+  constexpr int forgetting = RunningLeastSquares::forgetting;
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
+  namespace hn = hwy::HWY_NAMESPACE;
+  const hn::CappedTag<std::int16_t, 16> d;
+  const hn::Repartition<std::int32_t, decltype(d)> d32;
+  for (std::size_t i = 0; i < features; ++i) {
+    std::int32_t first, second;
+    std::memcpy(&first, pairs[0] + 2 * i, sizeof first);
+    std::memcpy(&second, pairs[1] + 2 * i, sizeof second);
+    const auto of_first = hn::BitCast(d, hn::Set(d32, first)),
+               of_second = hn::BitCast(d, hn::Set(d32, second));
+    for (std::size_t x = 0; x < 2 * features; x += hn::Lanes(d)) {
+      // On these machines, the products of two neighbours are added, and `more` stays 0.
+      auto more = hn::Zero(d32);
+      auto sum =
+          hn::ReorderWidenMulAccumulate(d32, hn::LoadU(d, pairs[0] + x), of_first, hn::Zero(d32), more);
+      sum = hn::ReorderWidenMulAccumulate(d32, hn::LoadU(d, pairs[1] + x), of_second, sum, more);
+      std::int32_t* const row = rows[i] + x / 2;
+      const auto before = hn::LoadU(d32, row);
+      hn::StoreU(hn::Add(before, hn::Sub(sum, hn::ShiftRight<forgetting>(before))), d32, row);
+    }
+  }
+#else
+  for (std::size_t i = 0; i < features; ++i)
+    for (std::size_t j = 0; j < features; ++j) {
+      std::int32_t sum = 0;
+      for (const int pair : {0, 1})
+        for (const std::size_t voxel : {0, 1}) sum += pairs[pair][2 * i + voxel] * pairs[pair][2 * j + voxel];
+      rows[i][j] += sum - (rows[i][j] >> forgetting);
+    }
+#endif
+}
+
+}  // namespace tagrid::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace tagrid {
 namespace {
 
@@ -14,29 +65,18 @@ std::int64_t weighted_sum(const std::int32_t* f, const std::int32_t* weights) {
   return sum;
 }
 
-/// row[j] loses what is forgotten, and gains the sum over the voxels of f[i] * f[j]. This stays within 32
-/// bits: the sum is at most 4 * 4095^2, and as 1/32 is forgotten, a row stays within 32 times as much.
 TAGRID_VECTOR_CODE
-void add_products(const Features* voxels, std::size_t count, int forgetting,
-                  std::array<std::int32_t, features>* rows) {
-  for (std::size_t i = 0; i < features; ++i) {
-    std::array<std::int32_t, features> sums{};
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::int32_t factor = voxels[k][i];
-      for (std::size_t j = 0; j < features; ++j) sums[j] += factor * voxels[k][j];
-    }
-    std::int32_t* row = rows[i].data();
-    for (std::size_t j = 0; j < features; ++j) row[j] += sums[j] - (row[j] >> forgetting);
-  }
+void add_errors(const std::int32_t* f, std::int64_t error, std::int64_t* gradient) {
+  for (std::size_t i = 0; i < features; ++i) gradient[i] += error * f[i];
 }
 
 /// Half a sweep of coordinate descent: every second weight in turn moves to its minimum, with the others
 /// fixed. `left` is the negative gradient, without the penalty.
 TAGRID_VECTOR_CODE
-void descend(std::size_t first, const std::array<std::int32_t, features>* products, std::int64_t penalty,
+void descend(std::size_t first, const std::int32_t (*products)[features], std::int64_t penalty,
              std::int64_t limit, std::int64_t* left, std::int32_t* weights) {
   for (std::size_t i = first; i < features; i += 2) {
-    const std::int32_t* row = products[i].data();
+    const std::int32_t* row = products[i];
     const std::int64_t old = weights[i];
     const std::int64_t moved =
         std::clamp(old + (left[i] - penalty * old) / (row[i] + penalty), -limit, limit);
@@ -54,6 +94,9 @@ void step(const std::int32_t* f, std::int64_t gain, std::int64_t limit, std::int
 
 }  // namespace
 
+RunningLeastSquares::RunningLeastSquares(std::int64_t penalty)
+    : penalty_(penalty), add_products_(TAGRID_BEST_VERSION(add_products)) {}
+
 std::int64_t RunningLeastSquares::predict(const Features& f) {
   predicted_ = weighted_sum(f.data(), weights_.data());
   return predicted_;
@@ -62,14 +105,14 @@ std::int64_t RunningLeastSquares::predict(const Features& f) {
 void RunningLeastSquares::learn(const Features& f, std::int32_t target) {
   if (count_ == 0)
     for (std::int64_t& g : gradient_) g -= g >> forgetting;
-  features_[count_] = f;
-  const std::int64_t error = std::int64_t{target} * (1 << weight_bits) - predicted_;
-  for (std::size_t i = 0; i < features; ++i) gradient_[i] += error * f[i];
+  for (std::size_t i = 0; i < features; ++i)
+    pairs_[count_ / 2][2 * i + count_ % 2] = static_cast<std::int16_t>(f[i]);
+  add_errors(f.data(), std::int64_t{target} * (1 << weight_bits) - predicted_, gradient_.data());
   if (++count_ < batch) return;
   count_ = 0;
   // Products and gradient forget at the same rate, so that both stay sums over the same voxels.
-  add_products(features_.data(), batch, forgetting, products_.data());
-  descend(turn_, products_.data(), penalty_, limit, gradient_.data(), weights_.data());
+  add_products_(pairs_, products_);
+  descend(turn_, products_, penalty_, limit, gradient_.data(), weights_.data());
   turn_ ^= 1;
 }
 
@@ -83,3 +126,4 @@ void GradientDescent::learn(const Features& f, std::int64_t error) {
 }
 
 }  // namespace tagrid
+#endif

@@ -22,7 +22,7 @@ class RunningLeastSquares {
  public:
   /// `penalty` applies to the square of a weight, and keeps weights small while little is known. 0 < penalty
   /// < 2^40.
-  explicit RunningLeastSquares(std::int64_t penalty) : penalty_(penalty) {}
+  explicit RunningLeastSquares(std::int64_t penalty);
 
   /// The weighted sum, in 2^-weight_bits of the unit of the features.
   std::int64_t predict(const Features& f);
@@ -30,17 +30,18 @@ class RunningLeastSquares {
   void learn(const Features& f, std::int32_t target);
 
   static constexpr int weight_bits = 16;
+  static constexpr int forgetting = 5;  ///< a batch removes 2^-forgetting of all sums
 
  private:
   static constexpr std::size_t batch = 4;                  ///< voxels between two half sweeps
-  static constexpr int forgetting = 5;                     ///< a batch removes 2^-forgetting of all sums
   static constexpr std::int32_t limit = 8 << weight_bits;  ///< of a weight's magnitude
 
   std::int64_t penalty_;
   std::size_t count_ = 0, turn_ = 0;
   std::int64_t predicted_ = 0;
-  std::array<Features, batch> features_{};
-  std::array<std::array<std::int32_t, features>, features> products_{};
+  void (*add_products_)(const std::int16_t (*pairs)[2 * features], std::int32_t (*rows)[features]);
+  std::int16_t pairs_[batch / 2][2 * features] = {};  ///< features of two voxels, one beside the other
+  std::int32_t products_[features][features] = {};
   std::array<std::int64_t, features> gradient_{};
   std::array<std::int32_t, features> weights_{};
 };

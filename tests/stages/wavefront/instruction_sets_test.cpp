@@ -63,6 +63,25 @@ class InstructionSets : public testing::Test {
   }
 };
 
+// The best effort is slow, and has megabytes of models for each brick.
+TEST_F(InstructionSets, GiveTheSameBytesWithTheBestEffort) {
+  std::mt19937 random(6);
+  for (const Index3 size : {Index3{40, 20, 6}, Index3{1, 40, 3}})
+    for (const int amplitude : {3, 30000})
+      for (const VoxelBounds bounds : {VoxelBounds{0, -1}, VoxelBounds{5, -1}}) {
+        const Box box = Box::of_size(size);
+        const auto samples = samples_of(size, amplitude, random);
+        std::optional<Coded> first;
+        for (const std::int64_t set : all()) {
+          limit_instruction_sets(set);
+          const Coded other = run(samples, box, LatticeBits(box), bounds, Effort::best);
+          if (!first) first = other;
+          ASSERT_TRUE(other.bytes == first->bytes) << name_of_set(set);
+          ASSERT_TRUE(other.decoded == first->decoded) << name_of_set(set);
+        }
+      }
+}
+
 TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
   const auto sets = all();
   for (const std::int64_t set : sets) std::cout << name_of_set(set) << " ";
