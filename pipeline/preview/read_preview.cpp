@@ -33,7 +33,7 @@ std::int64_t quick_slice(const BrickGrid& bricks) {
   const std::int64_t slices = bricks.domain.dims.z, middle = slices / 2;
   std::int64_t best = 0;
   for (std::int64_t layer = bricks.owner(middle); layer <= bricks.owner(middle) + 1; ++layer) {
-    const std::int64_t first = layer == 0 ? 0 : layer * bricks.length() + 1;
+    const std::int64_t first = bricks.owned_box({0, 0, layer}).low.z;
     if (std::abs(first - middle) < std::abs(best - middle)) best = first;
   }
   return best < slices && std::abs(best - middle) <= slices / 20 ? best : middle;

@@ -37,8 +37,8 @@ struct LeafPixel {
 
 struct PreviewContent {
   std::array<PreviewSlice, 3> slices;  ///< across x, y and z
-  /// What the levels are drawn over: the slice of z or, where samples are left out, its detail around the other slices. Without samples if the file
-  /// stores no grid.
+  /// What the levels are drawn over: the slice of z or, where samples are left out, its detail around the other
+  /// slices. Without samples if the file stores no grid.
   PreviewSlice levels;
   /// For each pixel of that panel, in raster order, the leaf there; empty if the file stores no grid.
   std::vector<LeafPixel> leaves;

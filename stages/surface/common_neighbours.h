@@ -60,20 +60,21 @@ class CommonNeighbours {
                        }).out;
       return is_found(std::span<const Index3>(common.begin(), end));
     }
+    const Index3 middle = step.midpoint();
     const auto end = static_cast<std::size_t>(step.base_end());
     const std::int64_t first = weights[0], last = weights[end];
     Weights of_half = weights;
     if (last <= first) {
       of_half[0] = first - last;
       of_half[end] = 2 * last;
-      if (any_below(step.half(step.midpoint(), 0), of_half, vertex, is_found)) return true;
+      if (any_below(step.half(middle, 0), of_half, vertex, is_found)) return true;
     }
     if (last < first) return false;
     of_half = weights;
     for (std::size_t i = 0; i + 1 < end; ++i) of_half[i] = weights[i + 1];
     of_half[end - 1] = last - first;
     of_half[end] = 2 * first;
-    return any_below(step.half(step.midpoint(), 1), of_half, vertex, is_found);
+    return any_below(step.half(middle, 1), of_half, vertex, is_found);
   }
 
   bool is_common(Index3 neighbour, Index3 vertex) const {

@@ -255,17 +255,16 @@ Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned,
   assert(bounds.surface_error < 0 || activity.box().contains(owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
     return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples, carried);
-  return decode_brick_values(bytes, static_cast<std::size_t>(owned.count()), samples,
-                             [&](RansDecoder& coder) {
-                               WideParameters parameters;
-                               if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
-                                 return Status::broken("values with impossible parameters");
-                               const T* const no_original = nullptr;
-                               if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr,
-                                             samples.data(), slices))
-                                 return Status::broken("values end too soon");
-                               return Status();
-                             });
+  const auto count = static_cast<std::size_t>(owned.count());
+  return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
+    WideParameters parameters;
+    if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
+      return Status::broken("values with impossible parameters");
+    const T* const no_original = nullptr;
+    if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr, samples.data(), slices))
+      return Status::broken("values end too soon");
+    return Status();
+  });
 }
 
 std::uint64_t working_bytes_of_encoding_wide_voxels(SampleType type, Index3 size, const WideBounds& bounds,
