@@ -169,6 +169,8 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
   ReaderVolume volume = conversation->describe(path, options);
   SourceFacts facts{.info = std::move(volume.info), .files = std::move(volume.files), .traits = {}};
   facts.warnings = std::move(volume.warnings);
+  facts.not_understood = std::move(volume.not_understood);
+  facts.scale_doubt = std::move(volume.scale_doubt);
   facts.rescale = std::move(volume.rescale);
   facts.holds_other_bytes = true;  // only the reader knows what else there is
   if (!volume.places.empty()) {

@@ -115,6 +115,21 @@ Rescale rescale_of(const Json& answer) {
   return rescale;
 }
 
+bool flag_in(const Json& answer, const char* key) {
+  const Json& value = member(answer, key);
+  if (!value.is_null() && !value.is_boolean())
+    throw WrongAnswer(fmt::format("\"{}\" is neither true nor false", key));
+  return value.is_boolean() && value.get<bool>();
+}
+
+/// A reader that does not claim to have understood everything may have misread something.
+std::vector<std::string> not_understood_in(const Json& answer, const std::string& path) {
+  std::vector<std::string> texts = texts_in(answer, "not_understood");
+  if (texts.empty() && !flag_in(answer, "complete"))
+    texts.push_back(path + ": its reader does not say that it understood everything in the file");
+  return texts;
+}
+
 ReaderVolume volume_of(const Json& answer, const std::string& path) {
   ReaderVolume volume;
   volume.rescale = rescale_of(answer);
@@ -126,15 +141,14 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   for (const std::string& file : volume.files)
     if (file.empty() || file == "-") throw WrongAnswer(fmt::format("\"{}\" is not the name of a file", file));
   volume.warnings = texts_in(answer, "warnings");
+  volume.not_understood = not_understood_in(answer, path);
+  volume.scale_doubt = text_in(answer, "scale_doubt");
   volume.places = places_in(answer, volume.info, volume.files.size());
   const std::string order = text_in(answer, "order");
   if (!order.empty() && order != "any" && order != "next")
     throw WrongAnswer(fmt::format("\"order\" is \"{}\", and neither \"any\" nor \"next\"", order));
   volume.any_order = order != "next";
-  const Json& plain_form = member(answer, "plain_form");
-  if (!plain_form.is_null() && !plain_form.is_boolean())
-    throw WrongAnswer("\"plain_form\" is neither true nor false");
-  volume.has_plain_form = plain_form.is_boolean() && plain_form.get<bool>();
+  volume.has_plain_form = flag_in(answer, "plain_form");
   volume.memory = static_cast<std::uint64_t>(count_in(answer, "memory", default_memory, 0));
   return volume;
 }

@@ -22,6 +22,8 @@ struct ReaderVolume {
   VolumeInfo info;
   std::vector<std::string> files;
   std::vector<std::string> warnings;
+  std::vector<std::string> not_understood;  ///< see SourceFacts
+  std::string scale_doubt;
   std::vector<SliceRun> places;  ///< of all samples; empty if the reader gives them
   Rescale rescale;
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.

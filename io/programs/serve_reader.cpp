@@ -32,6 +32,9 @@ OrderedJson json_of(const ServedVolume& volume) {
                        {"units", volume.rescale.units}};
   json["files"] = volume.files;
   json["warnings"] = volume.warnings;
+  json["complete"] = volume.not_understood.empty();
+  if (!volume.not_understood.empty()) json["not_understood"] = volume.not_understood;
+  if (!volume.scale_doubt.empty()) json["scale_doubt"] = volume.scale_doubt;
   for (const SliceRun& run : volume.places) json["places"].push_back(json_of(run));
   json["order"] = volume.any_order ? "any" : "next";
   if (volume.has_plain_form) json["plain_form"] = true;

@@ -27,6 +27,9 @@ class ServedVolume {
   KeyValues pairs;
   std::string nrrd;  ///< the lines of an NRRD header instead of geometry and pairs, if the file has them
   std::vector<std::string> files, warnings;
+  /// What the files say about the samples and this reader does not understand, a sentence each; see SourceFacts.
+  std::vector<std::string> not_understood;
+  std::string scale_doubt;
   Rescale rescale;
   std::vector<SliceRun> places;  ///< of all samples, if they lie plainly in the files
   bool any_order = true;

@@ -6,6 +6,17 @@
 
 namespace tagrid {
 
+std::vector<std::string> all_warnings(const SourceFacts& facts) {
+  std::vector<std::string> all = facts.warnings;
+  all.insert(all.end(), facts.not_understood.begin(), facts.not_understood.end());
+  if (!facts.scale_doubt.empty()) all.push_back(facts.scale_doubt);
+  return all;
+}
+
+std::string why_not_understood(const SourceFacts& facts) {
+  return facts.not_understood.empty() ? facts.scale_doubt : facts.not_understood.front();
+}
+
 void VolumeSource::read_samples(std::byte* out, std::int64_t count) {
   assert(count >= 0 && next_sample_ + count <= Box::of_size(info().dims).count());
   // More would be written than there is room for.

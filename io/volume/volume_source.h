@@ -40,14 +40,26 @@ struct SourceFacts {
   bool headerless = false;
   /// Samples are stored as they are; users give bounds for values.
   Rescale rescale = {};
-  /// What users should know of the volume, a sentence each.
+  /// What users should know of the volume, a sentence each; see all_warnings().
   std::vector<std::string> warnings = {};
+  /// What the files say about the samples and the reader does not understand, a sentence each. A lossy encoding cannot
+  /// replace such files, since a comparison with them would not notice what was misread.
+  std::vector<std::string> not_understood = {};
+  /// A sentence if it is unknown how values follow from samples, because a field that says so cannot be read. A bound on
+  /// values cannot be kept then. "" if it is known.
+  std::string scale_doubt = "";
   /// Where all samples lie in the files, from front to back; empty if they do not lie there plainly.
   std::vector<SliceRun> places = {};
   /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if nobody can
   /// tell. Throws as opening the source does.
   std::function<PlainForm()> plain_form = {};
 };
+
+/// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about its scale.
+std::vector<std::string> all_warnings(const SourceFacts& facts);
+
+/// Why files that are described like this must not be replaced by a lossy encoding; "" if nothing is in the way.
+std::string why_not_understood(const SourceFacts& facts);
 
 /// A volume that is read in raster order or, if its traits allow it, in any order. Samples have the type
 /// info().type and the machine's byte order, x fastest. All functions throw BrokenInput and WorldError.

@@ -132,6 +132,12 @@ void validate_rule(const EncodeOptions& options) {
       {"{} gives one bound for all voxels; it cannot be combined with {}", {set::psnr, set::surface_error}});
 }
 
+// Rules follow from the samples, whatever they stand for.
+bool bounds_values(const EncodeOptions& options) {
+  return options.max_error.value_or(0) > 0 || options.surface_error.value_or(0) > 0 ||
+         options.mesh_error.value_or(0) > 0;
+}
+
 }  // namespace
 
 std::string text_of(const ErrorRule& rule) {
@@ -195,7 +201,11 @@ std::string kept_fields(const EncodeOptions& options, const VolumeInfo& info) {
   return options.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
 }
 
-OptionsForSamples for_samples(const EncodeOptions& options, const Rescale& rescale) {
+OptionsForSamples for_samples(const EncodeOptions& options, const SourceFacts& source) {
+  require(source.scale_doubt.empty() || !bounds_values(options),
+          {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
+           {source.scale_doubt, setting::max_error}});
+  const Rescale& rescale = source.rescale;
   OptionsForSamples result{options, ""};
   EncodeOptions& o = result.options;
   const double slope = std::abs(rescale.slope);

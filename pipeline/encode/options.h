@@ -65,12 +65,13 @@ struct EncodeOptions {
   void validate() const;
 };
 
-/// Options whose bounds, range and scale are for samples, where those given are for values.
+/// Options whose bounds, range and scale are for samples, where those given are for values. Throws UsageError if they bound
+/// errors of values and nobody knows which values the samples of `source` stand for.
 struct OptionsForSamples {
   EncodeOptions options;
   std::string reason;  ///< how a bound follows from that of values; "" if it is the same
 };
-OptionsForSamples for_samples(const EncodeOptions& options, const Rescale& rescale);
+OptionsForSamples for_samples(const EncodeOptions& options, const SourceFacts& source);
 
 /// The metadata of the source that the file keeps.
 std::string kept_fields(const EncodeOptions& options, const VolumeInfo& info);

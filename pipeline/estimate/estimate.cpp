@@ -256,7 +256,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
                                  run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
   const Rescale rescale = source->facts().rescale;
-  const EncodeOptions given = for_samples(run.options, rescale).options;
+  const EncodeOptions given = for_samples(run.options, source->facts()).options;
   EncodeOptions options = given;
   // Any that the other options allow.
   if (!options.grid_only) options.max_error = options.surface_error ? 2 * *options.surface_error + 1 : 0;
@@ -276,7 +276,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
   std::vector<std::optional<double>> errors;
   for (const double error : run.max_errors) {
     options.max_error = error;
-    errors.push_back(for_samples(options, rescale).options.max_error);
+    errors.push_back(for_samples(options, source->facts()).options.max_error);
   }
   if (errors.empty()) errors = usual_errors(noise, given, first);
   std::vector<CodingParameters> parameters;

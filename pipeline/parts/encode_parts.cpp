@@ -64,7 +64,7 @@ class RunInParts {
  public:
   RunInParts(Ranks& ranks, const EncodeRun& run)
       : ranks_(ranks), run_(run), volume_(open_volume(run.input, run.source)), files_(volume_->files()) {
-    OptionsForSamples given = for_samples(run.options, volume_->facts().rescale);
+    OptionsForSamples given = for_samples(run.options, volume_->facts());
     options_ = std::move(given.options);
     reason_of_bound_ = std::move(given.reason);
     for (const std::string& file : volume_->files()) refuse_same_file(file, run.output);
@@ -231,7 +231,7 @@ class RunInParts {
         slices_kept_for_parts(*volume_, parts, plan_, of_this_rank(ranks_, run_.resources));
     result.memory = plan_.memory + static_cast<std::uint64_t>(kept) * volume_->slice_bytes();
     // For all parts, including those of earlier runs.
-    result.warnings = volume_->facts().warnings;
+    result.warnings = all_warnings(volume_->facts());
     result.lossy_source = lossy_source();
     result.reason_of_bound = reason_of_bound_;
     result.times_read = times_read(parameters(), plan_, parts.rows()) + range_was_read_;

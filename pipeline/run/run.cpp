@@ -41,7 +41,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const UnchangedFiles files(volume->files());
   // Checked before anything is read: a limit that cannot be kept is reported at once.
   const SourceTraits& traits = volume->traits();
-  const auto [options, reason] = for_samples(run.options, volume->facts().rescale);
+  const auto [options, reason] = for_samples(run.options, volume->facts());
   const EncodePlan plan =
       plan_encoding(parameters_but_scale(options, volume->info()), resources, traits.any_rows,
                     traits.memory + memory_of_files(run, *volume), original_access(run, *volume));
@@ -50,7 +50,7 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   const bool copied = options.error_rule && !traits.any_rows && !resources.spool.empty();
   if (copied) volume = spooled(std::move(volume), resources.spool);
   const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads, run.searching);
-  result.warnings = volume->facts().warnings;
+  result.warnings = all_warnings(volume->facts());
   result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
   result.reason_of_bound = plain.reason.empty() ? reason : plain.reason;
   const bool reads_range = takes_range_from_data(plain.options, *volume);

@@ -103,9 +103,12 @@ struct EncodeCommand {
     const char* advice = "leave out --rm";
     auto files = removable_volume(input, asked.source, path, !asked.options.strip, advice);
     const auto volume = open_volume(input, asked.source);
-    const EncodeOptions options = for_samples(asked.options, volume->facts().rescale).options;
+    const EncodeOptions options = for_samples(asked.options, volume->facts()).options;
     const double max_error = parameters_but_scale(options, volume->info()).max_error;
-    require_replaceable(input, {max_error, volume->facts().headerless, trust_description}, advice);
+    require_replaceable(
+        input,
+        {max_error, volume->facts().headerless, trust_description, why_not_understood(volume->facts())},
+        advice);
     return files;
   }
 

@@ -205,7 +205,7 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const EncodeOptions options = for_samples(volume.asked.options, original->facts().rescale).options;
+    const EncodeOptions options = for_samples(volume.asked.options, original->facts()).options;
     const EncodePlan plan = plan_encoding(parameters_but_scale(options, original->info()), resources_,
                                           original->traits().any_rows, original->traits().memory);
     const PlainBound plain = with_plain_bound(options, *original, plan.budget.threads);

@@ -214,7 +214,7 @@ class Finder {
           fmt::format("{}, {}{}", described(info.dims, info.type), format.help, oddity_of(info));
       // What is missing from the volume, although it may be.
       if (options.contains("gaps-ok"))
-        for (const std::string& warning : volume->facts().warnings) text += "; " + warning;
+        for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
       lines_.give(path, options, text);
     } catch (const UsageError& error) {
       const std::vector<Choice>& choices = error.detail().choices;

@@ -83,6 +83,11 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice) {
   if (by.max_error < 0)
     refuse(input, "nothing bounds the error of its encoding, so most voxels could not be restored", advice);
+  if (by.max_error > 0 && !by.doubt.empty())
+    refuse(input,
+           fmt::format("its samples may mean something else, and a lossy encoding would destroy them: {}",
+                       by.doubt),
+           advice);
   if (by.max_error > 0 && by.headerless && !by.trusted)
     refuse(
         input,

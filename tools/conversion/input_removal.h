@@ -26,9 +26,10 @@ struct Replacement {
   double max_error = 0;     ///< of any voxel; negative: no bound
   bool headerless = false;  ///< the options described the layout of the samples
   bool trusted = false;     ///< the user vouches for that description: --trust-description
+  std::string doubt;        ///< why_not_understood()
 };
 /// Throws UsageError if too much would be lost with the volume: if nothing bounds the error, or if samples
-/// change whose layout only the options describe. A wrong description does no harm without loss. But within a
+/// change that may have been misread, or whose layout only the options describe. A wrong description does no harm without loss. But within a
 /// bound of 5, a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
 /// True if a volume that is encoded with these options can be restored within a bound.

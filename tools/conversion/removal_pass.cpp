@@ -181,7 +181,11 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
   }
   // The current options do not matter, only those of the existing output.
   const double max_error = TagReader(output).parameters().max_error;
-  require_replaceable(line.input, {max_error, known.headerless, options_.trust_description}, "it is kept");
+  const auto volume = open_volume(line.input, source);
+  require_replaceable(
+      line.input,
+      {max_error, known.headerless, options_.trust_description, why_not_understood(volume->facts())},
+      "it is kept");
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)
@@ -193,7 +197,6 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
                                                  .source = source,
                                                  .resources = resources_,
                                                  .progress = meter.progress()});
-  const auto volume = open_volume(line.input, source);
   require_kept_files(line, *volume);
   if (volume->info().nrrd_fields != found.header.nrrd_fields)
     throw BrokenInput(line.input + ": its header is no longer what was encoded; it is kept");
