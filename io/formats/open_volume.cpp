@@ -223,8 +223,9 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
   }
   std::vector<std::string> warnings;
   if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
-  SourceFacts facts{.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : ""),
-                    .files = std::move(files.paths)};
+  SourceFacts facts;
+  facts.info = volume_info(raw.dims, raw.type, raw.spacing ? spacings_line(*raw.spacing) : "");
+  facts.files = std::move(files.paths);
   facts.warnings = std::move(warnings);
   facts.holds_other_bytes = raw.offset > 0;
   facts.headerless = true;
