@@ -18,6 +18,7 @@
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
 #include "tools/conversion/output_names.h"
+#include "tools/conversion/settings_used.h"
 #include "tools/report/advice.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -129,15 +130,13 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   volume.headerless = source->facts().headerless;
   const bool is_ours = known && !was_removed && known->input == volume.input;
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
-    const bool same_options =
-        known->options == line.options ||
-        is_same_encoding(encoding_of(known->options, options_.run), volume.asked, *source);
-    if (same_options && known->input_files == volume.files) return skip(*known, record);
-    if (!same_options && !options_.overwrite)
+    const std::string difference = difference_of(*known, line.options, options_.run, *source);
+    if (difference.empty() && known->input_files == volume.files) return skip(*known, record);
+    if (!difference.empty() && !options_.overwrite)
       throw UsageError(
           fmt::format("{}: was encoded with other options: {}; to encode it again, run with -f and a list of "
                       "such volumes alone",
-                      volume.output, difference_of(known->options, line.options)));
+                      volume.output, difference));
   }
   // The source may have been damaged since, and the output may be all that is left of it.
   if (is_ours && !options_.overwrite && known->input_files != volume.files && status_of_name(volume.output)) {

@@ -19,6 +19,7 @@
 #include "pipeline/run/run.h"
 #include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
+#include "tools/conversion/settings_used.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -139,13 +140,13 @@ std::vector<std::string> RemovalPass::verified(const ManifestLine& line, ordered
 }
 
 void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutput& known) const {
-  OptionTexts all = known.options;
-  for (const auto& [name, value] : line.options) all[name] = value;
-  const Encoding was = encoding_of(known.options, options_.run);
-  if (all != known.options &&
-      !is_same_encoding(was, encoding_of(all, options_.run), *open_volume(line.input, was.source)))
-    throw UsageError(fmt::format("{}: was encoded with other options: {}; the original is kept", line.input,
-                                 difference_of(known.options, all)));
+  const auto volume = open_volume(line.input, encoding_of(known.options, options_.run).source);
+  if (const std::string difference = difference_of(known, line.options, options_.run, *volume);
+      !difference.empty())
+    throw UsageError(
+        fmt::format("{}: was encoded with other options: {}; the original is kept; give the options of its "
+                    "encoding, or encode it again",
+                    line.input, difference));
 }
 
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
 #include <vector>
 
 #include "io/files/errors.h"
@@ -13,7 +12,6 @@
 #include "tools/options/encoding_rows.h"
 #include "tools/options/suggestion.h"
 #include "tools/report/printable.h"
-#include "tools/report/report.h"
 
 namespace tagrid {
 
@@ -80,29 +78,6 @@ Encoding encoding_of(const OptionTexts& texts, const RunOptions& run) {
   EncodingOptions options;
   for (const auto& [name, value] : texts) set_row(row_named(name), options, value);
   return options.checked(run);
-}
-
-bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume) {
-  const auto settings = [&](const EncodeOptions& options) {
-    return std::pair(settings_json(parameters_but_scale(options, volume.info())),
-                     std::tuple(options.range, options.range_from_data, options.field_scale,
-                                options.error_rule, options.strip));
-  };
-  const auto source = [](const SourceDescription& given) {
-    const RawDescription raw = given.raw.value_or(RawDescription{});
-    return std::tuple(given.raw.has_value(), raw.dims, raw.type, raw.big_endian.value_or(false), raw.spacing,
-                      raw.offset, given.vdb_grid, given.from, given.series, given.dataset, given.gaps_ok);
-  };
-  return source(a.source) == source(b.source) && settings(a.options) == settings(b.options);
-}
-
-std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
-  for (const auto& [name, value] : was)
-    if (const auto found = now.find(name); found == now.end() || found->second != value)
-      return fmt::format("{} was {}, now {}", name, value, found == now.end() ? "not given" : found->second);
-  for (const auto& [name, value] : now)
-    if (!was.contains(name)) return fmt::format("{} was not given, now {}", name, value);
-  return "";
 }
 
 namespace {

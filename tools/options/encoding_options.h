@@ -48,11 +48,6 @@ OptionTexts encoding_options_given(const CLI::App& command);
 /// options. `run` limits the memory of a reader.
 Encoding encoding_of(const OptionTexts& texts, const RunOptions& run = {});
 
-/// True if both encodings produce the same file from this volume, as far as this is known without reading it.
-bool is_same_encoding(const Encoding& a, const Encoding& b, const VolumeSource& volume);
-/// The first option in which they differ, in words.
-std::string difference_of(const OptionTexts& was, const OptionTexts& now);
-
 /// Warns if the type, the byte order, or the order of the dims of a headerless file is probably wrong.
 void warn_of_description(const RunOptions& run, const std::string& input, const RawDescription& description);
 
