@@ -8,6 +8,7 @@
 #include "io/files/errors.h"
 #include "io/programs/places.h"
 #include "io/programs/serve.h"
+#include "io/sandbox/confine.h"
 
 namespace tagrid {
 namespace {
@@ -110,6 +111,8 @@ int serve_volumes(const std::string& name, const OpenServed& open) {
   for (std::string line; std::getline(std::cin, line);) {
     try {
       const OrderedJson request = OrderedJson::parse(line);
+      // tagrid starts a program for each source.
+      if (path.empty() && request.contains("path")) confine_to(request.at("path"));
       path = request.value("path", path);
       answer(request, open, volume);
     } catch (const SeveralVolumes& several) {

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/programs/find.h"
+#include "io/sandbox/sandbox.h"
 #include "tools/commands/commands.h"
 #include "tools/report/printable.h"
 
@@ -105,13 +106,14 @@ std::string where(const KnownFormat& format) {
 }
 
 struct FormatsCommand {
-  bool as_json = false;
+  bool as_json = false, verbose = false;
 
   void execute() const {
     const std::vector<KnownFormat> list = known_formats();
     if (as_json) {
       Json json = {{"formats", Json::array()}};
       for (const KnownFormat& format : list) json["formats"].push_back(json_of(format));
+      json["sandbox"] = sandbox_in_words();
       fmt::print("{}\n", json.dump(2));
       return;
     }
@@ -132,6 +134,9 @@ struct FormatsCommand {
     for (const KnownFormat& format : list)
       print(format.name, format.reads ? "yes" : "-", format.writes ? "yes" : "-", described(format),
             where(format));
+    if (verbose)
+      fmt::print("\nsandbox of the programs that come with tagrid and read formats: {}\n",
+                 sandbox_in_words());
   }
 };
 
@@ -142,6 +147,8 @@ Action add_formats_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("formats", "List the formats of volumes that can be read and written");
   command->add_flag("--json", state->as_json, "Print one JSON object");
+  command->add_flag("-v,--verbose", state->verbose,
+                    "Also print how the programs that read formats are confined");
   return [state](Ranks&) { state->execute(); };
 }
 

@@ -23,7 +23,7 @@ _tagrid_options() {
         --remove-verified --trust-description -f --force"
       ;;
     estimate) echo "$run $memory --spool $encoding --errors -f --force" ;;
-    formats) echo "-h --help --json" ;;
+    formats) echo "-h --help --json -v --verbose" ;;
     phantom) echo "$run $output --dims --type --seed --format" ;;
     *) echo "-h --help -V --version" ;;
   esac

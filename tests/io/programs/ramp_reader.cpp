@@ -1,7 +1,19 @@
-// A reader program for tests. Its files say the size of a volume and how it is read: "5 4 3 any". Sample number i of the
-// volume is i. Instead of "any", "broken" means that slice 2 cannot be read, and "greedy" that the description takes 200 MiB.
+// A reader program for tests. Its files say the size of a volume and how it is read: "5 4 3 any". Sample
+// number i of the volume is i. Instead of "any", "broken" means that slice 2 cannot be read, and "greedy"
+// that the description takes 200 MiB. "tries" is followed by what else the reader tries, such as "write
+// /tmp/x"; the pair "outcome" says what came of it.
 
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <fstream>
+#include <thread>
 #include <vector>
 
 #include "io/bytes/little_endian.h"
@@ -11,18 +23,63 @@
 namespace tagrid {
 namespace {
 
+int connect_to(const std::string& port) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(std::stoi(port)));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return socket < 0 ? -1 : connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address);
+}
+
+int start(const std::string& program) {
+  const pid_t child = fork();
+  int status = 0;
+  if (child > 0) return waitpid(child, &status, 0) == child && status == 0 ? 0 : -1;
+  if (child < 0) return -1;
+  execl(program.c_str(), program.c_str(), nullptr);
+  _exit(127);
+}
+
+int attempt(const std::string& what, const std::string& at) {
+  if (what == "read") return open(at.c_str(), O_RDONLY);
+  if (what == "list") return open(at.c_str(), O_RDONLY | O_DIRECTORY);
+  if (what == "write") return open(at.c_str(), O_WRONLY | O_CREAT, 0600);
+  if (what == "change") return open(at.c_str(), O_RDWR);
+  if (what == "truncate") return truncate(at.c_str(), 0);
+  if (what == "remove") return unlink(at.c_str());
+  if (what == "rename") return rename(at.c_str(), (at + ".new").c_str());
+  if (what == "connect") return connect_to(at);
+  if (what == "talk") return socket(AF_UNIX, SOCK_STREAM, 0);
+  if (what == "broadcast") return socket(AF_INET, SOCK_DGRAM, 0);
+  if (what == "start") return start(at);
+  if (what == "become") return execl(at.c_str(), at.c_str(), nullptr);
+  if (what == "signal") return kill(getppid(), 0);
+  errno = EINVAL;
+  return -1;
+}
+
+std::string outcome_of(const std::string& what, const std::string& at) {
+  return attempt(what, at) < 0 ? std::strerror(errno) : "done";
+}
+
 class Ramp final : public ServedVolume {
  public:
   explicit Ramp(const std::string& path) {
     std::string order;
-    if (!(std::ifstream(path) >> dims.x >> dims.y >> dims.z >> order))
-      throw BrokenInput(path + ": is no ramp");
+    std::ifstream file(path);
+    if (!(file >> dims.x >> dims.y >> dims.z >> order)) throw BrokenInput(path + ": is no ramp");
     type = SampleType::uint32;
     files = {path};
     any_order = order != "next";
     is_broken_ = order == "broken";
     if (order == "greedy") much_.resize(std::size_t{200} << 20);
     pairs = {{"made by", "ramp"}};
+    if (std::string what, at; order == "tries" && file >> what >> at) {
+      pairs.emplace_back("outcome", outcome_of(what, at));
+      // A thread that is made later is no way out.
+      std::thread([&] { pairs.emplace_back("outcome of a thread", outcome_of(what, at)); }).join();
+    }
     geometry.spacing = {1, 2, 3};
     geometry.has_spacing = true;
   }

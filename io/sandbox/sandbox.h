@@ -1,0 +1,14 @@
+// Programs that parse files of strangers with large libraries run in a sandbox; see io/sandbox/confine.h.
+#pragma once
+
+#include <string>
+
+namespace tagrid {
+
+/// False if the environment says TAGRID_SANDBOX=off.
+bool sandbox_is_on();
+
+/// What the sandbox is made of on this machine, for users: "Landlock 7, seccomp".
+std::string sandbox_in_words();
+
+}  // namespace tagrid

@@ -1,0 +1,136 @@
+// A reader that a malicious file has taken over: each thing that it tries works without the sandbox, and
+// fails within it.
+
+#include "io/sandbox/sandbox.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+
+#include "io/nrrd/geometry.h"
+#include "io/programs/program_source.h"
+#include "io/sandbox/landlock.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tagrid {
+namespace {
+
+/// A port of this machine at which somebody listens.
+class Listener {
+ public:
+  Listener() : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address = {};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    auto* any = reinterpret_cast<sockaddr*>(&address);
+    if (bind(socket_, any, size) != 0 || listen(socket_, 4) != 0 || getsockname(socket_, any, &size) != 0)
+      throw std::runtime_error("cannot listen");
+    port_ = ntohs(address.sin_port);
+  }
+  ~Listener() { close(socket_); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  std::string port() const { return std::to_string(port_); }
+
+ private:
+  int socket_, port_ = 0;
+};
+
+class Sandbox : public TemporaryFolder {
+ protected:
+  Sandbox() {
+    std::filesystem::create_directory(path("scans"));
+    std::filesystem::create_directory(path("elsewhere"));
+  }
+  void SetUp() override {
+    if (!sandbox_is_on()) GTEST_SKIP() << "the sandbox is off here: sanitizers, or TAGRID_SANDBOX=off";
+    if (landlock_version() == 0) GTEST_SKIP() << "this kernel has no Landlock";
+  }
+  ~Sandbox() override { unsetenv("TAGRID_SANDBOX"); }
+
+  /// What comes of it if the reader of scans/a.ramp tries to do this, and if a thread of it does.
+  std::array<std::string, 2> outcomes(const std::string& what, const std::string& at) const {
+    const auto source =
+        open_with_reader(TAGRID_RAMP_READER, file("scans/a.ramp", "3 4 5 tries " + what + " " + at), {});
+    const std::string& fields = source->info().nrrd_fields;
+    return {text_of_key(fields, "outcome"), text_of_key(fields, "outcome of a thread")};
+  }
+  void expect_refused(const std::string& what, const std::string& at) const {
+    for (const std::string& outcome : outcomes(what, at)) {
+      EXPECT_NE(outcome, "done") << what << " " << at;
+      EXPECT_NE(outcome, "Invalid argument") << what << " " << at;
+      EXPECT_NE(outcome, "") << what << " " << at;
+    }
+  }
+  void expect_done(const std::string& what, const std::string& at) const {
+    EXPECT_EQ(outcomes(what, at)[0], "done") << what << " " << at;
+  }
+};
+
+TEST_F(Sandbox, KeepsAReaderFromTheRestOfTheMachine) {
+  const Listener listener;
+  const std::string other = file("elsewhere/secret", "secret"), own = file("scans/b.ramp", "1 1 1 any");
+  for (const auto& [what, at] : {std::pair<std::string, std::string>{"write", path("scans/new")},
+                                 {"write", path("elsewhere/new")},
+                                 {"change", own},
+                                 {"change", other},
+                                 {"truncate", own},
+                                 {"remove", own},
+                                 {"rename", own},
+                                 {"read", other},
+                                 {"list", path("elsewhere")},
+                                 {"list", path("")},
+                                 {"read", "/etc/passwd"},
+                                 {"connect", listener.port()},
+                                 {"talk", "-"},
+                                 {"broadcast", "-"},
+                                 {"start", "/bin/true"},
+                                 {"become", "/bin/true"},
+                                 {"signal", "-"}}) {
+    expect_refused(what, at);
+  }
+  EXPECT_EQ(content("scans/b.ramp"), "1 1 1 any");
+  EXPECT_EQ(names_in("scans"), (std::vector<std::string>{"a.ramp", "b.ramp"}));
+  EXPECT_EQ(names_in("elsewhere"), std::vector<std::string>{"secret"});
+}
+
+TEST_F(Sandbox, LetsItReadTheSourceAndWhatLinksLeadTo) {
+  file("scans/b.ramp", "1 1 1 any");
+  const std::string other = file("elsewhere/slice", "x");
+  std::filesystem::create_symlink(other, path("scans/link"));
+  expect_done("read", path("scans/b.ramp"));
+  expect_done("list", path("scans"));
+  expect_done("read", path("scans/link"));
+  // Samples lie beside the header itself, not beside a link to it.
+  std::filesystem::create_symlink(file("elsewhere/c.ramp", "3 4 5 tries read " + other),
+                                  path("scans/c.ramp"));
+  const auto source = open_with_reader(TAGRID_RAMP_READER, path("scans/c.ramp"), {});
+  EXPECT_EQ(text_of_key(source->info().nrrd_fields, "outcome"), "done");
+}
+
+// So the reader can do it, and it is the sandbox that refuses it.
+TEST_F(Sandbox, IsWhatRefuses) {
+  setenv("TAGRID_SANDBOX", "off", 1);
+  EXPECT_EQ(sandbox_in_words(), "off");
+  const Listener listener;
+  const std::string other = file("elsewhere/secret", "secret");
+  for (const auto& [what, at] : {std::pair<std::string, std::string>{"write", path("scans/new")},
+                                 {"change", other},
+                                 {"truncate", other},
+                                 {"read", other},
+                                 {"list", path("elsewhere")},
+                                 {"connect", listener.port()},
+                                 {"talk", "-"},
+                                 {"broadcast", "-"},
+                                 {"start", "/bin/true"},
+                                 {"signal", "-"}})
+    expect_done(what, at);
+}
+
+}  // namespace
+}  // namespace tagrid
