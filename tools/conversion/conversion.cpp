@@ -55,7 +55,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
     try {
       encoding.run(line, record.json());
     } catch (const std::exception&) {
-      record.fail();
+      record.fail(ranks.machine());
     }
     shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
   };
