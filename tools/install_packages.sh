@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs a named set of Debian packages if they are missing: for building, testing, fuzzing, comparing with
-# other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
-#   tools/install_packages.sh build|mpi|python|packages|test|fuzz|bench|pictures|paper
+# Installs a named set of Debian packages if they are missing: for building, testing, also on a cluster, fuzzing, comparing
+# with other codecs, and making Debian packages, the pictures of the documents and the report of the paper.
+#   tools/install_packages.sh build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper
 set -euo pipefail
 
 build=(g++ cmake ninja-build libtbb-dev libzstd-dev libxxhash-dev libhwy-dev libcli11-dev libfmt-dev nlohmann-json3-dev zlib1g-dev libbz2-dev libpng-dev
@@ -16,6 +16,7 @@ test=("${mpi[@]}" "${python[@]}" libgtest-dev librapidcheck-dev clang clang-form
   python3-pydicom dcmtk libgdcm-tools python3-h5py hdf5-tools python3-vtk9 xvfb xauth libgl1-mesa-dri fonts-dejavu-core libopenjp2-tools
   gmsh python3-gmsh python3-meshio python3-dask python3-xarray python3-zarr mypy)
 fuzz=("${test[@]}" clang-14 libclang-rt-14-dev)
+slurm=("${test[@]}" slurm-wlm munge)
 bench=("${build[@]}" python3 gnuplot-nox libbenchmark-dev libcharls-dev libjxl-tools zfp zstd)
 pictures=("${python[@]}" python3-pil python3-matplotlib)
 paper=("${mpi[@]}" python3 python3-numpy python3-pil python3-vtk9 xvfb libgl1-mesa-dri fonts-dejavu-core)
@@ -26,11 +27,12 @@ case "${1:-}" in
   python) wanted=("${python[@]}") ;;
   packages) wanted=("${packages[@]}") ;;
   test) wanted=("${test[@]}") ;;
+  slurm) wanted=("${slurm[@]}") ;;
   fuzz) wanted=("${fuzz[@]}") ;;
   bench) wanted=("${bench[@]}") ;;
   pictures) wanted=("${pictures[@]}") ;;
   paper) wanted=("${paper[@]}") ;;
-  *) echo "usage: $0 build|mpi|python|packages|test|fuzz|bench|pictures|paper" >&2; exit 64 ;;
+  *) echo "usage: $0 build|mpi|python|packages|test|slurm|fuzz|bench|pictures|paper" >&2; exit 64 ;;
 esac
 
 missing=()

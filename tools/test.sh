@@ -25,6 +25,8 @@ else
   TAGRID_DAMAGES=5000 ctest --preset release -R LargeDamage --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=1000 ctest --preset release -R /Kill --timeout 36000
   TAGRID_LONG=1 TAGRID_KILLS=100 ctest --preset release -R "Resume|Mpi" --timeout 36000
+  tools/install_packages.sh slurm
+  TAGRID_LONG=1 ctest --preset release -R tools/RealSlurm --timeout 36000
   cmake --preset asan -DTAGRID_EVERY_TEST=ON >/dev/null
   cmake --build --preset asan --target tagrid tagrid-{read,write}-{hdf5,vdb} tagrid-read-{bmp,dicom,jp2,tiff} {stages,io,pipeline}_tests
   TAGRID_LONG=1 ctest --preset asan -R '^(stages|io|pipeline|readers)/' -E 'Real(Volumes|Rates)|LargeDamage' --timeout 36000

@@ -19,6 +19,7 @@ namespace {
 struct Outcome {
   enum class State : std::uint8_t { well, stopped, failed } state = State::well;
   SortedError error;
+  std::string machine;
 };
 
 }  // namespace
@@ -34,7 +35,7 @@ inline constexpr std::size_t member_count<ErrorDetail> = 5;
 template <>
 inline constexpr std::size_t member_count<SortedError> = 3;
 template <>
-inline constexpr std::size_t member_count<Outcome> = 2;
+inline constexpr std::size_t member_count<Outcome> = 3;
 
 namespace {
 
@@ -43,7 +44,7 @@ Outcome outcome_of(const std::exception_ptr& exception) {
   try {
     std::rethrow_exception(exception);
   } catch (const Stopped&) {
-    return {Outcome::State::stopped, {ErrorKind::bug, "the work was stopped", {}}};
+    return {Outcome::State::stopped, {ErrorKind::bug, "the work was stopped", {}}, {}};
   } catch (...) {
     constexpr std::size_t longest_message = 4000;
     SortedError error = sorted_error(exception);
@@ -51,7 +52,7 @@ Outcome outcome_of(const std::exception_ptr& exception) {
       error.message.resize(longest_message);
       error.detail = {};
     }
-    return {Outcome::State::failed, error};
+    return {Outcome::State::failed, error, {}};
   }
 }
 
@@ -88,9 +89,9 @@ void Ranks::attend(const std::function<void()>& work, const std::function<void()
     auto next_look = Clock::now() + look_interval;
     while (!ended.wait_for(lock, patience(), [&] { return done; })) {
       lock.unlock();
-      pass_messages();
-      if (!of_look && Clock::now() >= next_look) {
-        next_look += look_interval;
+      const bool is_told = pass_messages();
+      if (!of_look && (is_told || Clock::now() >= next_look)) {
+        next_look = Clock::now() + look_interval;
         try {
           look();
         } catch (...) {
@@ -116,13 +117,16 @@ void agree(Ranks& ranks, std::exception_ptr failure) {
   }
   using State = Outcome::State;
   Outcome chosen;
-  const std::vector<Bytes> all = ranks.gather(packed_order(outcome_of(failure)));
+  Outcome own = outcome_of(failure);
+  own.machine = ranks.machine();
+  const std::vector<Bytes> all = ranks.gather(packed_order(own));
   for (std::size_t rank = 0; rank < all.size(); ++rank) {
     auto its = unpacked_order<Outcome>(all[rank]);
     // The first rank that failed; if none did, one that was stopped.
     if (its.state <= chosen.state) continue;
     if (rank > 0 && its.state == State::failed) {
-      const std::string where = fmt::format("rank {}: ", rank);
+      const std::string where = its.machine.empty() ? fmt::format("rank {}: ", rank)
+                                                    : fmt::format("rank {} on {}: ", rank, its.machine);
       its.error.message = where + its.error.message;
       its.error.detail.context = where + its.error.detail.context;
     }
@@ -141,7 +145,7 @@ void share_out(Ranks& ranks, SharedWork& shared) {
   const auto fail = [&] {
     if (failure) return;
     failure = shared.stop ? std::make_exception_ptr(Stopped{}) : std::current_exception();
-    if (!shared.stop) ranks.tell_failure();
+    if (!shared.stop) ranks.add({.taken = 0, .done = 0, .failed = true});
     shared.stop = true;
   };
   const Ranks::Hear take = [&](const Bytes& account) {
@@ -155,9 +159,8 @@ void share_out(Ranks& ranks, SharedWork& shared) {
   const auto look = [&] {
     if (shared.take) ranks.listen(take);
     const std::int64_t done = shared.done;
-    if (done != reported) ranks.add_done(done - reported);
+    const SharedNumbers numbers = ranks.add({.taken = 0, .done = done - reported, .failed = false});
     reported = done;
-    const SharedNumbers numbers = ranks.numbers();
     if (numbers.failed) shared.stop = true;
     if (shared.look) shared.look(numbers);
   };

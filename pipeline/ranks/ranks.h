@@ -8,17 +8,25 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace tagrid {
 
 using Bytes = std::vector<std::byte>;
 
-/// Numbers that all ranks share while they work on something together. Ranks do not wait for them.
+/// Numbers that all ranks share while they work on something together.
 struct SharedNumbers {
   std::int64_t taken = 0;  ///< number of items that ranks have taken; it may exceed the number of items
   std::int64_t done = 0;   ///< the sum of add_done()
   bool failed = false;     ///< a rank has reported a failure
+
+  SharedNumbers& operator+=(const SharedNumbers& more) {
+    taken += more.taken;
+    done += more.done;
+    failed = failed || more.failed;
+    return *this;
+  }
 };
 
 /// The thread that started the program calls all members. Collective members are called by all ranks, in the
@@ -30,6 +38,8 @@ class Ranks {
   virtual int count() const { return 1; }
   /// The number of ranks that share this machine's memory.
   virtual int on_this_machine() const { return 1; }
+  /// The name of this machine if there are ranks on others, too; otherwise empty.
+  virtual std::string machine() const { return {}; }
 
   /// Collective: all ranks get the bytes of rank 0.
   virtual void broadcast(Bytes&) {}
@@ -38,11 +48,10 @@ class Ranks {
 
   /// Collective: the shared numbers become 0.
   virtual void begin_counting() { numbers_ = {}; }
+  /// Adds to the shared numbers, and returns the sums.
+  virtual SharedNumbers add(const SharedNumbers& more) { return numbers_ += more; }
   /// Takes the next item: 0, 1, 2, ... Each item is given to only one rank.
-  virtual std::int64_t next() { return numbers_.taken++; }
-  virtual void add_done(std::int64_t amount) { numbers_.done += amount; }
-  virtual void tell_failure() { numbers_.failed = true; }
-  virtual SharedNumbers numbers() { return numbers_; }
+  std::int64_t next() { return add({.taken = 1, .done = 0, .failed = false}).taken - 1; }
 
   /// Called by rank 0 with the bytes that another rank tells. Does not throw.
   using Hear = std::function<void(const Bytes&)>;
@@ -60,9 +69,9 @@ class Ranks {
 
  protected:
   static constexpr std::chrono::milliseconds look_interval{32};
-  /// Called every patience() while this rank works. patience() is how long other ranks may have to wait for
-  /// an answer.
-  virtual void pass_messages() {}
+  /// Called every patience() while this rank works: answers other ranks. Returns whether one of them tells
+  /// something, so that `look` should listen now. patience() is how long other ranks may have to wait.
+  virtual bool pass_messages() { return false; }
   virtual std::chrono::milliseconds patience() const { return look_interval; }
 
  private:

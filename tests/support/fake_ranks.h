@@ -102,21 +102,9 @@ class FakeRanks {
       all_.numbers_ = {};
       all_.meet(lock);
     }
-    std::int64_t next() override {
+    SharedNumbers add(const SharedNumbers& more) override {
       const Lock lock(all_.mutex_);
-      return all_.numbers_.taken++;
-    }
-    void add_done(std::int64_t amount) override {
-      const Lock lock(all_.mutex_);
-      all_.numbers_.done += amount;
-    }
-    void tell_failure() override {
-      const Lock lock(all_.mutex_);
-      all_.numbers_.failed = true;
-    }
-    SharedNumbers numbers() override {
-      const Lock lock(all_.mutex_);
-      return all_.numbers_;
+      return all_.numbers_ += more;
     }
 
     void tell(const Bytes& bytes) override {

@@ -26,11 +26,11 @@ LineRecord::LineRecord(const ManifestLine& line, std::uint64_t sequence)
   json_["seconds"] = json_["finished"] = nullptr;
 }
 
-void LineRecord::fail() {
+void LineRecord::fail(const std::string& machine) {
   const Failure failure =
       current_failure("fewer threads (-T), a limit (-M SIZE) or a smaller --brick need less");
-  error_ = failure.message;
-  json_["error"] = failure.message;
+  error_ = machine.empty() ? failure.message : fmt::format("on {}: {}", machine, failure.message);
+  json_["error"] = error_;
   json_["code"] = failure.code;
 }
 

@@ -18,8 +18,8 @@ class LineRecord {
 
   /// The results for the line are added here.
   nlohmann::ordered_json& json() { return json_; }
-  /// Records that the exception being handled ended the work.
-  void fail();
+  /// Records that the exception being handled ended the work, on this machine if it has to be named.
+  void fail(const std::string& machine = {});
   /// The line of the record, as it is now.
   std::string text();
   /// The error message in its original bytes; "" if nothing failed.

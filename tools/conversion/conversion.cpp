@@ -2,6 +2,9 @@
 
 #include <memory>
 
+#include "io/files/errors.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/ranks/messages.h"
 #include "tools/conversion/account.h"
@@ -41,8 +44,30 @@ inline constexpr std::size_t member_count<DoneLine> = 3;
 
 namespace {
 
+/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none: outputs would
+/// be scattered.
+void require_shared_folder(Ranks& ranks, const std::string& folder) {
+  if (ranks.machine().empty()) return;
+  std::unique_ptr<OutputFile> seen;  // its temporary name is in no other folder
+  std::string name;
+  all_do(ranks, [&] {
+    if (ranks.rank() > 0) return;
+    seen = std::make_unique<OutputFile>(folder + "/seen-by-all", true);
+    name = seen->temporary();
+  });
+  Bytes bytes = packed_order(name);
+  ranks.broadcast(bytes);
+  all_do(ranks, [&] {
+    if (!status_of(unpacked_order<std::string>(bytes)))
+      throw WorldError(folder +
+                       ": is not the same folder on this machine; all ranks must see the folder of the "
+                       "outputs under the same name");
+  });
+}
+
 /// Collective. `account` is that of rank 0; for other ranks it is null.
 void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* account) {
+  require_shared_folder(ranks, order.options.output_dir);
   std::unique_ptr<KnownOutputs> known;
   // Every rank reads the records before any rank writes to them.
   all_do(ranks, [&] { known = std::make_unique<KnownOutputs>(order.options.output_dir); });
@@ -55,7 +80,7 @@ void share_lines(Ranks& ranks, const ConversionOrder& order, ConversionAccount* 
     try {
       encoding.run(line, record.json());
     } catch (const std::exception&) {
-      record.fail();
+      record.fail(ranks.machine());
     }
     shared.account = packed_order(DoneLine{static_cast<std::uint64_t>(index), record.text(), record.error()});
   };

@@ -14,29 +14,14 @@ namespace {
 // Far below 1 GiB, which is the limit for messages in some networks.
 constexpr std::size_t largest_message = std::size_t{1} << 26;
 
-// Positions in the window of rank 0.
-enum Number : int { taken, done, failed, number_count };
-
-// Messages between two ranks: the bytes that are told, preceded by their size, and the answer after they were
-// heard.
-enum Tag : int { told, heard };
-
-// Waits without taking a core from working threads. Requests of other ranks are answered meanwhile.
-// `meanwhile` is called now and then.
-template <class Meanwhile>
-void await(MPI_Request request, Meanwhile meanwhile) {
-  for (int looks = 0;; ++looks) {
-    int complete = 0;
-    MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
-    if (complete) return;
-    meanwhile();
-    if (looks > 200) usleep(looks > 2000 ? 2000 : 100);
-  }
-}
-
-void await(MPI_Request request) {
-  await(request, [] {});
-}
+// Messages to rank 0, and its answers. A rank that has sent one does nothing else until it is answered, so no
+// message is left over when all ranks meet, and rank 0 can receive the rest of one without a deadlock.
+enum Tag : int {
+  told,   // bytes, preceded by their size
+  heard,  // nothing: the bytes were heard
+  more,   // what is added to the shared numbers
+  sums    // the shared numbers after that
+};
 
 class MpiRanks : public Ranks {
  public:
@@ -51,25 +36,29 @@ class MpiRanks : public Ranks {
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &neighbours);
     MPI_Comm_size(neighbours, &on_this_machine_);
     MPI_Comm_free(&neighbours);
-    const MPI_Aint size = rank_ == 0 ? number_count * sizeof(std::int64_t) : 0;
-    MPI_Win_allocate(size, sizeof(std::int64_t), MPI_INFO_NULL, MPI_COMM_WORLD, &numbers_, &window_);
-    for (int i = 0; i < number_count && rank_ == 0; ++i) numbers_[i] = 0;
-    MPI_Win_lock_all(0, window_);
   }
-  ~MpiRanks() override {
-    MPI_Win_unlock_all(window_);
-    MPI_Win_free(&window_);
-    MPI_Finalize();
-  }
+  ~MpiRanks() override { MPI_Finalize(); }
   MpiRanks(const MpiRanks&) = delete;
   MpiRanks& operator=(const MpiRanks&) = delete;
 
   int rank() const override { return rank_; }
   int count() const override { return count_; }
   int on_this_machine() const override { return on_this_machine_; }
+  std::string machine() const override {
+    if (on_this_machine_ == count_) return {};
+    std::array<char, MPI_MAX_PROCESSOR_NAME> name = {};
+    int size = 0;
+    MPI_Get_processor_name(name.data(), &size);
+    return {name.data(), static_cast<std::size_t>(size)};
+  }
 
   void broadcast(Bytes& bytes) override {
     std::uint64_t size = bytes.size();
+    const auto broadcast_bytes = [&](void* some, std::size_t count) {
+      MPI_Request request;
+      MPI_Ibcast(some, static_cast<int>(count), MPI_BYTE, 0, MPI_COMM_WORLD, &request);
+      await(request);
+    };
     broadcast_bytes(&size, sizeof size);
     bytes.resize(size);
     for_each_message(bytes, broadcast_bytes);
@@ -96,18 +85,13 @@ class MpiRanks : public Ranks {
 
   void tell(const Bytes& bytes) override {
     const std::uint64_t size = bytes.size();
-    send_bytes(&size, sizeof size);
-    for_each_message(bytes, send_bytes);
-    MPI_Request request;
-    MPI_Irecv(nullptr, 0, MPI_BYTE, 0, heard, MPI_COMM_WORLD, &request);
-    await(request);
+    const auto send = [&](const void* some, std::size_t count) { await(sent(some, count, told)); };
+    send(&size, sizeof size);
+    for_each_message(bytes, send);
+    await(received(nullptr, 0, heard));
   }
   void listen(const Hear& hear) override {
-    for (int is_told = 1; is_told;) {
-      MPI_Status status;
-      MPI_Iprobe(MPI_ANY_SOURCE, told, MPI_COMM_WORLD, &is_told, &status);
-      if (is_told) hear_one(status.MPI_SOURCE, hear);
-    }
+    for (int source; (source = sender_of(told)) >= 0;) hear_one(source, hear);
   }
   void listen_to_the_end(const Hear& hear) override {
     MPI_Request request;
@@ -119,24 +103,31 @@ class MpiRanks : public Ranks {
 
   void begin_counting() override {
     barrier();
-    for (int i = 0; i < number_count && rank_ == 0; ++i) change(static_cast<Number>(i), 0, MPI_REPLACE);
+    Ranks::begin_counting();
     barrier();
   }
-  std::int64_t next() override { return change(taken, 1, MPI_SUM); }
-  void add_done(std::int64_t amount) override { change(done, amount, MPI_SUM); }
-  void tell_failure() override { change(failed, 1, MPI_SUM); }
-  SharedNumbers numbers() override {
-    return {change(taken, 0, MPI_NO_OP), change(done, 0, MPI_NO_OP), change(failed, 0, MPI_NO_OP) != 0};
+  SharedNumbers add(const SharedNumbers& numbers) override {
+    if (rank_ == 0) return Ranks::add(numbers);
+    SharedNumbers result;
+    const MPI_Request answer = received(&result, sizeof result, sums);
+    await(sent(&numbers, sizeof numbers, more));
+    await(answer);
+    return result;
   }
 
  protected:
-  // Other ranks reach the shared numbers, which are those of rank 0, only while rank 0 passes messages.
+  // The shared numbers are those of rank 0: other ranks wait for its answers.
   std::chrono::milliseconds patience() const override {
     return rank_ == 0 ? std::chrono::milliseconds(2) : look_interval;
   }
-  void pass_messages() override {
-    int waiting = 0;
-    MPI_Iprobe(MPI_ANY_SOURCE, MPI_ANY_TAG, MPI_COMM_WORLD, &waiting, MPI_STATUS_IGNORE);
+  bool pass_messages() override {
+    // A rank that has asked for one thing often asks for the next at once.
+    const bool has_asked = answer_others();
+    for (int naps = 0; has_asked && naps < 10 && sender_of(told) < 0; ++naps) {
+      usleep(100);
+      answer_others();
+    }
+    return sender_of(told) >= 0;
   }
 
  private:
@@ -145,12 +136,50 @@ class MpiRanks : public Ranks {
     for (std::size_t at = 0; at < bytes.size(); at += largest_message)
       send(bytes.data() + at, std::min(largest_message, bytes.size() - at));
   }
-  static void send_bytes(const void* bytes, std::size_t size) {
-    MPI_Request request;
-    MPI_Isend(bytes, static_cast<int>(size), MPI_BYTE, 0, told, MPI_COMM_WORLD, &request);
-    await(request);
+  // Waits without taking a core from working threads. Rank 0 answers the others meanwhile. `meanwhile` is
+  // called now and then.
+  template <class Meanwhile>
+  void await(MPI_Request request, Meanwhile meanwhile) {
+    for (int looks = 0;; ++looks) {
+      int complete = 0;
+      MPI_Test(&request, &complete, MPI_STATUS_IGNORE);
+      if (complete) return;
+      if (answer_others()) looks = 0;
+      meanwhile();
+      if (looks > 200) usleep(looks > 2000 ? 2000 : 100);
+    }
   }
-  // The sender waits in tell(), and does nothing else.
+  void await(MPI_Request request) {
+    await(request, [] {});
+  }
+  static MPI_Request sent(const void* bytes, std::size_t size, Tag tag) {
+    MPI_Request request;
+    MPI_Isend(bytes, static_cast<int>(size), MPI_BYTE, 0, tag, MPI_COMM_WORLD, &request);
+    return request;
+  }
+  static MPI_Request received(void* bytes, std::size_t size, Tag tag) {
+    MPI_Request request;
+    MPI_Irecv(bytes, static_cast<int>(size), MPI_BYTE, 0, tag, MPI_COMM_WORLD, &request);
+    return request;
+  }
+  // A rank whose message has arrived, or -1. Only rank 0 gets any.
+  static int sender_of(Tag tag) {
+    int has_arrived = 0;
+    MPI_Status status;
+    MPI_Iprobe(MPI_ANY_SOURCE, tag, MPI_COMM_WORLD, &has_arrived, &status);
+    return has_arrived ? status.MPI_SOURCE : -1;
+  }
+  // Returns whether a rank has asked.
+  bool answer_others() {
+    int answers = 0;
+    for (int source; (source = sender_of(more)) >= 0; ++answers) {
+      SharedNumbers numbers;
+      MPI_Recv(&numbers, sizeof numbers, MPI_BYTE, source, more, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+      numbers = Ranks::add(numbers);
+      MPI_Send(&numbers, sizeof numbers, MPI_BYTE, source, sums, MPI_COMM_WORLD);
+    }
+    return answers > 0;
+  }
   static void hear_one(int source, const Hear& hear) {
     const auto receive = [&](void* bytes, std::size_t size) {
       MPI_Recv(bytes, static_cast<int>(size), MPI_BYTE, source, told, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
@@ -162,27 +191,13 @@ class MpiRanks : public Ranks {
     hear(bytes);
     MPI_Send(nullptr, 0, MPI_BYTE, source, heard, MPI_COMM_WORLD);
   }
-  static void broadcast_bytes(void* bytes, std::size_t size) {
-    MPI_Request request;
-    MPI_Ibcast(bytes, static_cast<int>(size), MPI_BYTE, 0, MPI_COMM_WORLD, &request);
-    await(request);
-  }
-  static void barrier() {
+  void barrier() {
     MPI_Request request;
     MPI_Ibarrier(MPI_COMM_WORLD, &request);
     await(request);
   }
-  // Returns the number before the change.
-  std::int64_t change(Number number, std::int64_t by, MPI_Op how) {
-    std::int64_t before = 0;
-    MPI_Fetch_and_op(&by, &before, MPI_INT64_T, 0, number, how, window_);
-    MPI_Win_flush(0, window_);
-    return before;
-  }
 
   int rank_ = 0, count_ = 1, on_this_machine_ = 1;
-  std::int64_t* numbers_ = nullptr;
-  MPI_Win window_ = MPI_WIN_NULL;
 };
 
 }  // namespace

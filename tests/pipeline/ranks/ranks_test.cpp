@@ -58,7 +58,7 @@ TEST(Ranks, EveryItemIsDoneOnceAndRankZeroIsToldOfEach) {
       share_out(ranks, shared);
       // All items are done on every rank: later code may rely on them.
       EXPECT_EQ(done, 100);
-      EXPECT_TRUE(count == 1 || ranks.numbers().done == 4950);
+      EXPECT_TRUE(count == 1 || ranks.add({}).done == 4950);
     });
     ASSERT_EQ(told.size(), 100U);
     std::int64_t next = 0;

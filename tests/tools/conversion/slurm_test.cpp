@@ -109,7 +109,8 @@ TEST_F(Slurm, ATaskThatFailsOrSucceedsIsNotQueuedAgain) {
 }
 
 TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
-  program("tagrid-mpi", "echo \"$*\" > arguments; echo $TMPDIR > tmpdir; exit $CODE");
+  program("tagrid-mpi",
+          "[ $1 != --version ] || exec echo 1; echo \"$*\" > arguments; echo $TMPDIR > tmpdir; exit $CODE");
   const std::string run = "SLURM_TMPDIR=/scratch SLURM_CPUS_PER_TASK=8 SLURM_NTASKS=3" +
                           body("encode_large.sbatch") + "'my volume.nhdr' big.tag --max-error 5";
   for (const int code : {0, 64, 65, 74, 139})
@@ -129,8 +130,34 @@ TEST_F(Slurm, ALargeVolumeIsEncodedByManyProcessesAndCanGoOn) {
   EXPECT_EQ(content("arguments"), "encode a -o b --resume --progress plain\n");
 }
 
+TEST_F(Slurm, TheLauncherIsTheFirstWhoseProcessesWorkTogether) {
+  // By mpirun, one process says the version for all. Slurm's processes know each other by PMIx, if at all.
+  program("tagrid-mpi", "[ $1 != --version ] || exec echo 1; echo \"$*\" > arguments");
+  const std::string skip = "while [[ $1 != *tagrid-mpi ]]; do shift; done; ";
+  const std::string run =
+      "SLURM_CPUS_PER_TASK=8 SLURM_NTASKS=3" + body("encode_large.sbatch") + "a.nhdr a.tag";
+  const auto launcher = [&] {
+    const Ending ending = batch(run);
+    expect_ok(ending);
+    return ending.out;
+  };
+  const std::string is = "encode_large.sbatch: the launcher is ";
+  EXPECT_EQ(launcher(), is + "srun --cpus-per-task=8\n");
+  program("srun", "twice=$2; " + skip + "[ $twice = --mpi=pmix ] || \"$@\"; exec \"$@\"");
+  EXPECT_EQ(launcher(), is + "srun --cpus-per-task=8 --mpi=pmix\n");
+  program("srun", "echo 'no PMI' >&2; exit 1");
+  EXPECT_EQ(launcher(), is + "mpirun -n 3 --map-by slot:PE=8\n");
+  std::filesystem::remove(path("arguments"));
+  program("mpirun", skip + "\"$@\"; \"$@\"; \"$@\"");
+  const Ending ending = batch(run);
+  EXPECT_EQ(ending.code, world);
+  EXPECT_NE(ending.err.find("neither srun nor mpirun starts processes of tagrid-mpi that work together"),
+            ending.err.npos);
+  EXPECT_FALSE(exists("arguments"));
+}
+
 TEST_F(Slurm, AnInterruptedEncodingOfALargeVolumeIsQueuedAgain) {
-  const std::string run = body("encode_large.sbatch") + "a.nhdr a.tag";
+  const std::string run = "TAGRID_LAUNCHER=srun" + body("encode_large.sbatch") + "a.nhdr a.tag";
   program("tagrid-mpi", "trap 'exit 75' TERM; touch started; while :; do sleep 0.02; done");
   EXPECT_EQ(interrupted(run).code, 75);
   EXPECT_EQ(content("requeued"), "requeue 17\n");
