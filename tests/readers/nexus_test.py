@@ -59,8 +59,9 @@ class Nexus(ReaderTest):
     def test_integers_and_several_units(self):
         self.write(z=numpy.arange(7) * 3, y=numpy.arange(20, dtype="u1"), x=numpy.arange(31, dtype="i2") - 15, units={"z": "deg", "y": "um", "x": "mm"})
         geometry = self.geometry()
-        self.assertEqual((geometry["spacing"], geometry["origin"]), ([1, 1, 3], [-15, 0, 0]))
-        self.assertEqual(geometry["units"], ["mm", "um", "deg"])
+        self.assertEqual((geometry["spacing"], geometry["origin"]), ([1, 0.001, 3], [-15, 0, 0]))
+        self.assertEqual(geometry["units"], ["mm", "mm", "deg"])
+        self.assertIn("units that cannot be converted into each other (x mm, y um, z deg)", self.messages)
 
     def test_rounding_of_floats_is_no_unevenness(self):
         self.write(z=(1000 + numpy.arange(7) * 0.002).astype("f4"), y=numpy.linspace(0, 1, 20), x=numpy.round(numpy.arange(31) / 3, 3))

@@ -14,7 +14,8 @@ namespace tagrid {
 struct DatasetDescription {
   std::string nrrd;  ///< lines of an NRRD header
   Rescale rescale;
-  std::vector<std::string> warnings;
+  std::string scale_doubt;
+  std::vector<std::string> warnings, not_understood;
 };
 
 /// The data set at the path `name` of the file at `path`, which is a volume of these dimensions. The header lines that
