@@ -100,7 +100,9 @@ class Candidates {
   void look_at_signal(hid_t file, const std::string& name) {
     const Hdf5Handle dataset = opened_dataset(file, name);
     if (!dataset) {
-      if (missing_signal_.empty()) missing_signal_ = why_missing(file, name);
+      const std::string why = why_missing(file, name);
+      if (missing_signal_.empty())
+        missing_signal_ = why.empty() ? fmt::format("{} is no data set", name) : why;
       return;
     }
     if (file_of(dataset.get()) != file_of(file)) return look_at(dataset.get(), name);
@@ -182,7 +184,14 @@ DatasetChoice chosen_dataset(hid_t file, const std::string& path, const std::str
                                   "regardless of it",
                                   all.missing_signal()));
   if (list.empty()) throw has_no_volume(file, path, all);
-  if (wanted.empty() && signals == 1) return {std::ranges::find(list, true, &Candidate::is_signal)->name, {}};
+  if (wanted.empty() && signals == 1) {
+    DatasetChoice choice = {std::ranges::find(list, true, &Candidate::is_signal)->name, {}};
+    if (!all.missing_signal().empty())
+      choice.warnings.push_back(
+          fmt::format("{}: HDF5 file: {} is read, because it is the only signal that is there: {}", path,
+                      choice.name, all.missing_signal()));
+    return choice;
+  }
   const std::string& name = list[chosen(path, "dataset", wanted, choices_of(list))].name;
   return {name, wanted.empty() ? remarks_on_the_only_one(path, name, all) : std::vector<std::string>()};
 }

@@ -146,7 +146,11 @@ class Places {
 
 std::string nexus_signal_of(hid_t group, const std::string& group_path) {
   const auto signal = text_attribute(group, "signal");
-  return signal ? inside(group_path, *signal) : "";
+  if (!signal) return "";
+  const std::string path = inside(group_path, *signal);
+  // Other files may have an attribute of this name, too.
+  const bool is_of_nexus = text_attribute(group, "NX_class").value_or("").starts_with("NX");
+  return is_of_nexus || (!signal->empty() && H5Lexists(group, signal->c_str(), H5P_DEFAULT) > 0) ? path : "";
 }
 
 std::string nexus_default(hid_t file, const std::string& path) {

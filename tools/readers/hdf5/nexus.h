@@ -15,7 +15,7 @@ namespace tagrid {
 /// something that is not there. `path` is that of the file.
 std::string nexus_default(hid_t file, const std::string& path);
 
-/// The path of the data set that a group names as its signal, whether it is there or not; "" if it names none.
+/// The path of the data set that a group of NeXus names as its signal, whether it is there or not; "" if it names none.
 std::string nexus_signal_of(hid_t group, const std::string& group_path);
 
 /// True if the data set at this path is the signal of its group.
