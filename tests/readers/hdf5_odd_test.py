@@ -135,6 +135,26 @@ class Odd(ReaderTest):
         self.with_attributes(volume("u2"), _Unsigned="true")
         self.assertEqual(self.bounded().returncode, 0)
 
+    def test_ranges_of_values_of_minc_allow_no_bound(self):
+        def write(file):
+            file["minc-2.0/image/0/image"] = volume()
+            file["minc-2.0/image/0/image-max"] = numpy.arange(5.)
+        self.make(write)
+        self.described()
+        self.assertIn("/image-max gives slices ranges of values", self.messages)
+        self.assertNotEqual(self.bounded().returncode, 0)
+
+    def test_dimension_scales_are_said(self):
+        def write(file):
+            file["data"] = volume()
+            for i, size in enumerate(SHAPE):
+                file[f"axis{i}"] = numpy.arange(size) * 2.
+                file[f"axis{i}"].make_scale()
+                file["data"].dims[i].attach_scale(file[f"axis{i}"])
+        self.make(write)
+        self.assertIsNone(self.described()["geometry"]["spacing"])
+        self.assertIn("dimension scales say where samples of /data lie", self.messages)
+
     def test_samples_that_stand_for_missing_ones_are_said(self):
         for name in ("_FillValue", "missing_value"):
             self.with_attributes(**{name: numpy.int16(-99)})

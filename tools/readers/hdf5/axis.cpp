@@ -80,8 +80,7 @@ bool Axis::is_sorted() const {
 
 AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path) {
   if (std::string why = why_not_own_numbers(dataset, path); !why.empty()) return {std::nullopt, why};
-  Axis axis{.places = std::vector<double>(dims_of(dataset)[0]),
-            .unit = text_attribute(dataset, "units").value_or("")};
+  Axis axis{.places = std::vector<double>(dims_of(dataset)[0]), .unit = attribute_in_words(dataset, "units")};
   if (axis.places.size() != samples && axis.places.size() != samples + 1)
     return {std::nullopt, fmt::format("it has {}", axis.places.size())};
   if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.places.data()) < 0)

@@ -197,6 +197,14 @@ std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, con
   const std::vector<std::string> names = names_of_axes(group.get(), dataset.get());
   Places places(path);
   if (names.size() != sizes.size()) {
+    if (H5Aexists(dataset.get(), "DIMENSION_LIST") > 0) {
+      NexusPlaces none;
+      none.warnings.push_back(
+          fmt::format("{}: dimension scales say where samples of {} lie, which is not supported; the spacing "
+                      "is not known",
+                      path, name));
+      return none;
+    }
     const std::string axes =
         attribute_in_words(group.get(), "axes") + attribute_in_words(dataset.get(), "axes");
     if (axes.empty() || !is_nexus_signal(file, name)) return std::nullopt;

@@ -45,6 +45,7 @@ class Scale {
         use(fields_of_group(prefix), fields);
     if (found_.rescale != Rescale{}) found_.rescale.units = units(fields);
     look_at_signs(fields);
+    look_at_minc();
     look_at_missing("_FillValue");
     look_at_missing("missing_value");
     if (found_.rescale == Rescale{}) found_.attributes.clear();
@@ -136,6 +137,14 @@ class Scale {
       return;
     doubt(fmt::format("{}: _Unsigned is {}, but samples are {}signed integers, and are kept as they are; {}",
                       object_name_, tagrid::quoted(text), is_signed ? "" : "un", unknown_values));
+  }
+
+  /// MINC 2 gives the values of each slice a range of their own, beside the data set.
+  void look_at_minc() {
+    const std::string range = name_ + "-max";
+    if (name_.ends_with("/image") && H5Lexists(file_, range.c_str(), H5P_DEFAULT) > 0)
+      doubt(fmt::format("{}: {} gives slices ranges of values (MINC), which is not supported; {}",
+                        object_name_, range, unknown_values));
   }
 
   void look_at_missing(const char* attribute) {

@@ -167,13 +167,16 @@ class VdbVolume final : public ServedVolume {
   std::optional<GridSlices<G>> slices_;
 };
 
-/// Names are unique: those that several grids have get a number.
+/// Names are unique: those that several grids have get a number, and what is no name by which a grid could be chosen becomes
+/// "#2".
 std::vector<Choice> choices_of(const std::vector<GridDescriptor>& grids) {
   std::vector<Choice> choices;
   for (const GridDescriptor& grid : grids) {
     const bool is_unique = std::ranges::count(grids, grid.gridName(), &GridDescriptor::gridName) == 1;
-    choices.push_back({is_unique ? grid.gridName() : GridDescriptor::nameAsString(grid.uniqueName()),
-                       grid.gridType() + (grid.saveFloatAsHalf() ? " as halves" : "")});
+    std::string name = is_unique ? grid.gridName() : GridDescriptor::nameAsString(grid.uniqueName());
+    if (name.empty() || std::ranges::count(choices, name, &Choice::name) > 0)
+      name = fmt::format("#{}", choices.size() + 1);
+    choices.push_back({std::move(name), grid.gridType() + (grid.saveFloatAsHalf() ? " as halves" : "")});
   }
   return choices;
 }
