@@ -248,6 +248,53 @@ class Odd(ReaderTest):
         self.addCleanup(os.environ.pop, "HDF5_PLUGIN_PATH")
         self.assert_same(self.encoded("a.h5")[0], volume())
 
+    def test_what_is_read_is_what_h5py_reads(self):
+        """A table of ways in which samples can be stored, in old and new versions of the format."""
+        def with_layout(**options):
+            return lambda file: file.create_dataset("data", data=volume(), **options)
+
+        def low_level(dcpl, type="i2"):
+            def write(file):
+                plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                dcpl(plist)
+                data = h5py.h5d.create(file.id, b"data", h5py.h5t.py_create(numpy.dtype(type)), h5py.h5s.create_simple(SHAPE), plist)
+                data.write(h5py.h5s.ALL, h5py.h5s.ALL, volume(type))
+            return write
+
+        def early(plist):
+            plist.set_chunk((2, 4, 4))
+            plist.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+
+        def resized(file):
+            data = file.create_dataset("data", (3, 9, 9), "i2", chunks=(2, 4, 4), maxshape=(None, 9, None))
+            data[...] = 7
+            data.resize(SHAPE)
+            data[...] = volume()
+
+        def named_type(file):
+            file["type"] = numpy.dtype("<i2")
+            file.create_dataset("data", data=volume(), dtype=file["type"])
+
+        def in_a_group_of_many(file):
+            for i in range(50):
+                file.create_group(f"g{i}", track_order=True).attrs["signal"] = i
+            file["g7/data"] = volume()
+
+        table = {"contiguous": with_layout(), "big endian": lambda file: file.create_dataset("data", data=volume(">f4")), "chunks beyond the end": with_layout(chunks=(4, 6, 5)),
+                 "one chunk": with_layout(chunks=SHAPE), "one compressed chunk": with_layout(chunks=SHAPE, compression="gzip"), "growing along one axis": with_layout(chunks=(1, 6, 7), maxshape=(None, 6, 7)),
+                 "growing along all": with_layout(chunks=(2, 4, 4), maxshape=(None, None, None)), "growing up to a size": with_layout(chunks=(2, 4, 4), maxshape=(50, 60, 70)),
+                 "scale and offset": with_layout(scaleoffset=0), "checksums": with_layout(fletcher32=True, shuffle=True), "allocated early": low_level(early),
+                 "compact": low_level(lambda plist: plist.set_layout(h5py.h5d.COMPACT)), "resized": resized, "named type": named_type, "many groups": in_a_group_of_many,
+                 "axes of one sample": lambda file: file.create_dataset("data", data=volume()[None, None]), "order of attributes": with_layout(track_order=True)}
+        for name, write in table.items():
+            for version in ("earliest", "latest"):
+                with h5py.File(self.folder / "a.h5", "w", libver=version) as file:
+                    write(file)
+                samples, info = self.encoded("a.h5")
+                self.assertEqual(self.messages, "", f"{name}, {version}")
+                with h5py.File(self.folder / "a.h5") as file:
+                    self.assert_same(samples, file[info["source"]["pairs"]["hdf5_dataset"]][...].reshape(SHAPE), f"{name}, {version}")
+
     # Links, and what else is in a file.
 
     def advised_repack(self, message):
@@ -292,13 +339,15 @@ class Odd(ReaderTest):
             file["soft"] = h5py.SoftLink("/raw/gone")
             file["far"] = h5py.ExternalLink("gone.h5", "/scan/frames")
             file["chain"] = h5py.SoftLink("far")
+            file["here"], file["there"] = h5py.SoftLink("there"), h5py.SoftLink("/here")
         self.make(write)
         for name, text in (("soft", "/soft is a link to /raw/gone, which is not there"), ("far", "/far is a link to /scan/frames in the file gone.h5, which is not there"),
-                           ("chain", "/scan/frames in the file gone.h5"), ("/soft/deeper", "/soft is a link to /raw/gone")):
+                           ("chain", "/scan/frames in the file gone.h5"), ("here", "/here is a link to there, which is not there"), ("/soft/deeper", "/soft is a link to /raw/gone")):
             self.assert_refused(65, text, "encode", "a.h5", "--dataset", name)
         self.assert_refused(64, "has no dataset nothing", "encode", self.make(lambda file: file.create_dataset("data", data=volume()), "b.h5"), "--dataset", "nothing")
-        message = self.assert_refused(65, "/soft is a link to /raw/gone", "encode", "a.h5")
-        self.assertIn("gone.h5", message)
+        message = self.assert_refused(65, "/chain is a link to far, which is not there: /far is a link to /scan/frames in the file gone.h5", "encode", "a.h5")
+        self.assertIn("2 more", message)
+        self.assertNotIn("--dataset", message)
 
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):
         self.make(lambda file: file.create_dataset("data", data=volume("f4")), "there.h5")

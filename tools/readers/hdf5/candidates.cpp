@@ -32,6 +32,7 @@ class ShortList {
     if (++count_ <= most_named) text_ += (text_.empty() ? "" : ", ") + text;
   }
   bool empty() const { return count_ == 0; }
+  bool is_full() const { return count_ >= most_named; }
   std::string text() const {
     return count_ <= most_named ? text_ : fmt::format("{} and {} more", text_, count_ - most_named);
   }
@@ -58,13 +59,7 @@ class Candidates {
                                if (std::string signal = nexus_signal_of(group, path); !signal.empty())
                                  signals.push_back(std::move(signal));
                              },
-                         .link =
-                             [&](const FoundLink& link) {
-                               if (link.is_external)
-                                 links_.add(fmt::format("{} is a link to {}", link.path, link.target));
-                               else if (const std::string why = why_missing(file, link.path); !why.empty())
-                                 links_.add(why);
-                             }});
+                         .link = [&](const FoundLink& link) { look_at_link(file, link); }});
     for (const std::string& signal : signals) look_at_signal(file, signal);
   }
 
@@ -72,8 +67,9 @@ class Candidates {
   std::vector<Candidate>& list() { return volumes_.empty() ? slices_ : volumes_; }
   /// Data sets of several axes that are none.
   const ShortList& others() const { return others_; }
-  /// Links that were not followed: into other files, or to nothing.
+  /// Links into other files, which were not followed.
   const ShortList& links() const { return links_; }
+  const ShortList& dangling() const { return dangling_; }
   const std::string& missing_signal() const { return missing_signal_; }
 
  private:
@@ -96,6 +92,15 @@ class Candidates {
     list.push_back({name, fmt::format("{} {}", in_words(dims), name_of(stored->type))});
   }
 
+  void look_at_link(hid_t file, const FoundLink& link) {
+    // There may be thousands of other files: few are opened.
+    const std::string why = link.is_external && links_.is_full() ? "" : why_missing(file, link.path);
+    if (!why.empty())
+      dangling_.add(why);
+    else if (link.is_external)
+      links_.add(fmt::format("{} is a link to {}", link.path, link.target));
+  }
+
   /// The path of a signal has axes beside it, which other paths of the same data set have not.
   void look_at_signal(hid_t file, const std::string& name) {
     const Hdf5Handle dataset = opened_dataset(file, name);
@@ -116,7 +121,7 @@ class Candidates {
 
   std::vector<Candidate> volumes_, slices_;
   std::map<haddr_t, std::pair<std::vector<Candidate>*, std::size_t>> places_;  ///< in the lists, of this file
-  ShortList others_, links_;
+  ShortList others_, links_, dangling_;
   std::string missing_signal_;
 };
 
@@ -130,6 +135,7 @@ BrokenInput has_no_volume(hid_t file, const std::string& path, const Candidates&
   if (!all.others().empty()) why += "; " + all.others().text();
   if (!all.links().empty())
     why += fmt::format("; {} (--dataset reads what a link leads to)", all.links().text());
+  if (!all.dangling().empty()) why += "; " + all.dangling().text();
   return broken_hdf5(path, why);
 }
 
@@ -154,7 +160,7 @@ std::vector<Choice> choices_of(const std::vector<Candidate>& list) {
 std::vector<std::string> remarks_on_the_only_one(const std::string& path, const std::string& name,
                                                  const Candidates& all) {
   std::vector<std::string> remarks;
-  for (const ShortList* list : {&all.others(), &all.links()})
+  for (const ShortList* list : {&all.others(), &all.links(), &all.dangling()})
     if (!list->empty())
       remarks.push_back(
           fmt::format("{}: HDF5 file: {} is read, because it is the only volume of the file itself, but {}",

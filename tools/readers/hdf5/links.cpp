@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <unordered_set>
 #include <utility>
@@ -13,9 +14,6 @@
 
 namespace tagrid {
 namespace {
-
-/// Links to links: they are untrusted input.
-constexpr int most_links = 8;
 
 /// The link of this name in a group, which is at `path`; nothing if it is a hard one, or cannot be read.
 std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std::string& name,
@@ -73,7 +71,8 @@ class GroupVisit {
   std::vector<Waiting> found_ = {};
 };
 
-std::string why_missing(hid_t file, const std::string& path, int links) {
+/// `passed`: the links that led here, in a circle if one is met again.
+std::string why_missing(hid_t file, const std::string& path, std::vector<std::string>& passed) {
   std::string part = "/";
   for (std::size_t at = 0; at < path.size();) {
     const std::size_t end = std::min(path.find('/', at), path.size());
@@ -87,8 +86,9 @@ std::string why_missing(hid_t file, const std::string& path, int links) {
     std::string value;
     const auto link = link_at(group.get(), group_path, name, value);
     if (!link) return fmt::format("{} cannot be opened", part);
-    const std::string next = value.empty() ? "" : inside(group_path, value);
-    std::string deeper = next.empty() || links == 0 ? "" : why_missing(file, next, links - 1);
+    if (std::ranges::count(passed, part) > 0) return "";
+    passed.push_back(part);
+    std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
     // A link to a link: the last one tells more.
     if (deeper.starts_with("there is no ")) deeper.clear();
     return fmt::format("{} is a link to {}, which is not there{}{}", part, link->target,
@@ -123,6 +123,9 @@ void visit_objects(hid_t file, const Visitor& visitor) {
   }
 }
 
-std::string why_missing(hid_t file, const std::string& path) { return why_missing(file, path, most_links); }
+std::string why_missing(hid_t file, const std::string& path) {
+  std::vector<std::string> passed;
+  return why_missing(file, path, passed);
+}
 
 }  // namespace tagrid
