@@ -30,10 +30,11 @@ struct ForeignNumbers {
   bool is_unreadable() const { return outcome == ForeignNumber::Outcome::unreadable; }
 };
 
-/// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. Of another type or another number of
-/// them, the attribute is unreadable.
+/// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. Of another type or
+/// another number of them, the attribute is unreadable.
 ForeignNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count);
-/// What an attribute holds, for messages: its texts or numbers, otherwise the name of its type; "" if there is none.
+/// What an attribute holds, for messages: its texts or numbers, otherwise the name of its type; "" if there
+/// is none.
 std::string attribute_in_words(hid_t object, const std::string& name);
 
 /// Names and values of all attributes that are texts or numbers, not too many of them.

@@ -24,8 +24,8 @@ class Fields {
   Fields(hid_t object, std::string name) : object_(object), name_(std::move(name)) {}
 
   bool has(const std::string& attribute) const { return H5Aexists(object_, attribute.c_str()) > 0; }
-  /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that means: "the spacing
-  /// is not known".
+  /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that
+  /// means: "the spacing is not known".
   ForeignNumbers numbers(const std::string& attribute, std::size_t count, const char* consequence,
                          const IsGood& is_good = are_finite);
   /// A text; "" if there is none.

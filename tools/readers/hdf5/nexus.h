@@ -11,11 +11,12 @@
 
 namespace tagrid {
 
-/// The path of the data set that the file names as its default one; "" if it names none. Throws BrokenInput if the file names
-/// something that is not there. `path` is that of the file.
+/// The path of the data set that the file names as its default one; "" if it names none. Throws BrokenInput
+/// if the file names something that is not there. `path` is that of the file.
 std::string nexus_default(hid_t file, const std::string& path);
 
-/// The path of the data set that a group of NeXus names as its signal, whether it is there or not; "" if it names none.
+/// The path of the data set that a group of NeXus names as its signal, whether it is there or not; "" if it
+/// names none.
 std::string nexus_signal_of(hid_t group, const std::string& group_path);
 
 /// True if the data set at this path is the signal of its group.
@@ -28,9 +29,8 @@ struct NexusPlaces {
   std::vector<std::string> warnings;
 };
 
-/// Nothing if the data set at the path `name` has no axes. `sizes`: of the data set, the slowest axis first. `path` is that
-/// of the file.
-/// It is one too if the group has axes, but not for this data set: then there are warnings alone.
+/// Nothing if the data set at the path `name` has no axes; warnings alone if the attribute that names them
+/// cannot be read. `sizes`: of the data set, the slowest axis first. `path` is that of the file.
 std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                         const std::vector<hsize_t>& sizes);
 

@@ -18,9 +18,9 @@ struct ScaleOfDataset {
   std::vector<std::string> attributes;  ///< those that `rescale` says now
 };
 
-/// The scale is that of the attributes rescale_slope and rescale_intercept, otherwise of scale_factor and add_offset
-/// (https://cfconventions.org), otherwise of the fields scaling_factor and offset of the signal's NeXus group. `path` is
-/// that of the file.
+/// The scale is that of the attributes rescale_slope and rescale_intercept, otherwise of scale_factor and
+/// add_offset (https://cfconventions.org), otherwise of the fields scaling_factor and offset of the signal's
+/// NeXus group. `path` is that of the file.
 ScaleOfDataset scale_of_dataset(hid_t file, const std::string& path, const std::string& name);
 
 }  // namespace tagrid
