@@ -153,6 +153,9 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   return volume;
 }
 
+/// What the program calls an option of readers: --grid is another one.
+std::string setting_of(const std::string& option) { return option == "grid" ? "vdb-grid" : option; }
+
 [[noreturn]] void throw_several(const Json& answer, const std::string& path) {
   const std::string option = text_in(answer, "option");
   if (option != "series" && option != "dataset" && option != "grid")
@@ -163,7 +166,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
     choices.push_back({text_in(volume, "name"), text_in(volume, "text")});
   }
   const Sentence sentence{"{}: holds {} volumes; choose one with {}, by its number or its name:",
-                          {path, choices.size(), Setting{option, "the option " + option}}};
+                          {path, choices.size(), Setting{setting_of(option), "the option " + option}}};
   throw UsageError(sentence, std::move(choices));
 }
 

@@ -57,6 +57,22 @@ class Find(ReaderTest):
         run = self.tagrid("convert", "--manifest", "list.tsv", "--output-dir", "out", *options)
         self.assertEqual(run.returncode, 0, run.stderr)
 
+    def test_links_of_hdf5_are_no_further_volumes(self):
+        """Each data set once, as if the file was named."""
+        with h5py.File(self.path("a.h5"), "w") as file:
+            file["raw/one"] = self.volume(1)
+            file["raw/two"] = self.volume(2)
+            file["again"] = file["raw/one"]
+            file["soft"] = h5py.SoftLink("/raw/two")
+            file["gone"] = h5py.SoftLink("/raw/three")
+            file["far"] = h5py.ExternalLink("b.h5", "/one")
+        with h5py.File(self.path("b.h5"), "w") as file:
+            file["one"] = self.volume(3)
+        found, _ = self.find()
+        self.assertEqual(set(found), {"a.h5/again", "a.h5/raw/two", "b.h5"})
+        run = self.tagrid("encode", "a/a.h5")
+        self.assertEqual([line.split()[1] for line in run.stderr.splitlines() if "11 x 9 x 4" in line], ["/again", "/raw/two"])
+
     def test_each_volume_of_a_file_of_four_axes_has_a_line(self):
         truth = self.volume(1, (11, 9, 4, 12)).astype("int16")
         for name in ("scan.nii", "scan.nii.gz"):

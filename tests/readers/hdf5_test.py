@@ -119,7 +119,7 @@ class Hdf5(ReaderTest):
 
     def test_what_is_no_volume_is_refused_by_name(self):
         for samples, text in ((numpy.zeros((3, 3, 3), "i8"), "/data has integers of 64 bits"), (numpy.zeros((3, 3, 3), "u8"), "/data has unsigned integers of 64 bits"),
-                              (numpy.zeros((3, 3, 3), "f2"), "/data has floats of 16 bits"), (numpy.zeros((3, 3, 3), "c8"), "/data has several numbers each"),
+                              (numpy.zeros((3, 3, 3), "f2"), "/data has floats of 16 bits"), (numpy.zeros((3, 3, 3), "c8"), "/data has complex numbers"),
                               (numpy.zeros((2, 3, 4, 5), "u1"), "/data has 4 axes (5 x 4 x 3 x 2)")):
             message = self.assert_refused(65, text, "encode", self.write("a.h5", data=samples))
             self.assertIn("has no data set with three axes of integers of 8, 16 or 32 bits, or floats of 32 or 64 bits", message)

@@ -104,6 +104,19 @@ class VtkhdfOfOthers(ReaderTest):
             samples, info = self.encoded("a.vtkhdf")
             self.assert_same(samples, truth)
             self.assertIsNone(info["geometry"]["spacing"], attributes)
+            self.assertIn(f"VTKHDF file: {next(iter(attributes))} ", self.messages)
+
+    def test_attributes_that_cannot_be_read_are_quoted(self):
+        for attributes, text in ((dict(Direction=[1., 0, 0]), 'Direction is "1 0 0", which is not 9 numbers'), (dict(Direction="up"), 'Direction is "up"'),
+                                 (dict(Direction=[numpy.nan] * 9), "Direction is"), (dict(Spacing="a b c"), 'Spacing is "a b c"')):
+            truth = self.write(**attributes)
+            samples, info = self.encoded("a.vtkhdf")
+            self.assert_same(samples, truth)
+            self.assertIsNone(info["geometry"]["spacing"], attributes)
+            self.assertIn(text, self.messages)
+        self.write(Spacing="0,5 0,25 2")
+        self.assertEqual(self.encoded("a.vtkhdf")[1]["geometry"]["spacing"], [0.5, 0.25, 2])
+        self.assertIn("decimal comma", self.messages)
 
 
 if __name__ == "__main__":

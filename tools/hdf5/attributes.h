@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/files/foreign_number.h"
 #include "io/nrrd/geometry.h"
 
 namespace tagrid {
@@ -17,7 +18,26 @@ std::optional<std::string> text_attribute(hid_t object, const std::string& name)
 std::vector<std::string> text_list_attribute(hid_t object, const std::string& name);
 /// Numbers, at most 1000; none if there is no such attribute, or if it is not of numbers.
 std::vector<double> number_attribute(hid_t object, const std::string& name);
-/// Names and values of all attributes that are one text or a few numbers.
+/// One reading of an attribute that should hold numbers, whoever wrote it.
+struct ForeignNumbers {
+  ForeignNumber::Outcome outcome = ForeignNumber::Outcome::absent;
+  std::vector<double> values;  ///< as many as were asked for; NaN and infinities are possible
+  bool decimal_comma = false;  ///< a text whose commas count as points
+  std::string text;            ///< what stands there, for messages
+
+  bool is_absent() const { return outcome == ForeignNumber::Outcome::absent; }
+  bool is_number() const { return outcome == ForeignNumber::Outcome::number; }
+  bool is_unreadable() const { return outcome == ForeignNumber::Outcome::unreadable; }
+};
+
+/// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. Of another type or
+/// another number of them, the attribute is unreadable.
+ForeignNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count);
+/// What an attribute holds, for messages: its texts or numbers, otherwise the name of its type; "" if there
+/// is none.
+std::string attribute_in_words(hid_t object, const std::string& name);
+
+/// Names and values of all attributes that are texts or numbers, not too many of them.
 KeyValues all_attributes(hid_t object);
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 
 #include <hdf5.h>
 
+#include <optional>
 #include <utility>
 
 namespace tagrid {
@@ -31,5 +32,18 @@ class Hdf5Handle {
   hid_t id_ = -1;
   herr_t (*close_)(hid_t) = nullptr;
 };
+
+namespace internal {
+template <class Info>
+Info info_type_of(herr_t (*)(hid_t, Info*, unsigned));
+}
+
+/// Where an object is in its file; nothing if the handle is none, or the object is damaged.
+inline std::optional<haddr_t> address_of(hid_t object) {
+  // The type that this function fills has another name in each version of HDF5.
+  decltype(internal::info_type_of(&H5Oget_info2)) info = {};
+  if (object < 0 || H5Oget_info2(object, &info, H5O_INFO_BASIC) < 0) return std::nullopt;
+  return info.addr;
+}
 
 }  // namespace tagrid

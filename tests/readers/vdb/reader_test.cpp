@@ -185,6 +185,8 @@ TEST_F(VdbReaderTest, OfSeveralGridsOneIsChosenByItsName) {
     ADD_FAILURE() << "one was chosen";
   } catch (const UsageError& error) {
     EXPECT_EQ(error.detail().choices, list) << error.what();
+    // --grid is another option.
+    EXPECT_EQ(error.detail().sentence.terms.back().setting, "vdb-grid");
   }
   const std::string message = message_of<UsageError>([&] { open_grid(path("a.vdb"), "nothing"); });
   EXPECT_NE(message.find("density, labels, mask"), message.npos) << message;
@@ -196,6 +198,22 @@ TEST_F(VdbReaderTest, GridsOfOneNameHaveNumbers) {
   message_of<UsageError>([&] { open_grid(path("a.vdb"), "density"); });
   EXPECT_EQ(open_grid(path("a.vdb"), "density[0]")->info().type, SampleType::float32);
   EXPECT_EQ(open_grid(path("a.vdb"), "density[1]")->info().type, SampleType::int32);
+}
+
+TEST_F(VdbReaderTest, GridsWithoutANameAreChosenByTheirLines) {
+  Grid first = awkward(Type::floats), second = awkward(Type::ints);
+  first.name = second.name = "";
+  oracle::write_file(path("a.vdb"), {first, second});
+  try {
+    open_grid(path("a.vdb"));
+    ADD_FAILURE() << "one was chosen";
+  } catch (const UsageError& error) {
+    const std::vector<Choice>& list = error.detail().choices;
+    ASSERT_EQ(list.size(), 2u);
+    EXPECT_NE(list[0].name, list[1].name);
+    EXPECT_EQ(open_grid(path("a.vdb"), list[0].name)->info().type, SampleType::float32);
+    EXPECT_EQ(open_grid(path("a.vdb"), list[1].name)->info().type, SampleType::int32);
+  }
 }
 
 TEST_F(VdbReaderTest, AGridThatSharesATreeHasItsVoxels) {

@@ -1,10 +1,14 @@
 #include "tools/readers/hdf5/axis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "io/files/text.h"
 #include "tools/hdf5/attributes.h"
+#include "tools/hdf5/sample_types.h"
 #include "tools/readers/hdf5/datasets.h"
 
 namespace tagrid {
@@ -26,19 +30,19 @@ double median(std::vector<double> numbers) {
   return *middle;
 }
 
-/// Numbers of the file itself: external storage could be any file of this machine.
-std::vector<double> own_numbers(hid_t dataset, const std::string& path) {
-  const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+/// Why the data set is no list of numbers of its own; "" if it is one.
+std::string why_not_own_numbers(hid_t dataset, const std::string& path) {
   const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
   const H5T_class_t kind = H5Tget_class(type.get());
   const std::vector<hsize_t> dims = dims_of(dataset);
-  if (!properties || H5Pget_external_count(properties.get()) != 0 ||
-      H5Pget_layout(properties.get()) == H5D_VIRTUAL || (kind != H5T_INTEGER && kind != H5T_FLOAT) ||
-      dims.size() != 1 || dims[0] == 0 || dims[0] > most_places || !is_in_folder_of(path, dataset))
-    return {};
-  std::vector<double> numbers(dims[0]);
-  if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) return {};
-  return numbers;
+  if (!has_own_samples(path, dataset)) return "its numbers are in other files";
+  if (kind != H5T_INTEGER && kind != H5T_FLOAT) return "it has " + samples_in_words(type.get());
+  for (const char* packed : {"scale_factor", "add_offset"})
+    if (H5Aexists(dataset, packed) > 0)
+      return fmt::format("its attribute {} is {}, and packed places are not supported", packed,
+                         tagrid::quoted(attribute_in_words(dataset, packed)));
+  if (dims.size() != 1) return dims.empty() ? "it is no list" : fmt::format("it has {} axes", dims.size());
+  return dims[0] > most_places ? "it is too long" : "";
 }
 
 double rounding_of(hid_t dataset, const std::vector<double>& numbers) {
@@ -74,10 +78,16 @@ bool Axis::is_sorted() const {
          std::ranges::all_of(steps, [](double step) { return step < 0; });
 }
 
-std::optional<Axis> axis_of(hid_t dataset, std::uint64_t samples, const std::string& path) {
-  Axis axis{.places = own_numbers(dataset, path), .unit = text_attribute(dataset, "units").value_or("")};
-  if (!std::ranges::all_of(axis.places, [](double place) { return std::isfinite(place); }))
-    return std::nullopt;
+AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path) {
+  if (std::string why = why_not_own_numbers(dataset, path); !why.empty()) return {std::nullopt, why};
+  Axis axis{.places = std::vector<double>(dims_of(dataset)[0]), .unit = attribute_in_words(dataset, "units")};
+  if (axis.places.size() != samples && axis.places.size() != samples + 1)
+    return {std::nullopt, fmt::format("it has {}", axis.places.size())};
+  if (H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.places.data()) < 0)
+    return {std::nullopt, "it cannot be read"};
+  for (std::size_t i = 0; i < axis.places.size(); ++i)
+    if (!std::isfinite(axis.places[i]))
+      return {std::nullopt, fmt::format("number {} is {}", i + 1, axis.places[i])};
   axis.rounding = rounding_of(dataset, axis.places);
   if (axis.places.size() == samples + 1) {
     for (std::size_t i = 0; i < samples; ++i) {
@@ -86,8 +96,7 @@ std::optional<Axis> axis_of(hid_t dataset, std::uint64_t samples, const std::str
     }
     axis.places.pop_back();
   }
-  if (axis.places.size() != samples) return std::nullopt;
-  return axis;
+  return {std::move(axis), ""};
 }
 
 }  // namespace tagrid

@@ -24,8 +24,15 @@ struct Axis {
   bool is_sorted() const;
 };
 
-/// The axis of `samples` samples that the data set is; the borders of samples become their centers. Nothing if it is no
-/// list of as many finite numbers, or if they are in another place than the file at `path` is.
-std::optional<Axis> axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
+/// An axis, or the reason why a data set is none.
+struct AxisReading {
+  std::optional<Axis> axis;
+  std::string why_not;  ///< "it has 5"
+};
+
+/// The axis of `samples` samples that the data set is; the borders of samples become their centers. It is
+/// none if it is no list of as many finite numbers, or if they are in another place than the file at `path`
+/// is.
+AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
 
 }  // namespace tagrid

@@ -14,12 +14,13 @@ namespace tagrid {
 struct DatasetDescription {
   std::string nrrd;  ///< lines of an NRRD header
   Rescale rescale;
-  std::vector<std::string> warnings;
+  std::string scale_doubt;
+  std::vector<std::string> warnings, not_understood;
 };
 
-/// The data set at the path `name` of the file at `path`, which is a volume of these dimensions. The header lines that
-/// tagrid-write-hdf5 wrote count, if the attributes still say the same; otherwise attributes, VTKHDF's image data, or the
-/// axes of NeXus say where samples lie.
+/// The data set at the path `name` of the file at `path`, which is a volume of these dimensions. The header
+/// lines that tagrid-write-hdf5 wrote count, if the attributes still say the same; otherwise attributes,
+/// VTKHDF's image data, or the axes of NeXus say where samples lie.
 DatasetDescription description_of_dataset(hid_t file, const std::string& path, const std::string& name,
                                           const Index3& dims);
 

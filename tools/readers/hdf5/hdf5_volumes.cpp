@@ -4,63 +4,28 @@
 #include <hdf5.h>
 
 #include <algorithm>
-#include <array>
-#include <string_view>
 #include <vector>
 
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/files/text.h"
 #include "stages/volume/coding_parameters.h"
 #include "tools/hdf5/handle.h"
 #include "tools/hdf5/sample_types.h"
 #include "tools/readers/hdf5/datasets.h"
 #include "tools/readers/hdf5/geometry.h"
 #include "tools/readers/hdf5/plain_copy.h"
+#include "tools/readers/hdf5/storage.h"
 
 namespace tagrid {
 namespace {
-
-void require_filters(hid_t properties, const std::string& path) {
-  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
-    unsigned flags = 0;
-    std::size_t values = 0;
-    std::array<char, 256> name = {};
-    const H5Z_filter_t filter = H5Pget_filter2(properties, static_cast<unsigned>(i), &flags, &values, nullptr,
-                                               name.size() - 1, name.data(), nullptr);
-    if (filter < 0 || H5Zfilter_avail(filter) > 0) continue;
-    throw broken_hdf5(
-        path,
-        fmt::format("its samples need the filter {}{}, which is not installed; HDF5 looks for plugins in "
-                    "HDF5_PLUGIN_PATH",
-                    filter, name[0] == '\0' ? "" : fmt::format(" ({})", name.data())));
-  }
-}
-
-/// How the samples of a data set are stored, for users: "shuffle, deflate".
-std::string name_of_storage(hid_t properties) {
-  std::string names;
-  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
-    unsigned flags = 0;
-    std::size_t values = 0;
-    std::array<char, 64> name = {};
-    const H5Z_filter_t filter = H5Pget_filter2(properties, static_cast<unsigned>(i), &flags, &values, nullptr,
-                                               name.size() - 1, name.data(), nullptr);
-    // Plugins give long names: "HDF5 lz4 filter; see ...".
-    std::string_view text = name.data();
-    text = text.substr(0, text.find_first_of(";(,"));
-    if (!names.empty()) names += ", ";
-    names += text.empty() ? fmt::format("filter {}", filter) : std::string(text);
-  }
-  if (!names.empty()) return names;
-  return H5Pget_layout(properties) == H5D_CHUNKED ? "chunks" : "not contiguous";
-}
 
 class Hdf5Volume final : public ServedVolume {
  public:
   Hdf5Volume(const std::string& path, const std::string& wanted)
       : path_(path), file_(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose) {
     if (!file_) throw broken_hdf5(path, "cannot be opened; it is damaged, or another program is writing it");
-    const std::string name = dataset_name(file_.get(), path, wanted);
+    const auto [name, remarks] = chosen_dataset(file_.get(), path, wanted);
     dataset_ = opened_dataset(file_.get(), name);
     const std::vector<hsize_t> sizes = dims_of(dataset_.get());
     const Hdf5Handle stored_type(H5Dget_type(dataset_.get()), H5Tclose);
@@ -85,9 +50,12 @@ class Hdf5Volume final : public ServedVolume {
     DatasetDescription description = description_of_dataset(file_.get(), path, name, dims);
     nrrd = std::move(description.nrrd);
     rescale = std::move(description.rescale);
-    warnings = std::move(description.warnings);
+    scale_doubt = std::move(description.scale_doubt);
+    not_understood = std::move(description.not_understood);
+    warnings = remarks;
+    warnings.insert(warnings.end(), description.warnings.begin(), description.warnings.end());
     big_endian_ = stored->big_endian;
-    look_at_layout();
+    look_at_layout(name);
     has_plain_form = places.empty();
   }
 
@@ -119,6 +87,7 @@ class Hdf5Volume final : public ServedVolume {
       const std::int64_t count = std::min(slab_, dims.z - first);
       slices_.resize(static_cast<std::size_t>(count) * bytes);
       first_ = -1;
+      if (is_zeroed_) std::ranges::fill(slices_, std::byte{0});
       read_slab(first, count);
       first_ = first;
     }
@@ -127,19 +96,11 @@ class Hdf5Volume final : public ServedVolume {
   }
 
  private:
-  void look_at_layout() {
+  void look_at_layout(const std::string& name) {
     const Hdf5Handle properties(H5Dget_create_plist(dataset_.get()), H5Pclose);
     storage_ = name_of_storage(properties.get());
     const H5D_layout_t layout = H5Pget_layout(properties.get());
-    // Such files could be any of this machine.
-    if (H5Pget_external_count(properties.get()) > 0)
-      throw broken_hdf5(path_, "its samples are in other files (external storage), which is not supported");
-    // The library fills what it does not find.
-    if (layout == H5D_VIRTUAL)
-      throw broken_hdf5(
-          path_,
-          "its samples are in other files (a virtual data set), which is not supported; h5repack "
-          "copies them into one");
+    require_own_samples(properties.get(), path_, name);
     const std::uint64_t slice = static_cast<std::uint64_t>(dims.x * dims.y) * size_of(type);
     if (layout == H5D_CONTIGUOUS) {
       const haddr_t offset = H5Dget_offset(dataset_.get());
@@ -161,10 +122,24 @@ class Hdf5Volume final : public ServedVolume {
       memory += 4 * chunk_bytes;  // as it is stored, and as it becomes
       // A chunk is read once, if whole slices are; the cache of the library need not hold any.
     }
+    look_for_unwritten(properties.get(), name);
     memory += static_cast<std::uint64_t>(slab_) * slice + slice;
     // The plain form: as the library has it, as bytes, and as it is said.
     const std::uint64_t stored = H5Dget_storage_size(dataset_.get()), all = FileSource(files.back()).size();
     memory += 8 * std::min(all - std::min(stored, all), most_around_samples);
+  }
+
+  void look_for_unwritten(hid_t properties, const std::string& name) {
+    const Unwritten unwritten = unwritten_samples(dataset_.get(), properties);
+    if (unwritten.what.empty()) return;
+    const std::string sentence =
+        fmt::format("{}: HDF5 file: {}: {} never written", path_, name, unwritten.what);
+    if (unwritten.has_values) {
+      warnings.push_back(sentence + "; their samples are the fill value");
+      return;
+    }
+    not_understood.push_back(sentence + ", and the file does not say their values; they are encoded as 0");
+    is_zeroed_ = true;
   }
 
   void read_slab(std::int64_t first, std::int64_t count) {
@@ -187,6 +162,7 @@ class Hdf5Volume final : public ServedVolume {
   Hdf5Handle file_, dataset_;
   std::string storage_;
   bool big_endian_ = false;
+  bool is_zeroed_ = false;  ///< the library does not fill what was never written
   std::size_t rank_ = 0;
   std::int64_t slab_ = 1, first_ = -1;
   std::vector<std::byte> slices_;

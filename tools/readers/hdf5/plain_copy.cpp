@@ -35,10 +35,10 @@ void require(bool done, const char* what) {
   if (!done) throw NoPlainCopy{fmt::format("{} cannot be copied", what)};
 }
 
-haddr_t address_of(hid_t object) {
-  H5O_info_t info = {};
-  require(H5Oget_info2(object, &info, H5O_INFO_BASIC) >= 0, "an object of it");
-  return info.addr;
+haddr_t known_address(hid_t object) {
+  const auto address = address_of(object);
+  require(address.has_value(), "an object of it");
+  return *address;
 }
 
 std::vector<std::string> names_of_links(hid_t group, H5_index_t index) {
@@ -118,13 +118,13 @@ class Copy {
   Copy(const std::string& path, hid_t dataset)
       : old_(made(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "it")),
         target_(dataset),
-        target_address_(address_of(dataset)),
+        target_address_(known_address(dataset)),
         old_file_(path),
         new_(make_file()) {
     const Hdf5Handle root = made(H5Gopen2(old_.get(), "/", H5P_DEFAULT), H5Gclose, "its root"),
                      new_root = made(H5Gopen2(new_.get(), "/", H5P_DEFAULT), H5Gclose, "its root");
-    copies_[address_of(root.get())] = "/";
-    objects_.emplace_back(address_of(root.get()), "/");
+    copies_[known_address(root.get())] = "/";
+    objects_.emplace_back(known_address(root.get()), "/");
     copy_group(root.get(), new_root.get(), "/", 0);
     if (!found_) throw NoPlainCopy{"the data set is not linked to in it"};
     // References can lead to what was copied later.
@@ -220,7 +220,7 @@ class Copy {
   void copy_object(hid_t group, hid_t copy, const std::string& link, const std::string& name, hid_t links,
                    int depth) {
     const Hdf5Handle object = made(H5Oopen(group, link.c_str(), H5P_DEFAULT), H5Oclose, "an object of it");
-    const haddr_t address = address_of(object.get());
+    const haddr_t address = known_address(object.get());
     if (const auto known = copies_.find(address); known != copies_.end()) {
       require(H5Lcreate_hard(new_.get(), known->second.c_str(), copy, link.c_str(), links, H5P_DEFAULT) >= 0,
               "a link of it");
@@ -343,7 +343,7 @@ class Copy {
     std::memcpy(&reference, value, sizeof reference);
     if (reference == 0) return;
     const Hdf5Handle object(H5Rdereference2(old_.get(), H5P_DEFAULT, H5R_OBJECT, &reference), H5Oclose);
-    const auto found = object ? copies_.find(address_of(object.get())) : copies_.end();
+    const auto found = object ? copies_.find(known_address(object.get())) : copies_.end();
     reference = 0;  // for what is gone
     if (found != copies_.end())
       require(H5Rcreate(&reference, new_.get(), found->second.c_str(), H5R_OBJECT, -1) >= 0,

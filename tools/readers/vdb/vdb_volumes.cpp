@@ -67,8 +67,8 @@ Index3 low_in(const std::string& fields) try { return vdb_place_of(fields).low; 
   return {};  // another program wrote them
 }
 
-/// The box of the samples: the one that tagrid recorded, if no active voxel is outside it; otherwise the box of the active
-/// voxels.
+/// The box of the samples: the one that tagrid recorded, if no active voxel is outside it; otherwise the box
+/// of the active voxels.
 Box box_of(const std::string& path, const Recorded& recorded, const std::optional<Box>& active) {
   std::optional<Box> box = active;
   if (recorded.dims) {
@@ -85,7 +85,8 @@ Box box_of(const std::string& path, const Recorded& recorded, const std::optiona
   return *box;
 }
 
-/// The header lines that a volume had before tagrid wrote it as this grid, if they still match the position of the grid.
+/// The header lines that a volume had before tagrid wrote it as this grid, if they still match the position
+/// of the grid.
 std::optional<std::string> fields_before(const Recorded& recorded, const Box& box,
                                          const std::optional<openvdb::Mat4d>& matrix) {
   if (!recorded.fields || recorded.dims != box.size() || !matrix) return std::nullopt;
@@ -167,13 +168,16 @@ class VdbVolume final : public ServedVolume {
   std::optional<GridSlices<G>> slices_;
 };
 
-/// Names are unique: those that several grids have get a number.
+/// Names are unique: those that several grids have get a number, and what is no name by which a grid could be
+/// chosen becomes "#2".
 std::vector<Choice> choices_of(const std::vector<GridDescriptor>& grids) {
   std::vector<Choice> choices;
   for (const GridDescriptor& grid : grids) {
     const bool is_unique = std::ranges::count(grids, grid.gridName(), &GridDescriptor::gridName) == 1;
-    choices.push_back({is_unique ? grid.gridName() : GridDescriptor::nameAsString(grid.uniqueName()),
-                       grid.gridType() + (grid.saveFloatAsHalf() ? " as halves" : "")});
+    std::string name = is_unique ? grid.gridName() : GridDescriptor::nameAsString(grid.uniqueName());
+    if (name.empty() || std::ranges::count(choices, name, &Choice::name) > 0)
+      name = fmt::format("#{}", choices.size() + 1);
+    choices.push_back({std::move(name), grid.gridType() + (grid.saveFloatAsHalf() ? " as halves" : "")});
   }
   return choices;
 }

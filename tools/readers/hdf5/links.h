@@ -1,0 +1,35 @@
+// Links of HDF5 files, which may lead nowhere, and what a file holds.
+#pragma once
+
+#include <hdf5.h>
+
+#include <functional>
+#include <string>
+
+namespace tagrid {
+
+/// The path of what a group calls `name`, which may be a path of its own.
+std::string inside(const std::string& group, const std::string& name);
+
+/// A link that is not a hard one: where it is, and where it leads.
+struct FoundLink {
+  std::string path;
+  std::string target;  ///< "/raw/frames", or "/scan/frames in the file frames.h5"
+  bool is_external = false;
+};
+
+/// What a visitor of a file is told. Groups come before what they hold, in the order of names.
+struct Visitor {
+  std::function<void(hid_t object, const std::string&path)> dataset, group;
+  std::function<void(const FoundLink& link)> link;
+};
+
+/// Visits all objects of a file once, however many hard links lead to them, and all other links, which are
+/// not followed. Says `working` meanwhile. Objects that cannot be opened are left out.
+void visit_objects(hid_t file, const Visitor& visitor);
+
+/// A sentence that tells why there is no object at this absolute path, and names the target of a link that
+/// leads nowhere; "" if there is one.
+std::string why_missing(hid_t file, const std::string& path);
+
+}  // namespace tagrid
