@@ -96,8 +96,13 @@ SourceFiles source_files(const SourceFacts& facts);
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);
 
 /// Writes the envelope of these files. Throws as look_at_content() does. REQUIRES: why_not is ""; the content of all files
-/// was looked at.
-void write_envelope(const SourceFiles& source, const PutBytes& put);
+/// was looked at. `next_file` is called before each file with its number.
+void write_envelope(const SourceFiles& source, const PutBytes& put,
+                    const std::function<void(std::size_t)>& next_file = {});
+
+/// How often a sample is read for that, on average: by look_at_content(), and by write_envelope(). REQUIRES: the content of
+/// all files was looked at.
+double times_read_for_envelope(const SourceFiles& source, bool exact);
 
 /// Gives the content of the next block of an envelope; false after the last one.
 using NextBlock = std::function<bool(std::vector<std::byte>&)>;

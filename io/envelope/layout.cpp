@@ -10,6 +10,7 @@
 #include "io/envelope/plain_bytes.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/files/file_attributes.h"
 #include "io/samples/stored_bits.h"
 
 namespace tagrid {
@@ -134,7 +135,8 @@ SourceFiles source_files(const SourceFacts& facts) {
     source.why_not = std::move(why);
     return source;
   };
-  if (facts.files.front() == "-" || facts.files.back() == "-") return not_kept("it came through a pipe");
+  if (!is_file_or_folder(facts.files.front()) || !is_file_or_folder(facts.files.back()))
+    return not_kept("it came through a pipe");
   source.names = names_in_common_folder(facts.files);
   if (facts.places.empty() && !facts.plain_form)
     return not_kept("its samples are compressed, or stored in pieces");

@@ -54,6 +54,14 @@ bool has_spare(const SlicesInFile& slices, std::size_t size) {
   return slices.run.stored.bits > 0 && static_cast<std::size_t>(slices.run.stored.bits) < 8 * size;
 }
 
+/// Whether look_at_content() reads a whole file: for its checksum, or for its spare bits.
+bool is_content_read(const SourceFiles& source, bool exact, std::size_t number) {
+  if (!PlainBytes(source.pieces[number], source.paths).is_complete()) return false;
+  const std::size_t size = size_of(source.shape.type);
+  return exact || std::ranges::any_of(source.files[number].slices,
+                                      [&](const auto& slices) { return has_spare(slices, size); });
+}
+
 std::vector<std::byte> description_of(const EnvelopeFile& file) {
   FieldWriter out;
   out.put(static_cast<std::uint16_t>(file.name.size()));
@@ -90,9 +98,7 @@ void look_at_content(SourceFiles& source, bool exact, std::size_t number) {
         slices.spare = slices.run.stored.is_signed ? SpareBits::sign : SpareBits::zero;
     return;
   }
-  if (!exact &&
-      std::ranges::none_of(file.slices, [&](const auto& slices) { return has_spare(slices, size); }))
-    return;
+  if (!is_content_read(source, exact, number)) return;
   RunningChecksum checksum;
   std::vector<SpareBitsSeen> seen(file.slices.size());
   for_each_stretch(file, source.shape, [&](std::uint64_t begin, std::uint64_t end, const auto* slices) {
@@ -109,7 +115,19 @@ void look_at_content(SourceFiles& source, bool exact, std::size_t number) {
   if (exact) file.checksum = checksum.value();
 }
 
-void write_envelope(const SourceFiles& source, const PutBytes& put) {
+double times_read_for_envelope(const SourceFiles& source, bool exact) {
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < source.files.size(); ++i) {
+    const bool is_read = is_content_read(source, exact, i);
+    for (const SlicesInFile& slices : source.files[i].slices)
+      bytes += (std::uint64_t{is_read} + (slices.spare == SpareBits::kept)) *
+               static_cast<std::uint64_t>(slices.run.slices) * source.shape.slice_bytes();
+  }
+  return static_cast<double>(bytes) / static_cast<double>(source.shape.bytes());
+}
+
+void write_envelope(const SourceFiles& source, const PutBytes& put,
+                    const std::function<void(std::size_t)>& next_file) {
   const std::size_t size = size_of(source.shape.type);
   FieldWriter beginning;
   beginning.put(static_cast<std::uint64_t>(source.files.size()));
@@ -117,6 +135,7 @@ void write_envelope(const SourceFiles& source, const PutBytes& put) {
   beginning.put_bytes(std::as_bytes(std::span(source.compression)));
   put(beginning.bytes());
   for (std::size_t i = 0; i < source.files.size(); ++i) {
+    if (next_file) next_file(i);
     const EnvelopeFile& file = source.files[i];
     PlainBytes bytes_of_file(source.pieces[i], source.paths);
     put(description_of(file));

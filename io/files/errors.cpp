@@ -25,6 +25,10 @@ std::string_view advice(int error_number) {
     case EMFILE:
     case ENFILE:
       return "; raise the limit on open files (ulimit -n)";
+    case ENXIO:
+      return "; it is a socket, or a device that is not there; give a file or a pipe";
+    case EFBIG:
+      return "; raise the limit on the size of files (ulimit -f), or choose another file system";
     case ENAMETOOLONG:
       return "; choose a shorter name";
     default:

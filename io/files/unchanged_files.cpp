@@ -7,7 +7,9 @@ namespace tagrid {
 
 UnchangedFiles::UnchangedFiles(const std::vector<std::string>& files) {
   for (const std::string& file : files)
-    if (const auto status = file == "-" ? std::nullopt : status_of(file)) files_.push_back({file, *status});
+    if (const auto status = file == "-" ? std::nullopt : status_of(file);
+        status && (S_ISREG(status->st_mode) || S_ISDIR(status->st_mode)))
+      files_.push_back({file, *status});
 }
 
 std::uint64_t UnchangedFiles::memory(const std::vector<std::string>& files) {

@@ -12,7 +12,7 @@ namespace tagrid {
 /// Remembers size, time and inode of files, which change with their content.
 class UnchangedFiles {
  public:
-  /// "-", the standard input, is left out. Throws WorldError.
+  /// The standard input ("-"), pipes and devices are left out: their time says nothing. Throws WorldError.
   explicit UnchangedFiles(const std::vector<std::string>& files);
 
   /// Bytes of memory for these files, and a copy of their names.

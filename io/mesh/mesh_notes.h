@@ -12,6 +12,7 @@ struct MeshNotes {
   /// can hold; "" if it is not known.
   std::string space;
   Rescale rescale = {};  ///< what the values of points mean
+  double spacing = 1;    ///< the smallest distance between samples, in units of the points
 
   bool has_rescale() const { return rescale.slope != 1 || rescale.intercept != 0; }
 };

@@ -144,11 +144,14 @@ double form_code(const Pairs& pairs, const char* name, double otherwise) {
   return code >= 1 ? code : otherwise;
 }
 
+/// NIfTI-2 is for sizes that NIfTI-1 cannot have.
+bool is_second_version(const Index3& dims) { return std::max({dims.x, dims.y, dims.z}) > 32767; }
+
 std::string header_of(const VolumeInfo& info) {
   const auto listed = key_values_of(info.nrrd_fields);
   const Pairs pairs(listed.begin(), listed.end());
   const Index3& dims = info.dims;
-  const bool is_second = std::max({dims.x, dims.y, dims.z}) > 32767;
+  const bool is_second = is_second_version(dims);
   HeaderBytes header(is_second);
   header.put<std::int32_t, std::int32_t>(0, 0, is_second ? 540 : 348);
   header.put_text(344, 4, is_second ? 8 : 4,
@@ -216,6 +219,44 @@ std::string header_of(const VolumeInfo& info) {
   return header.bytes();
 }
 
+/// What a header cannot say.
+std::string lost_meaning(const VolumeInfo& info) {
+  const Geometry& geometry = info.geometry;
+  const std::string unit = lower_case(geometry.units[0]);
+  if (!unit.empty() && unit != "m" && unit != "mm" && unit != "um" && unit != "µm")
+    return fmt::format("NIfTI does not know the unit {}, so the spacing has none",
+                       tagrid::quoted(std::string_view(unit)));
+  if (has_unknown_spacing(geometry)) return "NIfTI cannot say that a spacing is not known; 1 is written";
+  if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
+    return fmt::format(
+        "NIfTI means right-anterior-superior; the space of the volume is {}, and its positions are written "
+        "as "
+        "they are",
+        geometry.space.empty() ? "not known" : tagrid::quoted(geometry.space));
+  return "";
+}
+
+/// The numbers of NIfTI-1 have 32 bits.
+std::string lost_by_rounding(const VolumeInfo& info) {
+  constexpr double visible = 0.01;  // of a voxel
+  const Geometry& geometry = info.geometry;
+  if (is_second_version(info.dims)) return "";
+  double smallest = INFINITY, rounding = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto& d = geometry.directions[axis];
+    smallest = std::min(smallest, geometry.has_directions ? std::hypot(d[0], d[1], d[2])
+                                                          : std::abs(spacing_or_1(geometry, axis)));
+    const double place = geometry.origin[axis];
+    rounding = std::max(rounding, std::abs(place - static_cast<double>(static_cast<float>(place))));
+  }
+  if (!(rounding > visible * smallest)) return "";
+  return fmt::format(
+      "the numbers of NIfTI have 32 bits, which moves the place of the volume by {:.2g}, of {:.6g} between "
+      "samples; "
+      "the .tag file and .nrrd files have the exact place",
+      rounding, smallest);
+}
+
 }  // namespace
 
 std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeInfo& info,
@@ -231,19 +272,8 @@ std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const Volum
 }
 
 std::string lost_in_nifti(const VolumeInfo& info) {
-  const Geometry& geometry = info.geometry;
-  const std::string unit = lower_case(geometry.units[0]);
-  if (!unit.empty() && unit != "m" && unit != "mm" && unit != "um" && unit != "µm")
-    return fmt::format("NIfTI does not know the unit {}, so the spacing has none",
-                       tagrid::quoted(std::string_view(unit)));
-  if (has_unknown_spacing(geometry)) return "NIfTI cannot say that a spacing is not known; 1 is written";
-  if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
-    return fmt::format(
-        "NIfTI means right-anterior-superior; the space of the volume is {}, and its positions are written "
-        "as "
-        "they are",
-        geometry.space.empty() ? "not known" : tagrid::quoted(geometry.space));
-  return "";
+  const std::string meaning = lost_meaning(info), place = lost_by_rounding(info);
+  return meaning + (meaning.empty() || place.empty() ? "" : "; ") + place;
 }
 
 }  // namespace tagrid

@@ -6,6 +6,7 @@
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "stages/grid/lattice.h"
 
@@ -123,7 +124,7 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
   const std::uint64_t table_size = count * entry_size(levels);
   if (table_size > size - head_size - tail_size) fail("the part is not complete");
   const std::uint64_t start = size - tail_size - table_size;
-  std::vector<std::byte> head(head_size), table(table_size), tail(tail_size);
+  std::vector<std::byte> head(head_size), table(memory_size(table_size)), tail(tail_size);
   read_exactly(head.data(), head.size());
   if (!std::equal(head.begin(), head.end(), expected.begin()))
     fail("the part is damaged, or belongs to another run");
@@ -136,7 +137,7 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
     fail("the part is not complete");
   if (!checksums_agree(checksum, table_checksum(head, table, start))) fail("the part is damaged");
   FieldReader entries(table);
-  table_.resize(count);
+  table_.resize(memory_size(count));
   for (std::uint64_t i = 0; i < count; ++i) {
     PartEntry& entry = table_[i];
     entry.activity_bytes = entries.get<std::uint32_t>();
@@ -153,7 +154,7 @@ void PartReader::read_table(const PartId& id, const CodingParameters& parameters
 void PartReader::read_block(std::vector<std::byte>& block) {
   assert(next_block_ < table_.size());
   const PartEntry& entry = table_[next_block_];
-  block.resize(entry.block_bytes());
+  block.resize(memory_size(entry.block_bytes()));
   read_exactly(block.data(), block.size());
   FieldReader fields(block);
   const std::uint64_t length = fields.get<std::uint32_t>(), activity = fields.get<std::uint32_t>();

@@ -36,10 +36,15 @@ StoredBits stored_bits_of(const Json& place, SampleType type) {
   return stored;
 }
 
+/// No source has so many; and all of them can be counted in the memory of any machine.
+constexpr std::int64_t most_files = std::int64_t{1} << 31;
+
 SliceRun place_of(const Json& place, const VolumeInfo& info) {
   if (!place.is_object()) throw WrongAnswer("\"places\" is not a list of objects");
   SliceRun run;
-  run.file = static_cast<std::size_t>(count_in(place, "file", 0, 0));
+  const std::int64_t file = count_in(place, "file", 0, 0);
+  if (file >= most_files) throw WrongAnswer(fmt::format("\"file\" is {}, but there are fewer", file));
+  run.file = static_cast<std::size_t>(file);
   run.offset = static_cast<std::uint64_t>(count_in(place, "offset", 0, 0));
   run.slices = count_in(place, "slices", 1, 1);
   const auto row_bytes = static_cast<std::int64_t>(rows_of(info).bytes);
@@ -74,10 +79,11 @@ PlainPiece piece_in(const Json& json, std::size_t file, std::size_t files) {
   if (json.contains("samples"))
     return PlainPiece::samples(static_cast<std::uint64_t>(count_in(json, "samples", 0, 1)));
   const std::int64_t from = count_in(json, "from", 0, 0), to = count_in(json, "to", -1, from);
-  const auto number = static_cast<std::size_t>(count_in(json, "file", static_cast<std::int64_t>(file), 0));
-  if (number >= files)
+  const std::int64_t number = count_in(json, "file", static_cast<std::int64_t>(file), 0);
+  if (number >= static_cast<std::int64_t>(files))
     throw WrongAnswer(fmt::format("a piece is in file {}, but there are {}", number, files));
-  return PlainPiece::stretch(number, static_cast<std::uint64_t>(from), static_cast<std::uint64_t>(to));
+  return PlainPiece::stretch(static_cast<std::size_t>(number), static_cast<std::uint64_t>(from),
+                             static_cast<std::uint64_t>(to));
 }
 
 std::uint64_t size_of(const std::vector<PlainPiece>& pieces) {

@@ -53,7 +53,7 @@ class ProgramSource final : public VolumeSource {
   /// The plain form of the volume that `conversation` has described, or described again.
   static PlainForm plain_form(const Link& link, const Request& request) {
     // The program that gives slices can tell, too, unless it has ended. Another one takes as much memory.
-    if (*link != nullptr && (*link)->any_order_) return (*link)->plain_form();
+    if (*link != nullptr && (*link)->any_order_ && (*link)->conversation_) return (*link)->plain_form();
     const auto again = request.conversation();
     const ReaderVolume volume = again->describe(request.path, request.options);
     PlainForm form = again->plain_form(volume);
@@ -64,7 +64,7 @@ class ProgramSource final : public VolumeSource {
   std::uint64_t bytes_read() const override { return size_; }
   void stop_when(const std::atomic<bool>& stop) override {
     stop_ = &stop;
-    conversation_->stop_when(stop);
+    if (conversation_) conversation_->stop_when(stop);
   }
 
  private:
@@ -77,6 +77,7 @@ class ProgramSource final : public VolumeSource {
   };
 
   void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    if (!conversation_) restart();
     const std::int64_t from = first / slice_samples(), to = from + count / slice_samples();
     if (!asked_.is_done() && (asked_.from != from || asked_.to != to)) drop_asked();
     if (asked_.is_done()) ask(from, to);
@@ -146,15 +147,18 @@ class ProgramSource final : public VolumeSource {
 
   void seek(std::int64_t) override {}  // read() finds any slice
 
+  // What a program says too much is noticed when it ends. If slices are wanted again, it is started again.
   void end() override {
-    if (any_order_) return;  // it may be read again
+    if (!conversation_) return;
+    drop_asked();
     conversation_->finish();
+    conversation_.reset();
   }
 
   Request request_;
   bool any_order_;
   std::uint64_t size_;
-  std::unique_ptr<ReaderConversation> conversation_;
+  std::unique_ptr<ReaderConversation> conversation_;  ///< none after end()
   Asked asked_;
   Link link_;
   const std::atomic<bool>* stop_ = nullptr;

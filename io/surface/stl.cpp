@@ -2,6 +2,9 @@
 // a uint16 that is 0. The text must not begin with "solid", the sign of STL in ASCII.
 #include "io/surface/stl.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -17,6 +20,9 @@ namespace {
 using Point = std::array<float, 3>;
 
 constexpr std::size_t stl_head = 84, triangle_bytes = 12 * sizeof(float) + 2;
+
+/// With a larger error than this part of a voxel, small triangles lose their shape.
+constexpr double visible = 0.01;
 
 Point as_floats(const std::array<double, 3>& p) {
   return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
@@ -42,7 +48,12 @@ StlFile::StlFile(const std::string& path, bool overwrite)
 void StlFile::add(const SurfacePiece& piece) {
   for (const auto& triangle : piece.triangles) {
     std::array<Point, 3> corners;
-    for (std::size_t i = 0; i < 3; ++i) corners[i] = as_floats(piece.position(triangle[i]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::array<double, 3> place = piece.position(triangle[i]);
+      corners[i] = as_floats(place);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        rounding_ = std::max(rounding_, std::abs(place[axis] - static_cast<double>(corners[i][axis])));
+    }
     std::array<std::byte, triangle_bytes> bytes{};
     std::byte* to = bytes.data();
     const auto put = [&](const Point& p) {
@@ -56,6 +67,15 @@ void StlFile::add(const SurfacePiece& piece) {
     triangles_.append(bytes);
     ++count_;
   }
+}
+
+std::vector<std::string> StlFile::warnings() const {
+  if (!(rounding_ > visible * notes_.spacing)) return {};
+  return {fmt::format(
+      "{}: STL has 32-bit numbers: so far from the origin, they move corners by up to {:.2g}, of {:.6g} "
+      "between samples, "
+      "and triangles lose their shape or their area; .ply, .vtp and .obj files have numbers of 64 bits",
+      output_.name(), rounding_, notes_.spacing)};
 }
 
 void StlFile::finish() {

@@ -18,10 +18,13 @@ class StlFile : public SurfaceFile {
 
   void add(const SurfacePiece& piece) override;
   void finish() override;
+  /// Says so if floats are too coarse for the places of the corners.
+  std::vector<std::string> warnings() const override;
 
  private:
   CountedOutput triangles_;
   std::uint64_t count_ = 0;
+  double rounding_ = 0;  ///< the largest difference between a coordinate and its float
 };
 
 }  // namespace tagrid

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "io/files/output_file.h"
 #include "io/mesh/mesh_notes.h"
@@ -30,6 +31,8 @@ class SurfaceFile : public SurfaceSink {
   void commit() { output_.commit(); }
   /// Size of the whole file. REQUIRES: finish() was called.
   std::uint64_t file_bytes() const { return output_.position(); }
+  /// What the user should know of the file, a sentence each. REQUIRES: finish() was called.
+  virtual std::vector<std::string> warnings() const { return {}; }
 
  protected:
   OutputFile output_;

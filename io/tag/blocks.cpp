@@ -6,6 +6,7 @@
 
 #include "io/bytes/byte_fields.h"
 #include "io/bytes/checksum.h"
+#include "io/bytes/memory_size.h"
 #include "io/bytes/zstd_bytes.h"
 #include "stages/grid/lattice.h"
 
@@ -186,7 +187,8 @@ Status FileEnd::parse(std::span<const std::byte> bytes, TagIndex& index, std::ui
   const auto count = static_cast<std::uint64_t>(parameters.bricks().count());
   const IndexForm form = index_form(parameters);
   std::vector<std::byte> fields;
-  if (Status status = zstd_decompress(packed, index_size(count, form), fields); !status.ok()) return status;
+  if (Status status = zstd_decompress(packed, memory_size(index_size(count, form)), fields); !status.ok())
+    return status;
   if (Status status = parse_index(fields, count, form, index); !status.ok()) return status;
   std::uint64_t bricks_size = count * block_frame_size;
   for (const IndexEntry& brick : index.bricks)

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/tag/broken_tag.h"
@@ -25,7 +26,7 @@ std::vector<std::byte> TagBricks::bytes_at(std::uint64_t position, std::uint64_t
   if (position > source_->size() || size > source_->size() - position)
     throw BrokenInput(name() + ": before byte " + std::to_string(position + size) +
                       ": the file ends; it is truncated");
-  std::vector<std::byte> bytes(size);
+  std::vector<std::byte> bytes(memory_size(size));
   source_->read_at(position, bytes);
   return bytes;
 }

@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "io/bytes/byte_fields.h"
+#include "io/bytes/memory_size.h"
 
 namespace tagrid {
 
@@ -69,7 +70,7 @@ Status parse_index(std::span<const std::byte> bytes, std::uint64_t bricks, const
   index.total.high = reader.get<double>();
   index.total.sum = reader.get<double>();
   index.total.finite = reader.get<std::uint64_t>();
-  index.bricks.assign(bricks, {});
+  index.bricks.assign(memory_size(bricks), {});
   for (auto& brick : index.bricks) brick.activity_bytes = reader.get<std::uint32_t>();
   for (auto& brick : index.bricks) brick.value_bytes = reader.get<std::uint32_t>();
   for (auto& brick : index.bricks) brick.low = reader.get<double>();

@@ -5,6 +5,7 @@
 
 #include "io/bytes/checksum.h"
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/tag/broken_tag.h"
 
@@ -26,7 +27,7 @@ WholeBricks::WholeBricks(std::shared_ptr<const ByteSource> source) : source_(std
 }
 
 std::vector<std::byte> WholeBricks::bytes_at(std::uint64_t position, std::uint64_t size) const {
-  std::vector<std::byte> bytes(size);
+  std::vector<std::byte> bytes(memory_size(size));
   source_->read_at(position, bytes);
   return bytes;
 }

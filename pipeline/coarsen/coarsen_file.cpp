@@ -1,10 +1,10 @@
 #include "pipeline/coarsen/coarsen_file.h"
 
-#include <oneapi/tbb/task_arena.h>
 
 #include "pipeline/coarsen/coarsened_grid.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
@@ -42,16 +42,16 @@ void coarsen_file(TagReader& reader, const MeshBound& bound, const Box& position
   const std::uint64_t bytes =
       static_cast<std::uint64_t>(parameters.domain().volume().count()) * size_of(parameters.type);
   const Watch watch = watch_for(progress, 2 * bytes);
-  oneapi::tbb::task_arena arena(plan.threads);
+  Threads threads(plan.threads);
   CoarsenedGrid grid(parameters, bound, path);
   DecodeStreams streams;
   streams.bricks = reader.bricks();
   streams.write_rows = [&](const DecodedRows& layer) {
-    arena.execute([&] { grid.add_layer(layer); });
+    threads.run([&] { grid.add_layer(layer); });
     watch.done(layer.bytes());
   };
   run_decode_graph(parameters, BrickRows::all(bricks), plan.decoding.budget, streams);
-  arena.execute([&] { grid.settle(); });
+  threads.run([&] { grid.settle(); });
 
   std::uint64_t left = bytes;
   for (std::int64_t id = 0; id < bricks.count(); ++id) {

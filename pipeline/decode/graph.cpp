@@ -1,12 +1,13 @@
 #include "pipeline/decode/graph.h"
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <memory>
 #include <vector>
 
 #include "pipeline/decode/block.h"
+#include "pipeline/threads/run_graph.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
@@ -59,16 +60,14 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::make_edge(in_order, write);
   flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
 
-  read.activate();
-  graph.wait_for_all();
+  run_graph(graph, read);
 }
 
 }  // namespace
 
 void run_decode_graph(const CodingParameters& parameters, const BrickRows& rows, const DecodeBudget& budget,
                       const DecodeStreams& streams) {
-  oneapi::tbb::task_arena arena(budget.threads);
-  arena.execute([&] { build_and_run(parameters, rows, budget, streams); });
+  Threads(budget.threads).run([&] { build_and_run(parameters, rows, budget, streams); });
 }
 
 }  // namespace tagrid

@@ -1,7 +1,6 @@
 #include "pipeline/encode/graph.h"
 
 #include <oneapi/tbb/flow_graph.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <optional>
 #include <utility>
@@ -9,6 +8,8 @@
 
 #include "pipeline/encode/brick_work.h"
 #include "pipeline/grid/schedule.h"
+#include "pipeline/threads/run_graph.h"
+#include "pipeline/threads/threads.h"
 #include "stages/brick/closed_samples.h"
 #include "stages/marks/halo.h"
 
@@ -98,8 +99,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   flow::make_edge(flow::output_port<0>(write), bricks.decrementer());
   flow::make_edge(flow::output_port<1>(write), slices.decrementer());
 
-  read.activate();
-  graph.wait_for_all();
+  run_graph(graph, read);
 }
 
 }  // namespace
@@ -117,8 +117,7 @@ std::vector<BrickRows> rows_to_encode(const CodingParameters& parameters, const 
 
 void run_encode_graph(const CodingParameters& parameters, const BrickRows& rows, const EncodeBudget& budget,
                       const EncodeStreams& streams) {
-  oneapi::tbb::task_arena arena(budget.threads);
-  arena.execute([&] {
+  Threads(budget.threads).run([&] {
     std::optional<ClosedSamples> closed;
     if (mesh_needs_bricks_below(parameters)) closed.emplace(parameters, rows);
     EncodeStreams unwritten = streams;

@@ -1,6 +1,7 @@
 #include "pipeline/encode/slices_ahead.h"
 
 #include <chrono>
+#include <system_error>
 #include <utility>
 
 #include "io/files/errors.h"
@@ -10,9 +11,9 @@ namespace tagrid {
 
 SliceSamples SlicesAhead::read(const Box& rows) {
   using namespace std::chrono_literals;
+  if (count_ > 0 && !thread_.joinable()) start();
   if (count_ == 0) return read_input_slice(source_, rows);
   std::unique_lock lock(mutex_);
-  if (!thread_.joinable()) thread_ = std::thread([this] { read_all(); });
   while (waiting_.empty()) {
     if (failure_) std::rethrow_exception(failure_);
     if (stopped_ != nullptr && *stopped_)
@@ -23,6 +24,16 @@ SliceSamples SlicesAhead::read(const Box& rows) {
   waiting_.pop_front();
   changed_.notify_all();
   return slice;
+}
+
+void SlicesAhead::start() {
+  try {
+    thread_ = std::thread([this] { read_all(); });
+  } catch (const std::system_error&) {
+    // The system gives no more threads: slices are read when they are asked for.
+    count_ = 0;
+    if (stopped_ != nullptr) source_.stop_when(*stopped_);
+  }
 }
 
 void SlicesAhead::read_all() {

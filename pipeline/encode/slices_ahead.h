@@ -35,6 +35,7 @@ class SlicesAhead {
   void end();
 
  private:
+  void start();
   void read_all();
 
   VolumeSource& source_;

@@ -1,7 +1,6 @@
 #include "pipeline/estimate/estimate.h"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 #include <time.h>
 
 #include <fmt/format.h>
@@ -23,6 +22,7 @@
 #include "pipeline/estimate/noise.h"
 #include "pipeline/estimate/sample.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/threads/threads.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/lattice.h"
 #include "stages/marks/halo.h"
@@ -289,8 +289,7 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
     parameters.push_back(p);
   }
   EstimateResult result;
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
+  Threads(threads).run([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
   // In units of values, as they were given.
   const double slope = std::abs(rescale.slope);
   result.noise = noise * slope;

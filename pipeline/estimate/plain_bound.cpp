@@ -1,7 +1,6 @@
 #include "pipeline/estimate/plain_bound.h"
 
 #include <fmt/format.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "io/files/errors.h"
 #include "pipeline/estimate/bricks_of_source.h"
 #include "pipeline/estimate/noise.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
@@ -166,8 +166,7 @@ PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, 
   const ErrorRule::Kind kind = options.error_rule->kind;
   const double value = options.error_rule->value;
   PlainBound plain;
-  oneapi::tbb::task_arena arena(std::max(threads, 1));
-  arena.execute([&] {
+  Threads(std::max(threads, 1)).run([&] {
     plain = kind == ErrorRule::Kind::noise      ? by_noise(options, source, value)
             : kind == ErrorRule::Kind::relative ? by_range(options, source, value)
                                                 : by_psnr(options, source, value, progress);

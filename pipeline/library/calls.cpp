@@ -14,7 +14,7 @@ tagrid_call settings_of(const tagrid_call* call) {
 
 Resources resources_of(const tagrid_call& call) {
   require(call.threads >= 0, "the number of threads is negative");
-  // oneTBB gives no more threads, and prints a warning on standard error if more are requested.
+  // A caller who limits the threads of oneTBB means these as well.
   const auto most =
       oneapi::tbb::global_control::active_value(oneapi::tbb::global_control::max_allowed_parallelism);
   const int wanted = call.threads == 0 ? available_threads() : call.threads;

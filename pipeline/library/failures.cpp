@@ -1,10 +1,10 @@
 #include "pipeline/library/failures.h"
 
 #include <atomic>
-#include <new>
-#include <stdexcept>
-#include <system_error>
+#include <exception>
+#include <utility>
 
+#include "io/files/error_kinds.h"
 #include "io/files/errors.h"
 #include "pipeline/memory/of_bricks.h"
 
@@ -16,6 +16,23 @@ struct Message {
   std::string text;
 };
 thread_local Message last_of_thread;
+
+tagrid_status status_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::usage:
+      return TAGRID_INVALID_ARGUMENT;
+    case ErrorKind::broken_input:
+      return TAGRID_BROKEN_INPUT;
+    case ErrorKind::closed_pipe:
+    case ErrorKind::world:
+      return TAGRID_IO_ERROR;
+    case ErrorKind::memory:
+      return TAGRID_OUT_OF_MEMORY;
+    case ErrorKind::bug:
+      break;
+  }
+  return TAGRID_BUG;
+}
 
 tagrid_status sorted(std::string& message) {
   try {
@@ -30,30 +47,10 @@ tagrid_status sorted(std::string& message) {
     // The plan counts the whole process; a caller's limit is for the work of the call.
     message = error.but_for(memory_of_program).what();
     return TAGRID_MEMORY_LIMIT;
-  } catch (const UsageError& error) {
-    message = error.what();
-    return TAGRID_INVALID_ARGUMENT;
-  } catch (const BrokenInput& error) {
-    message = error.what();
-    return TAGRID_BROKEN_INPUT;
-  } catch (const WorldError& error) {
-    message = error.what();
-    return TAGRID_IO_ERROR;
-  } catch (const std::bad_alloc&) {
-    message = "out of memory";
-    return TAGRID_OUT_OF_MEMORY;
-  } catch (const std::length_error&) {
-    message = "out of memory";
-    return TAGRID_OUT_OF_MEMORY;
-  } catch (const std::system_error& error) {
-    message = error.what();
-    return TAGRID_IO_ERROR;
-  } catch (const std::exception& error) {
-    message = error.what();
-    return TAGRID_BUG;
   } catch (...) {
-    message = "an exception of an unknown type was thrown";
-    return TAGRID_BUG;
+    SortedError error = sorted_error(std::current_exception());
+    message = error.kind == ErrorKind::memory ? "out of memory" : std::move(error.message);
+    return status_of(error.kind);
   }
 }
 

@@ -1,6 +1,5 @@
 // Passes on the bricks of a part of the grid, from the bricks that they need.
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstring>
@@ -14,6 +13,7 @@
 #include "pipeline/grid/derived_grid.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/mesh/grid_bricks.h"
+#include "pipeline/threads/threads.h"
 #include "stages/marks/halo.h"
 
 namespace tagrid {
@@ -23,10 +23,10 @@ namespace {
 class Layer {
  public:
   Layer() = default;
-  Layer(const TagBricks& file, const Box& positions, const Box& taken, oneapi::tbb::task_arena& arena)
+  Layer(const TagBricks& file, const Box& positions, const Box& taken, Threads& threads)
       : positions_(positions), bricks_(static_cast<std::size_t>(positions.count())) {
     const BrickGrid grid = file.parameters().bricks();
-    arena.execute([&] {
+    threads.run([&] {
       oneapi::tbb::parallel_for(std::int64_t{0}, positions.count(), [&](std::int64_t i) {
         const Index3 size = positions_.size();
         const Index3 position = positions_.low + Index3{i % size.x, i / size.x, 0};
@@ -141,7 +141,7 @@ namespace {
 
 // The bricks with their grid, layer by layer.
 void take_stored_grid(const TagBricks& file, const Box& taken, const Box& needed, GridTaker& taker,
-                      oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
+                      Threads& threads, const std::function<void()>& layer_done) {
   const CodingParameters& parameters = file.parameters();
   const BrickGrid grid = parameters.bricks();
   const std::size_t size = size_of(parameters.type);
@@ -150,7 +150,7 @@ void take_stored_grid(const TagBricks& file, const Box& taken, const Box& needed
   Layer below, layer;
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
     below = std::move(layer);
-    layer = Layer(file, layer_of(needed, z), taken, arena);
+    layer = Layer(file, layer_of(needed, z), taken, threads);
     const auto sample_at = [&](Index3 p) {
       const Index3 q = volume.nearest(p);
       const Index3 owner = {grid.owner(q.x), grid.owner(q.y), grid.owner(q.z)};
@@ -181,7 +181,7 @@ LatticeBits moved(const LatticeBits& bits, Index3 by) {
 
 // The bricks from decoded samples, whose grid is computed for the bricks of the part alone.
 void take_derived_grid(const TagBricks& file, const Box& taken, const Box& needed, GridTaker& taker,
-                       oneapi::tbb::task_arena& arena, const std::function<void()>& layer_done) {
+                       Threads& threads, const std::function<void()>& layer_done) {
   const CodingParameters& parameters = file.parameters();
   const CodingParameters part = parameters_of_part(parameters, needed);
   const BrickGrid grid = parameters.bricks();
@@ -197,10 +197,10 @@ void take_derived_grid(const TagBricks& file, const Box& taken, const Box& neede
   });
   const Box samples = {derived.samples().low + low, derived.samples().high + low};
   for (std::int64_t z = needed.low.z; z <= needed.high.z; ++z) {
-    const Layer layer(file, layer_of(needed, z), nothing, arena);
+    const Layer layer(file, layer_of(needed, z), nothing, threads);
     const Box owned = grid.owned_box({0, 0, z});
     Box slice = samples;
-    arena.execute([&] {
+    threads.run([&] {
       for (std::int64_t k = std::max(owned.low.z, samples.low.z); k <= std::min(owned.high.z, samples.high.z);
            ++k) {
         slice.low.z = slice.high.z = k;
@@ -217,14 +217,14 @@ void take_some(const TagBricks& file, const Box& positions, std::uint64_t taker_
                const Resources& resources, GridTaker& taker, const Progress& progress) {
   const CodingParameters& parameters = file.parameters();
   const Box needed = needed_for(positions, parameters);
-  oneapi::tbb::task_arena arena(threads_for_taking(parameters, positions, taker_bytes, resources));
+  Threads threads(threads_for_taking(parameters, positions, taker_bytes, resources));
   const std::uint64_t total = static_cast<std::uint64_t>(needed.size().z);
   std::uint64_t done = 0;
   const auto layer_done = [&] {
     if (progress) progress(++done, total);
   };
   const auto take = parameters.stores_grid() ? take_stored_grid : take_derived_grid;
-  take(file, positions, needed, taker, arena, layer_done);
+  take(file, positions, needed, taker, threads, layer_done);
 }
 
 }  // namespace tagrid

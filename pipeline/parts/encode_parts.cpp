@@ -255,10 +255,12 @@ class RunInParts {
       file.write_at(position, block);
       position += block.size();
     });
-    result.why_not_restorable = keep_source_files(
+    const KeepingFiles keeping = keep_source_files(
         *volume_, parameters(), run_.keep_files && !options_.strip,
         [&](SourceFiles& source, bool exact) { share_contents(ranks_, source, exact, run_.resources); },
         [&](std::span<const std::byte> bytes) { envelope.write(bytes); });
+    result.why_not_restorable = keeping.why_not_restorable;
+    result.times_read += keeping.times_read;
     envelope.finish();
     files_.require();
     warn_of_touched(run_, files_, result);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "pipeline/memory/of_writer.h"
+#include "pipeline/threads/threads.h"
 #include "stages/phantom/phantom.h"
 
 namespace tagrid {
@@ -50,10 +50,10 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
   const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
   std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
   const Watch watch = watch_for(run.progress, total);
-  oneapi::tbb::task_arena arena(run.threads);
+  Threads threads(run.threads);
   for (std::int64_t z = 0; z < nz; z += batch) {
     const std::int64_t count = std::min(batch, nz - z);
-    arena.execute([&] {
+    threads.run([&] {
       oneapi::tbb::parallel_for(std::int64_t{0}, count, [&](std::int64_t i) {
         make(options, z + i, slices.data() + static_cast<std::size_t>(i) * slice_bytes);
       });

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -14,6 +13,7 @@
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/within.h"
 #include "pipeline/region/read_region.h"
+#include "pipeline/threads/threads.h"
 #include "stages/mesh/leaf_at.h"
 
 namespace tagrid {
@@ -241,8 +241,7 @@ PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, 
   content.bricks = static_cast<std::int64_t>(wanted.size());
   std::mutex telling;
   std::uint64_t done = 0;
-  oneapi::tbb::task_arena arena(plan.threads);
-  arena.execute([&] {
+  Threads(plan.threads).run([&] {
     oneapi::tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
       const auto [id, with_grid, slices] = wanted[i];
       const DecodedBrick brick = decode_block(file.read(id), p, file.name(),

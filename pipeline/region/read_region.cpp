@@ -1,7 +1,6 @@
 #include "pipeline/region/read_region.h"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cassert>
@@ -11,6 +10,7 @@
 #include "io/files/errors.h"
 #include "pipeline/decode/block.h"
 #include "pipeline/memory/of_bricks.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
@@ -58,8 +58,8 @@ struct BrickDecoder {
 // Calls work(0 .. count - 1) on some threads, in any order.
 template <class Work>
 void for_each_number(std::size_t count, int threads, Work work) {
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, work); });
+  const auto needed = static_cast<int>(std::clamp<std::size_t>(count, 1, static_cast<std::size_t>(threads)));
+  Threads(needed).run([&] { oneapi::tbb::parallel_for(std::size_t{0}, count, work); });
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -14,6 +13,7 @@
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
 #include "pipeline/memory/plan.h"
+#include "pipeline/threads/threads.h"
 
 namespace tagrid {
 namespace {
@@ -40,6 +40,7 @@ class EnvelopeComparison {
       kept_.skip(n);
     }
   }
+  bool is_same_so_far() const { return is_same_; }
   bool is_same() { return is_same_ && kept_.ahead().empty(); }
 
  private:
@@ -62,22 +63,23 @@ std::uint64_t memory_of_envelope(const std::string& path) {
 }
 
 void look_at_contents(SourceFiles& source, bool exact, int threads) {
-  oneapi::tbb::task_arena arena(threads);
-  arena.execute([&] {
+  Threads(threads).run([&] {
     oneapi::tbb::parallel_for(std::size_t{0}, source.files.size(),
                               [&](std::size_t number) { look_at_content(source, exact, number); });
   });
 }
 
-std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                              const LookAtContents& look, const PutBytes& put) {
-  if (!keep) return "only the samples were wanted";
+KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
+                               const LookAtContents& look, const PutBytes& put) {
+  if (!keep) return {"only the samples were wanted"};
   SourceFiles files = source_files(source.facts());
+  double times_read = 0;
   if (files.why_not.empty()) {
     look(files, parameters.is_exact());
     write_envelope(files, put);
+    times_read = times_read_for_envelope(files, parameters.is_exact());
   }
-  return files.why_not_restorable();
+  return {files.why_not_restorable(), times_read};
 }
 
 KeptFiles source_files_of(const TagBricks& file) {
@@ -122,9 +124,16 @@ SourceComparison compare_source_files(const TagBricks& file, const VolumeSource&
   if (!result.difference.empty()) return result;
   EnvelopeComparison comparison(file.envelope());
   look_at_contents(source, file.parameters().is_exact(), threads);
-  write_envelope(source, [&](std::span<const std::byte> bytes) { comparison.compare(bytes); });
+  std::size_t different = 0;
+  write_envelope(
+      source, [&](std::span<const std::byte> bytes) { comparison.compare(bytes); },
+      [&](std::size_t number) {
+        if (comparison.is_same_so_far()) different = number;
+      });
   result.is_same = comparison.is_same();
-  if (!result.is_same) result.difference = "they have other bytes than those that were encoded";
+  if (!result.is_same)
+    result.difference =
+        fmt::format("{} has other bytes than the file that was encoded", source.names[different]);
   return result;
 }
 

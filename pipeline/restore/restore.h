@@ -24,10 +24,14 @@ void look_at_contents(SourceFiles& source, bool exact, int threads);
 /// Does that in another way, such as by many processes.
 using LookAtContents = std::function<void(SourceFiles& source, bool exact)>;
 
-/// Writes the envelope of a source if `keep`, and if the source allows it; returns why its files cannot be restored byte
-/// for byte as far as their samples are exact, "" if they can. Throws as write_envelope() does.
-std::string keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
-                              const LookAtContents& look, const PutBytes& put);
+struct KeepingFiles {
+  /// Why the files cannot be restored byte for byte, as far as their samples are exact; "" if they can.
+  std::string why_not_restorable;
+  double times_read = 0;  ///< how often a sample was read for that, on average
+};
+/// Writes the envelope of a source if `keep`, and if the source allows it. Throws as write_envelope() does.
+KeepingFiles keep_source_files(const VolumeSource& source, const CodingParameters& parameters, bool keep,
+                               const LookAtContents& look, const PutBytes& put);
 
 struct RestoreRun {
   std::string input;   ///< a .tag file; not a pipe

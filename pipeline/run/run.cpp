@@ -74,17 +74,19 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
   encoder.encode(all, writer,
                  watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
   ahead.end();
-  result.why_not_restorable = keep_source_files(
+  const KeepingFiles kept = keep_source_files(
       *volume, parameters, run.keep_files && !plain.options.strip,
       [&](SourceFiles& source, bool exact) { look_at_contents(source, exact, plan.budget.threads); },
       [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
+  result.why_not_restorable = kept.why_not_restorable;
   // Samples and other bytes must be those of the same files.
   if (run.keep_files) files.require();
   warn_of_touched(run, files, result);
   writer.finish();
   result.index = writer.index();
   result.bytes_in = volume->bytes_read();
-  result.times_read = times_read(parameters, plan, {all}) + (spools || copied) + reads_range;
+  result.times_read =
+      times_read(parameters, plan, {all}) + (spools || copied) + reads_range + kept.times_read;
   result.file_bytes = file->position();
   result.temporary = file->temporary();
   return {std::move(result), file};

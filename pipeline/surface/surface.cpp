@@ -35,7 +35,8 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
   input.pass_to(builder, positions, builder_bytes, run.resources, run.progress);
   const SurfaceCounts& counts = builder.counts();
   file->finish();
-  SurfaceResult result{input.header(), input.index(), input.bytes(), file->file_bytes(), counts, {}};
+  SurfaceResult result{input.header(),  input.index(), input.bytes(), file->file_bytes(), counts, {},
+                       file->warnings()};
   if (!part.box && !counts.has_gaps) result.boundary_edges = counts.border_edges;
   return {std::move(result), file};
 }

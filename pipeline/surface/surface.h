@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "io/tag/file.h"
 #include "pipeline/decode/decode_run.h"
@@ -44,6 +45,7 @@ struct SurfaceResult {
   SurfaceCounts counts;
   /// Edges with one triangle alone; nothing if the surface has borders that are not counted, at a region or around NaN.
   std::optional<std::int64_t> boundary_edges;
+  std::vector<std::string> warnings = {};  ///< SurfaceFile::warnings()
 };
 
 /// Writes the isosurface of the piecewise linear field of the mesh that write_mesh() writes: it passes between the

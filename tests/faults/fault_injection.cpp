@@ -10,10 +10,13 @@
 //                         "SIGKILL", "SIGTERM", "SIGINT": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
+//   TAGRID_FAULT_THREAD   the number of the thread, from 1, that cannot be made, and none after it; needs no folder
+//
 // A close() that fails has closed the file anyway, as on Linux.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <pthread.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -298,6 +301,15 @@ int rmdir(const char* path) noexcept {
   NEXT(rmdir);
   if (fault_of("rmdir", path) == Fault::error) return fail();
   return original(path);
+}
+
+int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*work)(void*),
+                   void* argument) noexcept {
+  NEXT(pthread_create);
+  static std::atomic<long> threads{0};
+  static const char* const last = setting("TAGRID_FAULT_THREAD");
+  if (last != nullptr && ++threads >= std::atol(last)) return EAGAIN;
+  return original(thread, attributes, work, argument);
 }
 
 int unlink(const char* path) noexcept {

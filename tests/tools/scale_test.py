@@ -27,7 +27,7 @@ class Program(unittest.TestCase):
                 with open(f"{folder}/a.raw", "wb") as samples:
                     samples.truncate(volume.bytes)
                 run = subprocess.run(
-                    [PROGRAM, "encode", "a.raw", "--dims", ",".join(map(str, dims)), "--type", "int16", "--resume",
+                    [PROGRAM, "encode", "a.raw", "--dims", ",".join(map(str, dims)), "--type", "int16", "--resume", "--strip",
                      "-o", "a.tag", "-v"], cwd=folder, check=True, capture_output=True, text=True)
             self.assertIn(f"every sample read {simulated:.2f} times", run.stderr)
 

@@ -45,6 +45,7 @@ struct SurfaceCommand {
                   achieved_json(result.header, result.index)});
     surface.commit();
     report.keep();
+    for (const std::string& warning : result.warnings) warn(run, warning);
     if (has_uneven_slices(result.header))
       warn(run, path +
                     ": slices of the source lie at unequal distances; in the surface all distances are "

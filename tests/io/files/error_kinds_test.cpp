@@ -31,6 +31,14 @@ TEST(ErrorKinds, EveryExceptionHasOne) {
   EXPECT_EQ(sorted(42).kind, ErrorKind::bug);
 }
 
+TEST(ErrorKinds, ThatThereAreNoMoreThreadsIsTheWorldsFaultAndSaysWhatHelps) {
+  const SortedError error =
+      sorted(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)));
+  EXPECT_EQ(error.kind, ErrorKind::world);
+  EXPECT_NE(error.message.find("no more threads"), std::string::npos) << error.message;
+  EXPECT_NE(error.message.find("ulimit -u"), std::string::npos) << error.message;
+}
+
 TEST(ErrorKinds, WhatIsThrownAgainIsOfTheSameKind) {
   for (const ErrorKind kind : {ErrorKind::usage, ErrorKind::broken_input, ErrorKind::closed_pipe,
                                ErrorKind::world, ErrorKind::memory, ErrorKind::bug}) {

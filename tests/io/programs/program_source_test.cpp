@@ -140,6 +140,44 @@ if [ "$limit" = unlimited ] || [ "$limit" -gt 2000000 ]; then printf 1; else pri
   EXPECT_EQ(sample, '1');
 }
 
+// A reader that gives too much has most likely misread its file.
+TEST_F(ProgramSourceTest, BytesAfterTheLastSliceAreAnErrorThatNamesTheReader) {
+  const std::string program = file("reader", R"(#!/bin/sh
+echo '{"tagrid-reader": 1}'
+read -r line
+echo '{"answer": "volume", "dims": [2, 1, 3], "type": "uint8", "order": "'$(cat $0.order)'"}'
+read -r line
+echo '{"answer": "slices", "from": 0, "to": 3}'
+printf "abcdef%$(cat $0.more)s" ''
+read -r line
+exit $(cat $0.code)
+)");
+  chmod(program.c_str(), 0700);
+  for (const char* order : {"any", "next"})
+    for (const auto& [more, code] : {std::pair("0", "0"), {"1", "0"}, {"1000", "0"}, {"0", "3"}}) {
+      SCOPED_TRACE(std::string(order) + " " + more + " " + code);
+      file("reader.order", order);
+      file("reader.more", more);
+      file("reader.code", code);
+      const auto source = open_with_reader(program, file("a.x", ""), {});
+      std::byte samples[6];
+      source->read_slices(samples, 3);
+      const bool is_good = *more == '0' && *code == '0';
+      try {
+        source->finish();
+        EXPECT_TRUE(is_good);
+      } catch (const WorldError& error) {
+        EXPECT_FALSE(is_good) << error.what();
+        EXPECT_THAT(error.what(), HasSubstr(program));
+      }
+      if (!is_good) continue;
+      // It can be read again.
+      source->rewind();
+      source->read_slices(samples, 3);
+      EXPECT_EQ(samples[5], std::byte{'f'});
+    }
+}
+
 TEST_F(ProgramSourceTest, AReadThatWaitsCanBeStopped) {
   const std::string program = file("reader", R"(#!/bin/sh
 echo '{"tagrid-reader": 1}'

@@ -67,6 +67,29 @@ TEST_F(SalvageCommand, VerifyListsEveryDamagedBrickAndItsAdviceWorks) {
   EXPECT_EQ(tagrid({"verify", "volume.tag", "--against", "other.nrrd"}).out, "");
 }
 
+// Of the envelope, the index and the footer.
+TEST_F(SalvageCommand, NoByteThatFollowsTheBricksCostsABrick) {
+  for (const Arguments& more : {Arguments{}, Arguments{"--strip"}, Arguments{"--brick", "8"}}) {
+    phantom("volume.nrrd", {"--dims", "23,19,21", "-f"});
+    expect_ok(tagrid(with({"encode", "volume.nrrd", "-f", "--cube", "8", "--brick", "1"}, more)));
+    const std::string whole = content("volume.tag");
+    expect_ok(tagrid({"decode", "volume.tag", "-fo", "good.raw"}));
+    const auto bytes = nlohmann::json::parse(tagrid({"info", "volume.tag", "--json"}).out)["bytes"];
+    std::uint64_t start = 0;
+    std::memcpy(&start, whole.data() + whole.size() - 24, sizeof start);  // of the index
+    start -= bytes["envelope"].get<std::uint64_t>();
+    for (std::size_t at = start; at < whole.size(); at += 1 + (whole.size() - start) / 24) {
+      SCOPED_TRACE(at);
+      std::string damaged = whole;
+      damaged[at] = static_cast<char>(damaged[at] ^ 0x11);
+      file("damaged.tag", damaged);
+      expect_error(tagrid({"decode", "damaged.tag", "--salvage", "-fo", "rest.raw"}), broken_input,
+                   "all bricks are whole");
+      EXPECT_TRUE(content("rest.raw") == content("good.raw"));
+    }
+  }
+}
+
 TEST_F(SalvageCommand, WhatMakesNoSenseIsRefused) {
   make_damaged();
   expect_error(tagrid({"decode", "damaged.tag", "--fill", "1", "-o", "a.nrrd"}), usage, "--salvage");

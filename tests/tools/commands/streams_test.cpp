@@ -73,6 +73,56 @@ TEST_F(Streams, NamedPipesAndDevicesAreWrittenStraight) {
   expect_ok(tagrid({"encode", "volume.nrrd", "-o", "/dev/null"}));
 }
 
+// A name of a pipe is a pipe: mkfifo, or <(...) of a shell.
+TEST_F(Streams, ANamedPipeIsReadAsTheStandardInputIs) {
+  make_tag();
+  phantom("volume.raw");
+  const auto fed = [&](const std::string& file, const std::string& words) {
+    return script("rm -f pipe; mkfifo pipe; cat " + file + " > pipe & timeout 60 $TAGRID " + words +
+                  "; code=$?; kill $! 2> /dev/null; exit $code");
+  };
+  for (const std::string& more :
+       {std::string(), std::string(" -T3 --max-error 3"), std::string(" --max-error noise:1 --spool .")}) {
+    expect_ok(fed("volume.raw", "encode pipe --dims 52,40,36 --type int16 -fqo piped.tag" + more));
+    expect_ok(script("cat volume.raw | $TAGRID encode - --dims 52,40,36 --type int16 -fqo in.tag" + more));
+    EXPECT_TRUE(content("piped.tag") == content("in.tag")) << more;
+  }
+  expect_ok(fed("volume.nrrd", "encode pipe -fo piped.tag"));
+  EXPECT_EQ(header_and_bricks(content("piped.tag")), header_and_bricks(content("volume.tag")));
+  expect_ok(fed("volume.tag", "decode pipe -fo piped.raw"));
+  EXPECT_TRUE(content("piped.raw") == content("volume.raw"));
+  EXPECT_EQ(fed("volume.tag", "info pipe --json").out, tagrid({"info", "volume.tag", "--json"}).out);
+  for (const char* words :
+       {"verify pipe -q", "mesh pipe -fqo piped.vtu", "surface pipe --iso 300 -fqo piped.stl",
+        "decode pipe --region 3:9,:,: -fqo piped.raw"})
+    expect_ok(fed("volume.tag", words));
+  expect_ok(fed("volume.nrrd", "verify volume.tag --against pipe -q"));
+  expect_ok(
+      script("$TAGRID encode <(cat volume.nrrd) -fo piped.tag && $TAGRID verify -q <(cat piped.tag) "
+             "--against volume.nrrd"));
+}
+
+TEST_F(Streams, WhatNeedsAFileTwiceRefusesANamedPipe) {
+  make_tag();
+  const auto before = [&] { return script("rm -f pipe; mkfifo pipe"); };
+  expect_ok(before());
+  // Each is refused at once, without somebody who writes to the pipe.
+  for (const Arguments& words :
+       {Arguments{"encode", "pipe", "--resume", "-o", "x.tag"},
+        Arguments{"encode", "pipe", "--rm", "-o", "x.tag"}, Arguments{"restore", "pipe"},
+        Arguments{"decode", "pipe", "--salvage", "-o", "x.raw"},
+        Arguments{"decode", "pipe", "--rm", "-o", "x.raw"}})
+    expect_error(tagrid(words), usage, "");
+  EXPECT_FALSE(std::filesystem::exists(path("x.tag")) || std::filesystem::exists(path("x.raw")));
+  expect_error(tagrid({"encode", "/dev/null", "-o", "x.tag"}), broken_input, "is empty");
+  expect_error(tagrid({"encode", "/dev/zero", "--dims", "9,9,9", "--type", "int16", "-o", "x.tag"}),
+               broken_input, "more are present");
+  ASSERT_EQ(
+      script("/usr/bin/python3 -c \"import socket; socket.socket(socket.AF_UNIX).bind('socket')\"").code, 0);
+  expect_error(tagrid({"encode", "socket", "-o", "x.tag"}), world, "it is a socket");
+  expect_error(tagrid({"decode", "socket", "-o", "x.raw"}), world, "it is a socket");
+}
+
 TEST_F(Streams, InfoOfAPipeIsThatOfTheFile) {
   make_tag();
   const std::string bytes = content("volume.tag");

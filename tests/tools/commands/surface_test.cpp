@@ -56,6 +56,56 @@ TEST_F(SurfaceCommand, ReportsItsFigures) {
   EXPECT_TRUE(json["settings"]["boundary_edges"].is_null());
 }
 
+/// The triangles without area of a binary STL file.
+int flat_triangles(const std::string& stl) {
+  int flat = 0;
+  for (std::size_t at = 84; at + 50 <= stl.size(); at += 50) {
+    std::array<std::array<float, 3>, 3> corners;
+    std::memcpy(corners.data(), stl.data() + at + 12, sizeof corners);
+    flat += corners[0] == corners[1] || corners[1] == corners[2] || corners[0] == corners[2];
+  }
+  return flat;
+}
+
+// A stage at 2.5 m with steps of 0.5 um.
+TEST_F(SurfaceCommand, FarFromTheOriginStlSaysWhatItsNumbersLoseAndTheAdviceHelps) {
+  phantom("plain.nrrd");
+  const std::string samples = samples_of(content("plain.nrrd"));
+  for (const auto& [name, origin] :
+       {std::pair("near", "(0,0,0)"), {"far", "(2500000.3,2500000.3,2500000.3)"}}) {
+    file(name + std::string(".nrrd"),
+         "NRRD0004\ntype: int16\ndimension: 3\nspace dimension: 3\nsizes: 52 40 36\nendian: "
+         "little\nspace "
+         "directions: "
+         "(0.5,0,0) (0,0.5,0) (0,0,0.5)\nspace origin: " +
+             std::string(origin) + "\nencoding: raw\n\n" + samples);
+    expect_ok(tagrid({"encode", name + std::string(".nrrd")}));
+  }
+  const auto surface = [&](const std::string& tag, const std::string& output) {
+    return tagrid({"surface", tag, "--iso", "40.5", "-fo", output});
+  };
+  expect_ok(surface("near.tag", "near.stl"));
+  const Ending far = surface("far.tag", "far.stl");
+  EXPECT_EQ(far.code, 0);
+  EXPECT_NE(far.err.find("far.stl: STL has 32-bit numbers"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("of 0.5 between samples"), std::string::npos) << far.err;
+  EXPECT_GT(flat_triangles(content("far.stl")), flat_triangles(content("near.stl")));
+  // The other formats, which it names, move nothing.
+  for (const char* format : {".ply", ".vtp", ".obj"})
+    expect_ok(surface("far.tag", std::string("far") + format));
+  expect_ok(surface("near.tag", "near.ply"));
+  const PlySurface here = read_ply(content("near.ply")), there = read_ply(content("far.ply"));
+  ASSERT_EQ(here.vertices.size(), there.vertices.size());
+  for (std::size_t i = 0; i < here.vertices.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      ASSERT_NEAR(there.vertices[i][axis] - here.vertices[i][axis], 2500000.3, 1e-8);
+  const std::string obj = content("far.obj"), first = obj.substr(obj.find("v ") + 2);
+  EXPECT_EQ(std::stod(first), there.vertices[0][0]);
+  // A volume of NIfTI has its place in 32 bits, too.
+  const Ending nifti = tagrid({"decode", "far.tag", "-fo", "far.nii"});
+  EXPECT_NE(nifti.err.find("32 bits"), nifti.err.npos) << nifti.err;
+}
+
 TEST_F(SurfaceCommand, AnEmptySurfaceIsWrittenAndSaid) {
   make_tag();
   const auto result = tagrid({"surface", "volume.tag", "--iso", "30000"});

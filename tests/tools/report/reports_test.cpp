@@ -216,6 +216,18 @@ TEST_F(Reports, StatisticsCountBothFilesOfADetachedHeaderAndPackedBytes) {
   EXPECT_EQ(piped.out, "");
 }
 
+// Files that are kept exactly are read once more for their checksums.
+TEST_F(Reports, HowOftenSamplesAreReadCountsAllReadings) {
+  phantom("volume.nrrd");
+  for (const auto& [options, times] : std::vector<std::pair<Arguments, std::string>>{
+           {{}, "2.00"}, {{"--strip"}, "1.00"}, {{"--max-error", "3"}, "1.00"}, {{"--resume"}, "2.00"}}) {
+    const Ending ending = tagrid(with({"encode", "volume.nrrd", "-vfo", "x.tag"}, options));
+    EXPECT_NE(ending.err.find("every sample read " + times + " times"), std::string::npos) << ending.err;
+  }
+  const Ending pipe = tagrid({"encode", "-", "-vfo", "x.tag"}, content("volume.nrrd"));
+  EXPECT_NE(pipe.err.find("every sample read 1.00 times"), std::string::npos) << pipe.err;
+}
+
 TEST_F(Reports, StatisticsGoToTheStandardOutputIfNothingElseDoes) {
   phantom("volume.nrrd");
   const Ending ending = tagrid({"encode", "volume.nrrd", "--json", "-"});

@@ -1,0 +1,67 @@
+// Limits that a shell or a batch system sets: exit code 74, the file, the reason, and nothing left behind.
+
+#include "tests/support/command_line.h"
+
+namespace tagrid {
+namespace {
+
+struct Output {
+  const char *words, *name;
+};
+
+class ProcessLimits : public CommandLine {
+ protected:
+  static constexpr Output outputs[] = {
+      {"encode volume.nrrd", "new.tag"},          {"decode volume.tag", "new.nrrd"},
+      {"decode volume.tag", "new.raw"},           {"mesh volume.tag", "new.vtu"},
+      {"surface volume.tag --iso 40", "new.vtp"}, {"surface volume.tag --iso 40", "new.stl"},
+      {"preview volume.tag", "new.png"}};
+};
+
+// The signal SIGXFSZ would end the process.
+TEST_F(ProcessLimits, AFileThatMayNotGrowIsAnErrorAndTheAdviceHelps) {
+  make_tag();
+  const std::vector<std::string> before = names();
+  for (const auto& [words, name] : outputs) {
+    SCOPED_TRACE(name);
+    const std::string command = std::string("$TAGRID ") + words + " -q -o " + name;
+    for (const char* kibibytes : {"0", "1", "8"}) {
+      const Ending ending = script("ulimit -S -f " + std::string(kibibytes) + "; " + command);
+      expect_error(ending, world, "File too large; raise the limit on the size of files (ulimit -f)");
+      EXPECT_TRUE(ending.err.find(name) != ending.err.npos ||
+                  ending.err.find("a temporary file in") != ending.err.npos)
+          << ending.err;
+      EXPECT_EQ(names(), before);
+    }
+    expect_ok(script("ulimit -S -f 0; ulimit -S -f unlimited; " + command));
+    std::filesystem::remove(path(name));
+  }
+}
+
+TEST_F(ProcessLimits, TooFewOpenFilesAreAnErrorAndTheAdviceHelps) {
+  make_tag();
+  std::filesystem::create_directory(path("slices"));
+  for (int z = 100; z < 136; ++z) file("slices/" + std::to_string(z) + ".raw", std::string(52 * 40 * 2, 'x'));
+  std::vector<Output> all(std::begin(outputs), std::end(outputs));
+  all.push_back({"encode slices --dims 52,40,36 --type int16", "new.tag"});
+  const std::vector<std::string> before = names();
+  for (const auto& [words, name] : all) {
+    SCOPED_TRACE(std::string(words) + " " + name);
+    const std::string command = std::string("$TAGRID ") + words + " -q -o " + name;
+    int failed = 0;
+    // The loader needs one.
+    for (int files = 4; files < 20; ++files) {
+      const Ending ending = script("ulimit -S -n " + std::to_string(files) + "; exec " + command);
+      if (ending.code == 0) break;
+      ++failed;
+      expect_error(ending, world, "Too many open files; raise the limit on open files (ulimit -n)");
+      EXPECT_EQ(names(), before);
+    }
+    EXPECT_GT(failed, 0);
+    EXPECT_LT(failed, 16) << "not even with many";
+    std::filesystem::remove(path(name));
+  }
+}
+
+}  // namespace
+}  // namespace tagrid
