@@ -134,7 +134,7 @@ std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, s
     const Chunk chunk = chunk_of(all);
     const std::span<const std::byte> given(static_cast<const std::byte*>(*buffer), bytes);
     if ((flags & H5Z_FLAG_REVERSE) != 0) {
-      const StoredChunk stored(chunk, choice_of(all).max_error, given);
+      const StoredChunk stored(chunk, choice_of(all), given);
       Hdf5Memory samples(chunk.bytes());
       stored.decode_to(samples.bytes());
       return samples.replace(size, buffer);

@@ -22,6 +22,8 @@ import numpy
 import tagrid
 import tagrid.hdf5
 
+import parts
+
 
 def waves(shape, type="<i2"):
     axes = numpy.meshgrid(*[numpy.arange(n) for n in shape], indexing="ij")
@@ -73,6 +75,39 @@ class Hdf5Test(unittest.TestCase):
                     self.assertLessEqual(numpy.abs(found.astype("f8") - data).max(), 1)
                     numpy.testing.assert_array_equal(found, file[name][...])
                     self.assertEqual(found.dtype, data.dtype)
+
+    def test_the_bound_holds_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            what = f"{samples.dtype} within {bound}"
+            for whole in (False, True) if bound < 0.6 and samples.dtype.kind != "f" else (False,):
+                settings = tagrid.hdf5.Filter(max_error=bound, effort="fast", whole_chunks=whole)
+                # Without a cache, each write decodes and encodes the chunks that it meets.
+                with h5py.File(self.path, "w", rdcc_nbytes=0) as file:
+                    one = file.create_dataset("a", samples.shape, samples.dtype, chunks=parts.CHUNKS, **settings)
+                    two = file.create_dataset("b", samples.shape, samples.dtype, chunks=parts.CHUNKS, **settings)
+                    tagrid.hdf5.write(two, samples, threads=1)
+                    parts.write_in_parts(one, samples, number)
+                    parts.write_in_parts(two, samples, number)
+                with h5py.File(self.path) as file:
+                    for name in "ab":
+                        parts.check_within(self, file[name][...], samples, bound, what)
+                        numpy.testing.assert_array_equal(tagrid.hdf5.read(file[name], 1), file[name][...])
+
+    def test_encoding_what_was_decoded_changes_no_byte(self):
+        for samples, bound in parts.cases():
+            settings, chunk, files = tagrid.hdf5.Filter(bound), samples[:4, :5], []
+            for _ in range(2):
+                with h5py.File(self.path, "w") as file:
+                    one = file.create_dataset("a", data=chunk, chunks=chunk.shape, **settings)
+                    two = file.create_dataset("b", chunk.shape, chunk.dtype, chunks=chunk.shape, **settings)
+                    tagrid.hdf5.write(two, chunk, threads=1)
+                    file.flush()
+                    files.append([each.id.read_direct_chunk((0, 0, 0))[1] for each in (one, two)])
+                    chunk = one[...]
+                    # The package and the filter round alike, and read each other's chunks.
+                    for found in (two[...], tagrid.hdf5.read(one, 1), tagrid.hdf5.read(two, 1)):
+                        self.assertEqual(found.tobytes(), chunk.tobytes(), f"{samples.dtype} within {bound}")
+            self.assertEqual(files[0], files[1], f"{samples.dtype} within {bound}")
 
     def test_chunks_that_were_never_written_have_the_fill_value(self):
         with h5py.File(self.path, "w") as file:

@@ -6,10 +6,12 @@ import json
 import pickle
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 import tagrid
 
+import parts
 from volumes import TYPES, blobs
 
 try:
@@ -160,6 +162,51 @@ class Codecs(unittest.TestCase):
             self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
             self.assertLessEqual(abs(again[:] - samples).max(), 0.5)
             self.assertLess(sum(f.stat().st_size for f in pathlib.Path(path).iterdir()), samples.nbytes / 2)
+
+    def test_the_bound_holds_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            array = zarr.zeros(samples.shape, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, effort="fast", threads=1))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                parts.write_in_parts(array, samples, number)
+            parts.check_within(self, array[:], samples, bound, f"{samples.dtype} within {bound}")
+
+    def test_encoding_what_was_decoded_changes_no_byte(self):
+        for samples, bound in parts.cases():
+            codec = Tagrid(bound, threads=1)
+            once = codec.encode(samples)
+            self.assertEqual(codec.encode(codec.decode(once).reshape(samples.shape).copy()), once, f"{samples.dtype} within {bound}")
+
+    def test_chunks_that_are_written_in_parts_are_told_of(self):
+        samples = blobs((32, 32, 20))
+        array = zarr.zeros(samples.shape, chunks=(16, 16, 10), dtype="i2", compressor=Tagrid(5))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            array[:] = samples
+            array[16:, :16] = samples[16:, :16]
+        with self.assertWarnsRegex(UserWarning, r"a part of a chunk of 2560 samples .* array.rechunk\(target.chunks\)"):
+            array[3] = samples[3]
+        try:
+            import dask.array as da
+        except ImportError:
+            return
+        for chunks, says in (((10, 32, 20), True), (array.chunks, False)):
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                da.from_array(samples, chunks=chunks).store(array, scheduler="synchronous")
+            self.assertEqual(any("a part of a chunk" in str(each.message) for each in said), says)
+            self.assertLessEqual(abs(array[:] - samples).max(), 5)
+
+    def test_whole_chunks_are_smaller_and_no_part_of_them_is_written(self):
+        samples = blobs((64, 64, 64))
+        sizes = [len(Tagrid(20, whole_chunks=whole).encode(samples)) for whole in (False, True)]
+        self.assertLess(sizes[1], sizes[0])
+        array = zarr.array(samples, chunks=(32, 32, 32), compressor=Tagrid(5, whole_chunks=True))
+        self.assertTrue(array.compressor.get_config()["whole_chunks"])
+        stored = array[:]
+        self.assertRaisesRegex(tagrid.ArgumentError, "Write whole chunks", array.__setitem__, 3, samples[3])
+        np.testing.assert_array_equal(array[:], stored)
+        self.assertRaises(TypeError, Tagrid, 5, whole_chunks=1)
 
     def test_damaged_chunks_are_an_error(self):
         data = Tagrid().encode(blobs((9, 9, 9)))
