@@ -23,8 +23,38 @@ class VolumeArray(BackendArray):
         self.dtype = volume.dtype
 
     def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR,
-                                                  self.volume.__getitem__)
+        # Not by explicit_indexing_adapter(): it takes slices with steps below -1 for others.
+        axes = [_along_axis(entry, size) for entry, size in zip(key.tuple, self.shape)]
+        read = [positions for positions, _ in axes]
+        # A volume takes one array: where positions are sparsest. Along other axes, all samples between the positions are read.
+        arrays = [axis for axis in range(3) if isinstance(read[axis], np.ndarray)]
+        for axis in sorted(arrays, key=lambda axis: np.ptp(read[axis]) / len(read[axis]))[:-1]:
+            first, last = int(read[axis][0]), int(read[axis][-1])
+            axes[axis] = slice(first, last + 1), read[axis][axes[axis][1]] - first
+            read[axis] = axes[axis][0]
+        samples = self.volume[tuple(read)]
+        later = [taken for _, taken in axes]
+        if isinstance(key, indexing.VectorizedIndexer):
+            return indexing.NumpyIndexingAdapter(samples)[indexing.VectorizedIndexer(tuple(later))]
+        for axis in reversed(range(3)):
+            samples = samples[(slice(None),) * axis + (later[axis],)]
+        return samples
+
+
+def _along_axis(entry: Any, size: int) -> tuple[Any, Any]:
+    """What a volume reads along an axis, a slice or positions in ascending order, and the index among these samples."""
+    if isinstance(entry, slice):
+        positions = range(*entry.indices(size))
+        upward = positions if positions.step > 0 else positions[::-1]
+        read = slice(upward.start, upward.stop, upward.step) if len(upward) else slice(0, 0)
+        return read, slice(None) if positions.step > 0 else slice(None, None, -1)
+    array = np.asarray(entry)
+    if array.size == 0:
+        return slice(0, 0), array.astype(np.intp)
+    if array.min() < -size or array.max() >= size:
+        raise IndexError(f"positions from {array.min()} to {array.max()} are out of bounds for an axis with size {size}")
+    found, index = np.unique(np.where(array < 0, array + size, array), return_inverse=True)
+    return (found, index.reshape(array.shape)) if array.ndim else (slice(int(found[0]), int(found[0]) + 1), 0)
 
 
 class TagridBackend(BackendEntrypoint):

@@ -34,6 +34,14 @@ class Counting:
         return self.data[offset:offset + size]
 
 
+def have_dask():
+    try:
+        import dask.array  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
 class Libraries(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -133,6 +141,53 @@ class Xarray(Libraries):
             np.testing.assert_array_equal(data.volume.isel(z=[3, 1], y=slice(None, None, -2), x=[0, 5]),
                                           self.samples[[3, 1]][:, ::-2][:, :, [0, 5]])
             np.testing.assert_array_equal(data.volume.isel(z=-1, x=slice(3, 30, 4)), self.samples[-1, :, 3:30:4])
+
+    def test_every_index_gives_what_numpy_gives(self):
+        """Slices with any steps, integers, and arrays that are outer or vectorized, without and with chunks."""
+        random = np.random.default_rng(3)
+
+        def some_slice(size):
+            ends = [None if random.random() < 0.3 else int(random.integers(-size - beyond, size + beyond)) for _ in range(2)]
+            return slice(*ends, int(random.choice([-40, -7, -4, -3, -2, -1, 1, 2, 3, 5])))
+
+        def some_index(size):
+            kind = random.integers(4)
+            if kind == 0:
+                return int(random.integers(-size, size))
+            return random.integers(-size, size, random.integers(0, 6)) if kind == 1 else some_slice(size)
+
+        def check(found, expected, what):
+            self.assertEqual(found.shape, expected.shape, what)
+            np.testing.assert_array_equal(found.values, expected, str(what))
+
+        def outer(samples, keys):
+            for axis in reversed(range(3)):
+                samples = samples[(slice(None),) * axis + (keys[axis],)]
+            return samples
+
+        samples = self.samples[:30, :40, :50]
+        data = f"{self.path}.small.tag"
+        tagrid.encode(samples, data, cube=8, brick=2, affine=np.diag([1, 1, 2, 1]))
+        for chunks in (None, {}, {"z": 7, "y": 40, "x": 11}) if have_dask() else (None,):
+            # dask itself takes a slice that begins before the array and runs down for one of one sample.
+            beyond = 3 if chunks is None else 0
+            with self.open(data, chunks=chunks) as opened:
+                for _ in range(60 if chunks is None else 25):
+                    keys = [some_index(size) for size in samples.shape]
+                    if chunks is None or all(np.size(key) for key in keys):
+                        found = opened.volume[tuple(keys)]
+                        check(found, outer(samples, keys), keys)
+                        np.testing.assert_array_equal(found.z, 2.0 * np.arange(30)[keys[0]])
+                    # One index after the other is another path through xarray.
+                    first, second = some_slice(30), some_slice(40)
+                    check(opened.volume[first][:, second], samples[first][:, second], (first, second))
+                    points = [random.integers(-size, size, (3, 2)) for size in samples.shape]
+                    at = [self.xarray.DataArray(each, dims=("a", "b")) for each in points]
+                    check(opened.volume[at[0], at[1], at[2]], samples[tuple(points)], points)
+                    check(opened.volume.isel(y=at[1], x=at[2], z=first).transpose("z", "a", "b"),
+                          samples[first][:, points[1], points[2]], (first, points))
+                self.assertRaises(IndexError, lambda: opened.volume[30].values)
+                self.assertRaises(IndexError, lambda: opened.volume[[0, -31], [3, 4]].values)
 
     def test_an_array_with_coordinates_is_encoded_where_it_is(self):
         placed = np.array([[0.25, 0, 0, 3], [0, 0.5, 0, -7], [0, 0, -2, 9], [0, 0, 0, 1.0]])
