@@ -109,8 +109,8 @@ def _numbers(samples: npt.NDArray[Any], max_error: float, step: float) -> Option
     if len(different) > _MOST_OTHERS:
         return None
     # In the order in which they come. Numbers next to those in use keep the range of numbers small.
-    places = np.empty(len(different), np.int32)
-    places[np.argsort(first)] = low - 1 - np.arange(len(different))
-    found[~rounded] = places[which]
     order = np.argsort(first)
+    places = np.empty(len(different), np.int32)
+    places[order] = low - 1 - np.arange(len(different))
+    found[~rounded] = places[which]
     return found, [f"{places[i]}:{int(different[i]):x}" for i in order]

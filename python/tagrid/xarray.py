@@ -11,6 +11,7 @@ from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
 from ._geometry import units_of
+from ._labelled import MISSING, missing_of
 from ._volume import Volume
 
 
@@ -71,7 +72,7 @@ class TagridBackend(BackendEntrypoint):
         volume = Volume(filename_or_obj, threads)
         attributes: dict[str, Any] = {
             "max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"],
-            "affine": volume.affine.ravel().tolist(), **volume.metadata}
+            "affine": volume.affine.ravel().tolist(), **_attributes_of(volume)}
         data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
                                {"preferred_chunks": dict(zip("zyx", volume.aligned_chunks()))})
         variables = {"volume": data}
@@ -85,6 +86,21 @@ class TagridBackend(BackendEntrypoint):
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
         return isinstance(filename_or_obj, (str, os.PathLike)) and os.fspath(filename_or_obj).endswith(".tag")
+
+
+def _attributes_of(volume: Volume) -> dict[str, Any]:
+    """The metadata. "units" are those of samples, as xarray has it; coordinates have those of places. What stands for missing
+    samples is a number."""
+    found: dict[str, Any] = dict(volume.metadata)
+    for name in MISSING:
+        number = missing_of(found, name)
+        if number is not None:
+            found[name] = volume.dtype.type(number)
+    if len(units_of({"units": found.get("units", "")}) or ()) == 3:
+        del found["units"]
+    if "sample units" in found:
+        found["units"] = found.pop("sample units")
+    return found
 
 
 def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:

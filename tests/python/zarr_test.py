@@ -121,6 +121,21 @@ class Stores(unittest.TestCase):
             self.skipTest("there is no dask")
         np.testing.assert_array_equal(da.from_zarr(self.group["1"]).compute(), self.samples[::2, ::2, ::2])
 
+    def test_consolidated_metadata_and_xarray_have_the_samples(self):
+        group = zarr.open_consolidated(self.store)
+        np.testing.assert_array_equal(group["2"][:], self.samples[::4, ::4, ::4])
+        try:
+            import xarray
+        except ImportError:
+            self.skipTest("there is no xarray")
+        with_zeros = np.where(self.samples % 2 == 0, 0, self.samples)
+        store = Store(tagrid.encode(with_zeros), chunk=64)
+        for data in (xarray.open_zarr(store), xarray.open_zarr(store, consolidated=False), xarray.open_dataset(store, engine="zarr")):
+            self.assertEqual(data["0"].dims, ("z", "y", "x"))
+            for level in range(3):
+                self.assertEqual(data[str(level)].dtype, with_zeros.dtype)
+                np.testing.assert_array_equal(data[str(level)], with_zeros[::2**level, ::2**level, ::2**level])
+
     def test_a_store_says_what_it_is_and_is_closed_by_a_block(self):
         with Store(self.bytes) as store:
             self.assertRegex(repr(store), r"<tagrid.zarr.Store of <tagrid.Volume .*>, \d resolutions>")
