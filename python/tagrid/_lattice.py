@@ -80,9 +80,13 @@ def lattice_of(volume: Volume) -> tuple[float, np.dtype[Any]]:
     if "lattice" not in metadata:
         return 0.0, volume.dtype
     try:
-        return float(metadata["rescale_slope"]), checked_dtype(metadata["lattice"].split()[0])
+        step, dtype = float(metadata["rescale_slope"]), checked_dtype(metadata["lattice"].split()[0])
+        numbers = np.dtype(np.int32) if dtype.kind == "f" else dtype
+        if 0 < step < math.inf and volume.dtype == numbers:
+            return step, dtype
     except (KeyError, ValueError, IndexError, TypeError):
-        raise DamagedError("the chunk's lattice is not understood") from None
+        pass
+    raise DamagedError("the chunk's lattice is not understood")
 
 
 def _numbers(samples: npt.NDArray[Any], max_error: float, step: float) -> Optional[tuple[npt.NDArray[Any], list[str]]]:

@@ -28,6 +28,8 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
+#: The numbers of the filter in a file: how many, and the version that the fifth one says (plugins/hdf5/settings.h).
+_STORED_NUMBERS, _LAYOUT = 9, 2
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
@@ -94,7 +96,7 @@ def filter_of(dataset: Any) -> Filter:
     if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
     given = properties.get_filter(0)[2]
-    if len(given) < 4 or given[2] >= len(EFFORTS) or given[3] > 1:
+    if len(given) != _STORED_NUMBERS or given[2] >= len(EFFORTS) or given[3] > 1 or given[4] != _LAYOUT:
         raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
     return Filter(struct.unpack("<d", struct.pack("<2I", *given[:2]))[0], [*EFFORTS][given[2]], bool(given[3]))
 

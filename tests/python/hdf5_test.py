@@ -156,6 +156,29 @@ class Hdf5Test(unittest.TestCase):
             dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
             self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
 
+    def test_a_lattice_of_another_bound_or_type_or_none_is_an_error(self):
+        for type, numbers, good in (("<i2", "int16", "int16"), ("<f4", "int32", "float32 5:7fc00000 -3:ff800000")):
+            data = (numpy.arange(4 * 5 * 6) % 9 - 4).reshape(4, 5, 6).astype(numbers)
+            step = 5 if numbers == "int16" else 4
+            with h5py.File(self.path, "w") as file:
+                dataset = file.create_dataset("a", data.shape, type, chunks=data.shape, **tagrid.hdf5.Filter(2))
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, metadata={"lattice": good, "rescale_slope": str(step)}))
+                expected = (step * data).astype(type)
+                expected[data == -3] = -numpy.inf if type == "<f4" else -15
+                numpy.testing.assert_array_equal(dataset[...], expected)
+                numpy.testing.assert_array_equal(tagrid.hdf5.read(dataset), expected)
+                for slope, lattice in (("7", good), ("nan", good), ("x", good), (None, good), (step, "int8"), (step, "uint16"),
+                                       (step, "float64"), (step, good + " "), (step, good + " 5"), (step, good + " 5:zz"), (step, "")):
+                    pairs = {"lattice": lattice} if slope is None else {"lattice": lattice, "rescale_slope": str(slope)}
+                    dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, metadata=pairs))
+                    with self.subTest(lattice=lattice, slope=slope):
+                        if not lattice.endswith(" "):  # which Python takes for nothing
+                            self.assertRaises(tagrid.DamagedError, tagrid.hdf5.read, dataset)
+                        self.assertRaises(OSError, lambda: dataset[...])
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data.astype("int8"), metadata={"lattice": good, "rescale_slope": "5"}))
+                self.assertRaises(tagrid.DamagedError, tagrid.hdf5.read, dataset)
+                self.assertRaises(OSError, lambda: dataset[...])
+
     def test_data_sets_without_the_filter_are_refused(self):
         with h5py.File(self.path, "w") as file:
             for name, options in [("a", {}), ("b", {"compression": "gzip"}), ("c", {"fletcher32": True, **tagrid.hdf5.Filter()})]:
