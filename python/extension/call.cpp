@@ -1,5 +1,6 @@
 #include "call.h"
 
+#include <pthread.h>
 #include <pythread.h>
 
 #include <chrono>
@@ -30,13 +31,21 @@ struct Running {
   std::condition_variable ended;
   std::multiset<Call*> calls;  // an encoder may be used by several threads
 };
-Running& running() {
-  static auto* const calls = new Running;
-  return *calls;
+Running* running = new Running;
+
+// A process that was forked has none of the threads of this one, and may have the mutex locked.
+void forget_running() { running = new Running; }
+
+// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the process takes
+// away what they use. Their threads sleep then.
+void end_calls() {
+  std::unique_lock lock(running->mutex);
+  for (Call* call : running->calls) call->stop();
+  running->ended.wait_for(lock, longest_end, [] { return running->calls.empty(); });
 }
 
 Outcome counted(Call& call, const std::function<Outcome()>& work) {
-  Running& all = running();
+  Running& all = *running;
   {
     const std::lock_guard lock(all.mutex);
     all.calls.insert(&call);
@@ -172,11 +181,9 @@ Outcome run(Call& call, const std::function<Outcome()>& work) {
   }
 }
 
-void end_calls() {
-  Running& all = running();
-  std::unique_lock lock(all.mutex);
-  for (Call* call : all.calls) call->stop();
-  all.ended.wait_for(lock, longest_end, [&all] { return all.calls.empty(); });
+void end_calls_with_python() {
+  Py_AtExit(end_calls);
+  pthread_atfork(nullptr, nullptr, forget_running);
 }
 
 void raise_unless_ok(const Outcome& outcome) {

@@ -78,9 +78,8 @@ struct Outcome {
 /// one looks for signals. The work must not use Python without taking the GIL.
 Outcome run(Call& call, const std::function<Outcome()>& work);
 
-/// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the process takes
-/// away what they use. Their threads sleep then. Takes no GIL.
-void end_calls();
+/// Lets calls that still run when the interpreter has ended come to an end before the process does. Once, at the start.
+void end_calls_with_python();
 
 /// Raises the exception of tagrid.Error's family that belongs to an outcome; returns if it is TAGRID_OK.
 void raise_unless_ok(const Outcome& outcome);

@@ -43,7 +43,7 @@ WORK = {
 class Ending(unittest.TestCase):
     def test_daemon_threads_do_not_abort_the_interpreter(self):
         for what, work in WORK.items():
-            for wait in (0.02, 0.1, 0.17):
+            for wait in (0.02, 0.15):
                 code = ("import threading, time, numpy, tagrid\n"
                         'samples = numpy.random.default_rng(0).integers(-99, 99, (130, 130, 130)).astype("i2")\n'
                         + textwrap.dedent(work)
@@ -57,6 +57,17 @@ class Ending(unittest.TestCase):
         code = ("import numpy, sys, tagrid\nclass Out:\n    write = len\n"
                 'writer = tagrid.Writer(Out(), shape=(400, 130, 130), dtype="i2")\n'
                 'writer.write(numpy.random.default_rng(0).integers(-99, 99, (300, 130, 130)).astype("i2"))\n')
+        done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_a_process_that_was_forked_ends_at_once(self):
+        code = ("import os, sys, threading, time, numpy, tagrid\n"
+                'volume = tagrid.open(tagrid.encode(numpy.random.default_rng(0).integers(-99, 99, (130, 130, 130)).astype("i2")))\n'
+                "def repeated():\n    while True:\n        volume.read(threads=1)\n"
+                "for _ in range(3):\n    threading.Thread(target=repeated, daemon=True).start()\ntime.sleep(0.1)\n"
+                "for _ in range(8):\n    time.sleep(0.01)\n    child = os.fork()\n    if child == 0:\n        sys.exit(7)\n"
+                "    begin = time.monotonic()\n    status = os.waitpid(child, 0)[1]\n    took = time.monotonic() - begin\n"
+                "    assert (os.waitstatus_to_exitcode(status), took < 5) == (7, True), (status, took)\n")
         done = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, timeout=60)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
