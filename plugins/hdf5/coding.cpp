@@ -83,11 +83,20 @@ std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effo
 }
 
 template <class T>
+Lattice<T> lattice_of(const Chunk& chunk, double max_error) {
+  T fill;
+  std::memcpy(&fill, &chunk.fill, sizeof fill);
+  return lattice_for<T>(max_error, fill);
+}
+
+template <class T>
 std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, std::span<const T> samples) {
   if (choice.whole_chunks) return file_of<T>(chunk, choice.max_error, choice.effort, samples);
-  if (const double step = lattice_step(chunk.type, choice.max_error); step > 0)
-    if (const auto places = to_lattice<T>(samples, choice.max_error, step))
-      return file_of<NumberOf<T>>(chunk, 0, choice.effort, places->numbers, lattice_lines(*places, step));
+  if (lattice_step(chunk.type, choice.max_error) > 0) {
+    const auto lattice = lattice_of<T>(chunk, choice.max_error);
+    if (const auto places = to_lattice<T>(samples, lattice))
+      return file_of<NumberOf<T>>(chunk, 0, choice.effort, places->numbers, lattice_lines(*places, lattice));
+  }
   return file_of<T>(chunk, 0, choice.effort, samples);
 }
 
@@ -109,9 +118,14 @@ void StoredChunk::Memory::read_at(std::uint64_t offset, std::span<std::byte> to)
 }
 
 StoredChunk::StoredChunk(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file)
-    : chunk_(chunk), memory_(file), reader_(memory_, "the chunk"), header_(reader_.metadata()) {
+    : chunk_(chunk),
+      max_error_(choice.max_error),
+      memory_(file),
+      reader_(memory_, "the chunk"),
+      header_(reader_.metadata()) {
   const tagrid_info info = reader_.info();
-  if (has_lattice(header_)) step_ = lattice_step(chunk.type, choice.max_error);
+  if (has_lattice(header_) && !(lattice_step(chunk.type, choice.max_error) > 0))
+    throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with another bound than that of the data set");
   const bool has_numbers_of_floats =
       has_lattice(header_) && (chunk.type == TAGRID_FLOAT32 || chunk.type == TAGRID_FLOAT64);
   if (info.type != (has_numbers_of_floats ? TAGRID_INT32 : chunk.type) ||
@@ -136,9 +150,10 @@ void StoredChunk::decode_to(std::span<std::byte> bytes) const {
       reader_.read_to<T>(reader_.box(), {1, 1, 1}, samples);
     } else {
       OnLattice<T> places;
-      read_lattice_lines(header_, step_, places);
+      const auto lattice = lattice_of<T>(chunk_, max_error_);
+      read_lattice_lines(header_, lattice, places);
       places.numbers = reader_.read<NumberOf<T>>(reader_.box());
-      from_lattice(places, step_, samples);
+      from_lattice(places, lattice, samples);
     }
   });
   if (chunk_.big_endian) reverse_each(bytes, tagrid_sample_size(chunk_.type));

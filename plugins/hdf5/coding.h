@@ -43,10 +43,10 @@ class StoredChunk {
   };
 
   Chunk chunk_;
+  double max_error_;
   Memory memory_;
   Reader reader_;
   std::string header_;
-  double step_ = 0;  ///< of the lattice, if the file has numbers of one
 };
 
 }  // namespace tagrid::hdf5

@@ -31,9 +31,9 @@ constexpr const char* name_of() {
 }
 
 template <class T>
-T place_of(NumberOf<T> number, double step) {
+T place_of(NumberOf<T> number, const Lattice<T>& lattice) {
   // Exact for integers, too: neither factor has more than 33 bits, and a product with more than 53 is beyond the limits.
-  const double place = static_cast<double>(number) * step;
+  const double place = lattice.anchor + static_cast<double>(number) * lattice.step;
   return static_cast<T>(std::clamp(place, static_cast<double>(std::numeric_limits<T>::lowest()),
                                    static_cast<double>(std::numeric_limits<T>::max())));
 }
@@ -42,13 +42,14 @@ std::int64_t floor_divided(std::int64_t a, std::int64_t b) { return a / b - (a %
 
 // The number of a float, or nothing if it is not rounded.
 template <class T>
-std::optional<std::int32_t> number_of(T sample, double max_error, double step) {
-  double number = std::nearbyint(static_cast<double>(sample) / step);
+std::optional<std::int32_t> number_of(T sample, const Lattice<T>& lattice) {
+  if (lattice.keeps_fill && sample == lattice.fill) return std::nullopt;
+  double number = std::nearbyint(static_cast<double>(sample) / lattice.step);
   // False for NaN, too.
   if (!(std::fabs(number) <= largest_number<T>)) return std::nullopt;
   // The quotient is rounded, so a sample in the middle may have got the further place. The difference is exact.
-  const double off = static_cast<double>(sample) - place_of<T>(static_cast<std::int32_t>(number), step);
-  if (std::fabs(off) > max_error) number += off > 0 ? 1 : -1;
+  const double off = static_cast<double>(sample) - place_of<T>(static_cast<std::int32_t>(number), lattice);
+  if (std::fabs(off) > lattice.max_error) number += off > 0 ? 1 : -1;
   if (std::fabs(number) > largest_number<T>) return std::nullopt;
   return static_cast<std::int32_t>(number);
 }
@@ -78,7 +79,7 @@ Number parsed(std::string_view& text, Base... base) {
 
 double lattice_step(tagrid_type type, double max_error) {
   if (!is_float(type)) {
-    const double whole = std::floor(std::min(max_error, 4294967296.0));
+    const double whole = std::floor(std::min(max_error, 1073741824.0));
     return whole >= 1 ? 2 * whole + 1 : 0;
   }
   const double twice = 2 * std::min(max_error, std::numeric_limits<double>::max() / 4);
@@ -91,17 +92,31 @@ double lattice_step(tagrid_type type, double max_error) {
 }
 
 template <class T>
-std::optional<OnLattice<T>> to_lattice(std::span<const T> samples, double max_error, double step) {
+Lattice<T> lattice_for(double max_error, T fill) {
+  Lattice<T> lattice{max_error, lattice_step(type_of<T>(), max_error), fill};
+  if constexpr (std::integral<T>) {
+    const auto whole = static_cast<std::int64_t>(lattice.step);
+    const std::int64_t number = floor_divided(fill + whole / 2, whole);
+    lattice.anchor = static_cast<std::int32_t>(fill - number * whole);
+  } else {
+    const auto number = number_of(fill, lattice);
+    lattice.keeps_fill = number && place_of<T>(*number, lattice) != fill;
+  }
+  return lattice;
+}
+
+template <class T>
+std::optional<OnLattice<T>> to_lattice(std::span<const T> samples, const Lattice<T>& lattice) {
   OnLattice<T> found;
   found.numbers.resize(samples.size());
   if constexpr (std::integral<T>) {
-    const auto whole = static_cast<std::int64_t>(step), half = whole / 2;
+    const auto whole = static_cast<std::int64_t>(lattice.step), half = whole / 2 - lattice.anchor;
     std::ranges::transform(samples, found.numbers.begin(),
                            [&](T sample) { return static_cast<T>(floor_divided(sample + half, whole)); });
   } else {
     std::int32_t low = first_other;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-      if (const auto number = number_of(samples[i], max_error, step)) {
+      if (const auto number = number_of(samples[i], lattice)) {
         found.numbers[i] = *number;
         low = std::min(low, *number);
         continue;
@@ -128,10 +143,10 @@ std::optional<OnLattice<T>> to_lattice(std::span<const T> samples, double max_er
 }
 
 template <class T>
-void from_lattice(const OnLattice<T>& places, double step, std::span<T> samples) {
+void from_lattice(const OnLattice<T>& places, const Lattice<T>& lattice, std::span<T> samples) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const NumberOf<T> number = places.numbers[i];
-    samples[i] = place_of<T>(number, step);
+    samples[i] = place_of<T>(number, lattice);
     if constexpr (std::floating_point<T>)
       for (const auto& other : places.others)
         if (number == other.first) samples[i] = std::bit_cast<T>(other.second);
@@ -139,14 +154,15 @@ void from_lattice(const OnLattice<T>& places, double step, std::span<T> samples)
 }
 
 template <class T>
-std::string lattice_lines(const OnLattice<T>& places, double step) {
+std::string lattice_lines(const OnLattice<T>& places, const Lattice<T>& lattice) {
   std::string lines;
   const auto add = [&lines](const char* before, auto... value) {
     char text[64];
     lines.append(before).append(text, std::to_chars(text, text + sizeof text, value...).ptr);
   };
-  add("rescale_slope:=", step);
-  lines.append("\nrescale_intercept:=0\nlattice:=").append(name_of<T>());
+  add("rescale_slope:=", lattice.step);
+  add("\nrescale_intercept:=", lattice.anchor);
+  lines.append("\nlattice:=").append(name_of<T>());
   for (const auto& other : places.others) {
     add(" ", other.first);
     add(":", other.second, 16);
@@ -157,13 +173,15 @@ std::string lattice_lines(const OnLattice<T>& places, double step) {
 bool has_lattice(const std::string& header) { return value_of(header, "lattice").has_value(); }
 
 template <class T>
-void read_lattice_lines(const std::string& header, double step, OnLattice<T>& places) {
-  std::string_view slope = value_of(header, "rescale_slope").value_or(""),
-                   others = *value_of(header, "lattice");
+void read_lattice_lines(const std::string& header, const Lattice<T>& lattice, OnLattice<T>& places) {
+  std::string_view slope = value_of(header, "rescale_slope").value_or("");
+  std::string_view intercept = value_of(header, "rescale_intercept").value_or("0");
+  std::string_view others = *value_of(header, "lattice");
   if (!others.starts_with(name_of<T>()))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk has samples of another type than the data set");
-  if (parsed<double>(slope) != step)
-    throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with another bound than that of the data set");
+  if (parsed<double>(slope) != lattice.step || parsed<double>(intercept) != lattice.anchor)
+    throw Error(TAGRID_BROKEN_INPUT,
+                "the chunk was coded with another bound or fill value than those of the data set");
   others.remove_prefix(std::string_view(name_of<T>()).size());
   while (!others.empty()) {
     others.remove_prefix(1);
@@ -173,11 +191,12 @@ void read_lattice_lines(const std::string& header, double step, OnLattice<T>& pl
   }
 }
 
-#define TAGRID_INSTANTIATE(T)                                                             \
-  template std::optional<OnLattice<T>> to_lattice<T>(std::span<const T>, double, double); \
-  template void from_lattice<T>(const OnLattice<T>&, double, std::span<T>);               \
-  template std::string lattice_lines<T>(const OnLattice<T>&, double);                     \
-  template void read_lattice_lines<T>(const std::string&, double, OnLattice<T>&);
+#define TAGRID_INSTANTIATE(T)                                                                \
+  template Lattice<T> lattice_for<T>(double, T);                                             \
+  template std::optional<OnLattice<T>> to_lattice<T>(std::span<const T>, const Lattice<T>&); \
+  template void from_lattice<T>(const OnLattice<T>&, const Lattice<T>&, std::span<T>);       \
+  template std::string lattice_lines<T>(const OnLattice<T>&, const Lattice<T>&);             \
+  template void read_lattice_lines<T>(const std::string&, const Lattice<T>&, OnLattice<T>&);
 TAGRID_INSTANTIATE(std::uint8_t)
 TAGRID_INSTANTIATE(std::int8_t)
 TAGRID_INSTANTIATE(std::uint16_t)

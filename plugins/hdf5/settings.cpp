@@ -12,10 +12,12 @@ constexpr unsigned big_endian_flag = 256;
 
 [[noreturn]] void refuse(const std::string& message) { throw Error(TAGRID_INVALID_ARGUMENT, message); }
 
+std::uint64_t joined(unsigned low, unsigned high) { return std::uint64_t{high} << 32 | low; }
+
 double bound_of(std::span<const unsigned> numbers) {
   if (numbers.empty()) return 0;
   if (numbers.size() == 1) return numbers[0];
-  return std::bit_cast<double>(std::uint64_t{numbers[1]} << 32 | numbers[0]);
+  return std::bit_cast<double>(joined(numbers[0], numbers[1]));
 }
 
 }  // namespace
@@ -70,6 +72,7 @@ Chunk chunk_of(std::span<const unsigned> numbers) {
     bytes *= samples;
     chunk.dims[axis] = static_cast<std::int64_t>(samples);
   }
+  chunk.fill = joined(numbers[9], numbers[10]);
   return chunk;
 }
 
@@ -83,7 +86,9 @@ std::array<unsigned, stored_numbers> numbers_of(const Choice& choice, const Chun
           static_cast<unsigned>(chunk.type) | (chunk.big_endian ? big_endian_flag : 0),
           static_cast<unsigned>(chunk.dims[0]),
           static_cast<unsigned>(chunk.dims[1]),
-          static_cast<unsigned>(chunk.dims[2])};
+          static_cast<unsigned>(chunk.dims[2]),
+          static_cast<unsigned>(chunk.fill),
+          static_cast<unsigned>(chunk.fill >> 32)};
 }
 
 }  // namespace tagrid::hdf5

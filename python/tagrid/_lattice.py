@@ -23,11 +23,11 @@ _MOST_OTHERS = 8
 
 
 def step_of(dtype: np.dtype[Any], max_error: float) -> float:
-    """The distance of the places 0, step, -step, 2 step ...; 0 if nothing but a sample itself is within the bound. Of
+    """The distance of the places of the lattice; 0 if nothing but a sample itself is within the bound. Of
     integers it is 2 E + 1 for the whole part E of the bound. Of floats it is the largest m * 2^n, with m below 32, that is
     at most twice the bound: its products with small numbers are exact."""
     if dtype.kind != "f":
-        whole = math.floor(min(max_error, 2.0**32))
+        whole = math.floor(min(max_error, 2.0**30))
         return 2.0 * whole + 1 if whole >= 1 else 0.0
     twice = 2 * min(max_error, np.finfo("f8").max / 4)
     if not twice > 0:
@@ -37,10 +37,11 @@ def step_of(dtype: np.dtype[Any], max_error: float) -> float:
     return math.ldexp(math.floor(math.ldexp(twice, -unit)), unit)
 
 
-def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool, metadata: dict[str, str],
+def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool, fill: Any, metadata: dict[str, str],
                  **settings: Any) -> bytes:
     """The .tag file of a chunk of any number of axes, at most three of which are longer than 1.
 
+    fill: a sample that stands for missing ones, and is not rounded.
     whole_chunks: the chunk is written once, as a whole, and may be coded without the lattice.
     """
     chunk = with_three_axes(samples)
@@ -48,11 +49,12 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
     if whole_chunks:
         return encode(chunk, max_error=max_error, metadata=metadata, **settings)
     step = step_of(dtype, max_error)
-    found = _numbers(chunk.astype(dtype, copy=False), max_error, step) if step > 0 else None
+    anchor = _anchor(dtype, step, fill)
+    found = _numbers(chunk.astype(dtype, copy=False), max_error, step, anchor, fill) if step > 0 else None
     if found is None:
         return encode(chunk, metadata=metadata, **settings)
     numbers, others = found
-    lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": "0", "lattice": " ".join([dtype.name, *others])}
+    lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": str(anchor), "lattice": " ".join([dtype.name, *others])}
     return encode(numbers, metadata={**lattice, **metadata}, **settings)
 
 
@@ -62,9 +64,13 @@ def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
     samples = volume.read()
     if step == 0:
         return samples
+    try:
+        anchor = int(volume.metadata.get("rescale_intercept", 0))
+    except ValueError:
+        raise DamagedError("the chunk's lattice is not understood") from None
     low, high = (np.finfo(dtype).min, np.finfo(dtype).max) if dtype.kind == "f" else (np.iinfo(dtype).min, np.iinfo(dtype).max)
     with np.errstate(over="ignore"):
-        places = np.clip(samples.astype(np.float64) * step, low, high).astype(dtype)
+        places = np.clip(anchor + samples.astype(np.float64) * step, low, high).astype(dtype)
     try:
         for other in volume.metadata["lattice"].split()[1:]:
             number, bits = other.split(":")
@@ -89,12 +95,20 @@ def lattice_of(volume: Volume) -> tuple[float, np.dtype[Any]]:
     raise DamagedError("the chunk's lattice is not understood")
 
 
-def _numbers(samples: npt.NDArray[Any], max_error: float, step: float) -> Optional[tuple[npt.NDArray[Any], list[str]]]:
-    """The number of each sample's place, and the samples that are not rounded (NaN, infinities, and what is too far from
-    0) as "number:bits". None if too many different ones are not rounded."""
+def _anchor(dtype: np.dtype[Any], step: float, fill: Any) -> int:
+    """A place of integers, at most half a step from 0, so that the fill value is one."""
+    if dtype.kind == "f" or step == 0:
+        return 0
+    whole = int(step)
+    return (int(fill) + whole // 2) % whole - whole // 2
+
+
+def _numbers(samples: npt.NDArray[Any], max_error: float, step: float, anchor: int, fill: Any) -> Optional[tuple[npt.NDArray[Any], list[str]]]:
+    """The number of each sample's place, and the samples that are not rounded (NaN, infinities, what is too far from 0, the
+    fill value) as "number:bits". None if too many different ones are not rounded."""
     if samples.dtype.kind != "f":
         whole = int(step)
-        return ((samples.astype(np.int64) + whole // 2) // whole).astype(samples.dtype), []
+        return ((samples.astype(np.int64) + (whole // 2 - anchor)) // whole).astype(samples.dtype), []
     # So that number * step is exact: the step has 5 bits.
     most = 2.0**19 if samples.dtype.itemsize == 4 else 2.0**30
     wide = samples.astype(np.float64)
@@ -104,6 +118,9 @@ def _numbers(samples: npt.NDArray[Any], max_error: float, step: float) -> Option
         off = wide - np.clip(numbers * step, np.finfo(samples.dtype).min, np.finfo(samples.dtype).max)
         numbers += np.where(np.abs(off) > max_error, np.sign(off), 0)
         rounded = np.abs(numbers) <= most
+        # Where it is a place, it needs no number of its own.
+        if math.isfinite(fill) and float(np.rint(float(fill) / step)) * step != float(fill):
+            rounded &= samples != samples.dtype.type(fill)
     low = int(numbers[rounded].min()) if rounded.any() else 0
     found = np.where(rounded, numbers, 0).astype(np.int32)
     if rounded.all():

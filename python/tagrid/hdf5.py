@@ -29,7 +29,7 @@ __all__ = ["FILTER_ID", "Filter", "read", "write"]
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
 #: The numbers of the filter in a file: how many, and the version that the fifth one says (plugins/hdf5/settings.h).
-_STORED_NUMBERS, _LAYOUT = 9, 2
+_STORED_NUMBERS, _LAYOUT = 11, 2
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
@@ -128,7 +128,7 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         chunk = np.full(shape_of_chunk, fill, dtype)
         part = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
         chunk[tuple(map(slice, part.shape))] = _converted(part, dtype)
-        return encode_chunk(chunk, settings.max_error, settings.whole_chunks, {}, effort=settings.effort, grid="derived", threads=1)
+        return encode_chunk(chunk, settings.max_error, settings.whole_chunks, fill, {}, effort=settings.effort, grid="derived", threads=1)
 
     for place, chunk in _in_order(encoded, _places(samples.shape, shape_of_chunk), threads):
         dataset.id.write_direct_chunk(place, chunk)

@@ -31,13 +31,15 @@ class Tagrid(Codec):
     (Delta and others): they add up the errors, or make numbers of which no bound is known.
     whole_chunks: promises that every chunk is written once, as a whole. Then chunks with a bound take fewer bytes, and a part
     of a chunk cannot be written. Otherwise the bound holds however chunks are written; a chunk that is written in parts is
-    coded once for each part, of which a warning tells. The other arguments are those of tagrid.encode().
+    coded once for each part, of which a warning tells.
+    fill_value: a sample that stands for missing ones, such as _FillValue: it comes back as it is, also within a bound. Not with
+    whole_chunks. Samples of floats that are not finite come back in any case. The other arguments are those of tagrid.encode().
     """
 
     codec_id = "tagrid"
 
     def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0,
-                 whole_chunks: bool = False):
+                 whole_chunks: bool = False, fill_value: float = 0):
         # The configuration becomes JSON, which knows no numbers of numpy.
         self.max_error = number("max_error", max_error)
         if not 0 <= self.max_error < float("inf"):
@@ -48,10 +50,13 @@ class Tagrid(Codec):
         self.grid = grid
         self.threads = whole_number("threads", threads)
         self.whole_chunks = flag("whole_chunks", whole_chunks)
+        self.fill_value = number("fill_value", fill_value)
+        if self.whole_chunks and self.max_error > 0 and self.fill_value != 0:
+            raise ArgumentError("a fill_value is not kept within a bound where chunks are written as a whole; give one of both")
 
     def get_config(self) -> dict[str, Any]:
         return {"id": self.codec_id, "max_error": self.max_error, "effort": self.effort, "grid": self.grid,
-                "whole_chunks": self.whole_chunks}
+                "whole_chunks": self.whole_chunks, "fill_value": self.fill_value}
 
     def encode(self, buf: Any) -> bytes:
         samples = np.asarray(buf)
@@ -60,7 +65,7 @@ class Tagrid(Codec):
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
         order = {} if samples.dtype.isnative else {_ORDER: samples.dtype.byteorder}
-        return encode_chunk(samples, self.max_error, self.whole_chunks, order, effort=self.effort, grid=self.grid,
+        return encode_chunk(samples, self.max_error, self.whole_chunks, self._fill_in(samples.dtype), order, effort=self.effort, grid=self.grid,
                             threads=self.threads)
 
     def decode(self, buf: Any, out: Optional[Any] = None) -> Any:
@@ -73,6 +78,14 @@ class Tagrid(Codec):
             return ndarray_copy(samples.ravel(), out)
         _decoded[id(samples)] = samples
         return samples.ravel()
+
+    def _fill_in(self, dtype: np.dtype[Any]) -> Any:
+        """The fill value in the type of the samples. ArgumentError: it does not fit."""
+        if dtype.kind == "f":
+            return dtype.type(self.fill_value)
+        if dtype.kind in "iu" and not (self.fill_value.is_integer() and np.iinfo(dtype).min <= self.fill_value <= np.iinfo(dtype).max):
+            raise ArgumentError(f"the samples are {dtype.name}, and cannot be the fill_value {self.fill_value:g}")
+        return self.fill_value
 
     def _check_parts(self, samples: np.ndarray[Any, Any]) -> None:
         """Tells of a chunk that was decoded, written in part, and is encoded again."""

@@ -245,11 +245,11 @@ class FilterTest(unittest.TestCase):
     def test_damaged_numbers_are_errors(self):
         data = waves((12, 13, 14))
         self.write(data, (1,), chunks=data.shape)
-        stored = numpy.array(double(1) + (0, 0, 2, 4, 14, 13, 12), "<u4").tobytes()
+        stored = numpy.array(double(1) + (0, 0, 2, 4, 14, 13, 12, 0, 0), "<u4").tobytes()
         content = self.path.read_bytes()
         at = content.index(stored)
         for number, value in [(1, 0x40080000), (3, 2), (4, 1), (4, 0), (5, 0), (5, 9), (5, 3), (5, 4 + 512), (6, 0), (6, 13), (6, 2**32 - 1),
-                              (7, 2**31), (8, 14)]:
+                              (7, 2**31), (8, 14), (9, 1)]:
             damaged = bytearray(content)
             damaged[at + 4 * number:at + 4 * number + 4] = value.to_bytes(4, "little")
             self.path.write_bytes(damaged)

@@ -93,6 +93,27 @@ class Hdf5Test(unittest.TestCase):
                         parts.check_within(self, file[name][...], samples, bound, what)
                         numpy.testing.assert_array_equal(tagrid.hdf5.read(file[name], 1), file[name][...])
 
+    def test_a_fill_value_is_kept_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            samples, fill = parts.fill_of(samples, bound)
+            for type in (samples.dtype, samples.dtype.newbyteorder(">")):
+                with h5py.File(self.path, "w", rdcc_nbytes=0) as file:
+                    one, two = (file.create_dataset(name, samples.shape, type, chunks=parts.CHUNKS, fillvalue=fill,
+                                                    **tagrid.hdf5.Filter(max_error=bound)) for name in "ab")
+                    one[:5, ::2] = samples[:5, ::2]
+                    one[:5, 1::2] = samples[:5, 1::2]
+                    tagrid.hdf5.write(two, samples, threads=1)
+                    two[3] = samples[3]
+                with h5py.File(self.path) as file:
+                    found = file["a"][...].astype(samples.dtype)
+                    parts.check_within(self, found[:5], samples[:5], bound, f"{type} within {bound}")
+                    self.assertTrue((found[5:] == fill).all(), f"{type} within {bound}")
+                    parts.check_within(self, file["b"][...].astype(samples.dtype), samples, bound, f"{type} within {bound}")
+                    for name, end in (("a", 5), ("b", None)):
+                        missing = samples[:end] == fill
+                        self.assertTrue((file[name][:end][missing] == fill).all(), f"{type} within {bound}")
+                        numpy.testing.assert_array_equal(tagrid.hdf5.read(file[name], 1), file[name][...])
+
     def test_encoding_what_was_decoded_changes_no_byte(self):
         for samples, bound in parts.cases():
             settings, chunk, files = tagrid.hdf5.Filter(bound), samples[:4, :5], []
@@ -155,6 +176,18 @@ class Hdf5Test(unittest.TestCase):
                 self.assertRaisesRegex(tagrid.DamagedError, "within 0, the bound of the data set", tagrid.hdf5.read, dataset)
             dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
             self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
+
+    def test_a_chunk_that_was_coded_elsewhere_with_a_bound_needs_whole_chunks(self):
+        data = waves((30, 40, 50))
+        with h5py.File(self.path, "w") as file:
+            for name, whole in (("a", True), ("b", False)):
+                dataset = file.create_dataset(name, data.shape, "<i2", chunks=data.shape, **tagrid.hdf5.Filter(2, whole_chunks=whole))
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, max_error=1))
+                self.assertLessEqual(numpy.abs(tagrid.hdf5.read(dataset) - data).max(), 1)
+            self.assertLessEqual(numpy.abs(file["a"][...] - data).max(), 1)
+            self.assertRaisesRegex(OSError, "whole_chunks in Python", lambda: file["b"][...])
+            self.assertTrue(tagrid.hdf5.filter_of(file["a"]).whole_chunks)
+            self.assertRaises(TypeError, tagrid.hdf5.Filter, 2, whole_chunks=1)
 
     def test_a_lattice_of_another_bound_or_type_or_none_is_an_error(self):
         for type, numbers, good in (("<i2", "int16", "int16"), ("<f4", "int32", "float32 5:7fc00000 -3:ff800000")):

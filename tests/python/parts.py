@@ -42,6 +42,14 @@ def _samples(dtype, bound, random):
     return samples.reshape(SHAPE)
 
 
+def fill_of(samples, bound):
+    """A fill value that stands for missing samples, and samples with some of them."""
+    fill = samples.dtype.type({"u": 200, "i": -99, "f": -9999.5}[samples.dtype.kind])
+    samples = samples.copy()
+    samples[1::2, ::3, 4:9] = fill
+    return samples, fill
+
+
 def write_in_parts(target, samples, seed):
     """Slice by slice, then boxes that overlap, in any order. The file's samples are always those of the original."""
     random = np.random.default_rng(seed)

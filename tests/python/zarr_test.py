@@ -192,6 +192,21 @@ class Codecs(unittest.TestCase):
             once = codec.encode(samples)
             self.assertEqual(codec.encode(codec.decode(once).reshape(samples.shape).copy()), once, f"{samples.dtype} within {bound}")
 
+    def test_a_fill_value_is_kept_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            samples, fill = parts.fill_of(samples, bound)
+            array = zarr.full(samples.shape, fill, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, threads=1, fill_value=fill))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                array[:, 2] = samples[:, 2]
+                self.assertTrue((array[:, 3] == fill).all())
+                parts.write_in_parts(array, samples, number)
+            parts.check_within(self, array[:], samples, bound, f"{samples.dtype} within {bound}")
+            self.assertTrue((array[:][samples == fill] == fill).all(), f"{samples.dtype} within {bound}")
+        self.assertEqual(array.compressor.get_config()["fill_value"], -9999.5)
+        self.assertRaisesRegex(tagrid.ArgumentError, "cannot be the fill_value", Tagrid(1, fill_value=300).encode, np.zeros((4, 4, 4), "u1"))
+        self.assertRaisesRegex(tagrid.ArgumentError, "give one of both", Tagrid, 1, fill_value=3, whole_chunks=True)
+
     def test_chunks_that_are_written_in_parts_are_told_of(self):
         samples = blobs((32, 32, 20))
         array = zarr.zeros(samples.shape, chunks=(16, 16, 10), dtype="i2", compressor=Tagrid(5))
