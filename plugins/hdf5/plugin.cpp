@@ -3,12 +3,15 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <exception>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "plugins/hdf5/coding.h"
+#include "plugins/hdf5/lattice.h"
 #include "plugins/hdf5/settings.h"
 
 namespace tagrid::hdf5 {
@@ -113,6 +116,15 @@ std::uint64_t fill_of(hid_t properties, const StoredType& stored) {
   throw Error(TAGRID_INVALID_ARGUMENT, "HDF5 does not give the fill value");
 }
 
+// True of a fill value that was given, unless it comes back in any case: it is not finite.
+bool changes_within_bound(const Chunk& chunk) {
+  bool is_finite = true;
+  if (chunk.type == TAGRID_FLOAT32)
+    is_finite = std::isfinite(std::bit_cast<float>(static_cast<std::uint32_t>(chunk.fill)));
+  if (chunk.type == TAGRID_FLOAT64) is_finite = std::isfinite(std::bit_cast<double>(chunk.fill));
+  return chunk.fill != 0 && is_finite;
+}
+
 herr_t set_local(hid_t properties, hid_t type, hid_t) {
   return guarded(__func__, herr_t{-1}, [&]() -> herr_t {
     unsigned flags = 0;
@@ -121,8 +133,14 @@ herr_t set_local(hid_t properties, hid_t type, hid_t) {
     if (!stored)
       throw Error(TAGRID_INVALID_ARGUMENT,
                   "samples are integers of 8, 16 or 32 bits, or floats of 32 or 64 bits");
-    const auto numbers = numbers_of(choice, Chunk{stored->type, stored->big_endian, dims_of_chunk(properties),
-                                                  fill_of(properties, *stored)});
+    const Chunk chunk{stored->type, stored->big_endian, dims_of_chunk(properties),
+                      fill_of(properties, *stored)};
+    if (choice.whole_chunks && lattice_step(chunk.type, choice.max_error) > 0 && changes_within_bound(chunk))
+      throw Error(
+          TAGRID_INVALID_ARGUMENT,
+          "the fill value would not come back within a bound where chunks are written as a whole; give "
+          "none, or 0 as the fourth number (no whole_chunks in Python)");
+    const auto numbers = numbers_of(choice, chunk);
     chunk_of(numbers);  // refuses chunks that are too large
     return H5Pmodify_filter(properties, filter_id, flags, numbers.size(), numbers.data());
   });

@@ -128,6 +128,18 @@ class FilterTest(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, words, msg=what):
                 self.write(data, options.get("numbers", ()), chunks=data.shape, shuffle=options.get("shuffle", False))
 
+    def test_a_fill_value_is_not_lost_in_whole_chunks(self):
+        for type, fill, bound, refused in (("<i2", -999, 2, True), (">f4", -999, 2, True), ("<f8", numpy.nan, 2, False), ("<i2", -999, 0.5, False),
+                                           ("<f4", numpy.inf, 2, False), ("<i2", 0, 2, False), ("<i2", None, 2, False)):
+            data = waves((4, 4, 4), type)
+            numbers = double(bound) + (0, 1)
+            if refused:
+                with self.assertRaisesRegex(ValueError, "the fill value would not come back"):
+                    self.write(data, numbers, chunks=data.shape, fillvalue=fill)
+            else:
+                self.write(data, numbers, chunks=data.shape, fillvalue=fill)
+            self.write(data, double(bound), chunks=data.shape, fillvalue=fill)
+
     def test_checksums_after_the_filter_work(self):
         data = waves((16, 16, 16))
         self.write(data, fletcher32=True)

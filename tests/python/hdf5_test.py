@@ -6,11 +6,13 @@
 
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, sys.argv[1])
+PYTHON = sys.argv[1]
+sys.path.insert(0, PYTHON)
 os.environ["HDF5_PLUGIN_PATH"] = sys.argv[2]  # before the library is loaded
 
 try:
@@ -136,6 +138,30 @@ class Hdf5Test(unittest.TestCase):
             set[:16] = 1
             found = tagrid.hdf5.read(set)
         self.assertTrue((found[:16] == 1).all() and (found[16:] == 7).all())
+
+    def test_files_of_python_are_read_and_written(self):
+        code = """if True:
+            import io, sys, time
+            import h5py, numpy, tagrid.hdf5
+
+            class Slow(io.BytesIO):
+                def readinto(self, buffer):
+                    time.sleep(0.001)
+                    return super().readinto(buffer)
+
+                def write(self, data):
+                    time.sleep(0.001)
+                    return super().write(data)
+
+            data, file = numpy.random.default_rng(1).integers(-99, 99, (70, 80, 90)).astype("i2"), Slow()
+            with h5py.File(file, "w") as opened:
+                one = opened.create_dataset("a", data.shape, data.dtype, chunks=(16, 16, 16), **tagrid.hdf5.Filter())
+                tagrid.hdf5.write(one, data, threads=4)
+            with h5py.File(file, "r") as opened:
+                assert (tagrid.hdf5.read(opened["a"], threads=4) == data).all()
+            """
+        # Threads that wait for each other would never end.
+        subprocess.run([sys.executable, "-B", "-c", code], check=True, timeout=120, env=os.environ | {"PYTHONPATH": PYTHON})
 
     def test_samples_that_do_not_fit_are_refused_and_not_wrapped_around(self):
         data = waves((30, 40, 50))
