@@ -7,6 +7,8 @@
 #include <cstring>
 #include <limits>
 
+#include "plugins/hdf5/lattice.h"
+
 namespace tagrid::hdf5 {
 namespace {
 
@@ -51,14 +53,17 @@ std::array<double, 2> range_of(std::span<const T> samples) {
   return {static_cast<double>(low), static_cast<double>(high)};
 }
 
+// A chunk of samples, or of their numbers, as a file. `lines` say more of it.
 template <class T>
-std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, std::span<const T> samples) {
+std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effort effort,
+                               std::span<const T> samples, const std::string& lines = "") {
   tagrid_encode_options options;
   tagrid_encode_options_init(&options);
   std::ranges::copy(chunk.dims, options.dims);
-  options.type = chunk.type;
-  options.max_error = choice.max_error;
-  options.effort = choice.effort;
+  options.type = type_of<T>();
+  options.max_error = max_error;
+  options.effort = effort;
+  options.metadata = lines.c_str();
   // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded samples.
   options.grid_derived = 1;
   if (const auto range = range_of(samples); range[0] < range[1] && std::isfinite(range[1] - range[0]))
@@ -75,6 +80,24 @@ std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, 
   encoder.write(samples);
   encoder.finish();
   return file;
+}
+
+template <class T>
+Lattice<T> lattice_of(const Chunk& chunk, double max_error) {
+  T fill;
+  std::memcpy(&fill, &chunk.fill, sizeof fill);
+  return lattice_for<T>(max_error, fill);
+}
+
+template <class T>
+std::vector<std::byte> encode_samples(const Chunk& chunk, const Choice& choice, std::span<const T> samples) {
+  if (choice.whole_chunks) return file_of<T>(chunk, choice.max_error, choice.effort, samples);
+  if (lattice_step(chunk.type, choice.max_error) > 0) {
+    const auto lattice = lattice_of<T>(chunk, choice.max_error);
+    if (const auto places = to_lattice<T>(samples, lattice))
+      return file_of<NumberOf<T>>(chunk, 0, choice.effort, places->numbers, lattice_lines(*places, lattice));
+  }
+  return file_of<T>(chunk, 0, choice.effort, samples);
 }
 
 }  // namespace
@@ -94,24 +117,46 @@ void StoredChunk::Memory::read_at(std::uint64_t offset, std::span<std::byte> to)
   std::ranges::copy(bytes_.subspan(static_cast<std::size_t>(offset), to.size()), to.begin());
 }
 
-StoredChunk::StoredChunk(const Chunk& chunk, double max_error, std::span<const std::byte> file)
-    : chunk_(chunk), memory_(file), reader_(memory_, "the chunk") {
+StoredChunk::StoredChunk(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file)
+    : chunk_(chunk),
+      max_error_(choice.max_error),
+      memory_(file),
+      reader_(memory_, "the chunk"),
+      header_(reader_.metadata()) {
   const tagrid_info info = reader_.info();
-  if (info.type != chunk.type || !std::ranges::equal(info.dims, chunk.dims))
+  if (has_lattice(header_) && !(lattice_step(chunk.type, choice.max_error) > 0))
+    throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with another bound than that of the data set");
+  const bool has_numbers_of_floats =
+      has_lattice(header_) && (chunk.type == TAGRID_FLOAT32 || chunk.type == TAGRID_FLOAT64);
+  if (info.type != (has_numbers_of_floats ? TAGRID_INT32 : chunk.type) ||
+      !std::ranges::equal(info.dims, chunk.dims))
     throw Error(TAGRID_BROKEN_INPUT,
                 "the chunk is a volume of another type or size than the data set's chunks");
   // False for a file without a bound, too: it is NaN.
-  if (!(info.max_error <= max_error))
+  if (!(info.max_error <= choice.max_error))
     throw Error(TAGRID_BROKEN_INPUT, "the chunk was coded with a larger bound than that of the data set");
+  if (!choice.whole_chunks && info.max_error > 0)
+    throw Error(
+        TAGRID_BROKEN_INPUT,
+        "the chunk was coded elsewhere, with a bound, and would be off by more if a part of it were written; "
+        "it belongs into a data set whose fourth number is 1 (whole_chunks in Python)");
 }
 
-void StoredChunk::decode_to(std::span<std::byte> samples) const {
+void StoredChunk::decode_to(std::span<std::byte> bytes) const {
   with_type(chunk_.type, [&](auto type) {
     using T = decltype(type);
-    reader_.read_to<T>(reader_.box(), {1, 1, 1},
-                       {reinterpret_cast<T*>(samples.data()), chunk_.sample_count()});
+    const std::span<T> samples(reinterpret_cast<T*>(bytes.data()), chunk_.sample_count());
+    if (!has_lattice(header_)) {
+      reader_.read_to<T>(reader_.box(), {1, 1, 1}, samples);
+    } else {
+      OnLattice<T> places;
+      const auto lattice = lattice_of<T>(chunk_, max_error_);
+      read_lattice_lines(header_, lattice, places);
+      places.numbers = reader_.read<NumberOf<T>>(reader_.box());
+      from_lattice(places, lattice, samples);
+    }
   });
-  if (chunk_.big_endian) reverse_each(samples, tagrid_sample_size(chunk_.type));
+  if (chunk_.big_endian) reverse_each(bytes, tagrid_sample_size(chunk_.type));
 }
 
 }  // namespace tagrid::hdf5

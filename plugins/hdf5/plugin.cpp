@@ -3,12 +3,15 @@
 #include <hdf5.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <exception>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "plugins/hdf5/coding.h"
+#include "plugins/hdf5/lattice.h"
 #include "plugins/hdf5/settings.h"
 
 namespace tagrid::hdf5 {
@@ -38,19 +41,30 @@ struct StoredType {
   bool big_endian;
 };
 
+std::array<std::pair<hid_t, StoredType>, 16> known_types() {
+  return {{
+      {H5T_STD_U8LE, {TAGRID_UINT8, false}},
+      {H5T_STD_I8LE, {TAGRID_INT8, false}},
+      {H5T_STD_U8BE, {TAGRID_UINT8, false}},
+      {H5T_STD_I8BE, {TAGRID_INT8, false}},
+      {H5T_STD_U16LE, {TAGRID_UINT16, false}},
+      {H5T_STD_U16BE, {TAGRID_UINT16, true}},
+      {H5T_STD_I16LE, {TAGRID_INT16, false}},
+      {H5T_STD_I16BE, {TAGRID_INT16, true}},
+      {H5T_STD_U32LE, {TAGRID_UINT32, false}},
+      {H5T_STD_U32BE, {TAGRID_UINT32, true}},
+      {H5T_STD_I32LE, {TAGRID_INT32, false}},
+      {H5T_STD_I32BE, {TAGRID_INT32, true}},
+      {H5T_IEEE_F32LE, {TAGRID_FLOAT32, false}},
+      {H5T_IEEE_F32BE, {TAGRID_FLOAT32, true}},
+      {H5T_IEEE_F64LE, {TAGRID_FLOAT64, false}},
+      {H5T_IEEE_F64BE, {TAGRID_FLOAT64, true}},
+  }};
+}
+
 // Nothing for types that tagrid does not know: integers of 64 bits or with padding, half floats, compound types ...
 std::optional<StoredType> stored_type_of(hid_t type) {
-  const std::pair<hid_t, StoredType> known[] = {
-      {H5T_STD_U8LE, {TAGRID_UINT8, false}},     {H5T_STD_I8LE, {TAGRID_INT8, false}},
-      {H5T_STD_U8BE, {TAGRID_UINT8, false}},     {H5T_STD_I8BE, {TAGRID_INT8, false}},
-      {H5T_STD_U16LE, {TAGRID_UINT16, false}},   {H5T_STD_U16BE, {TAGRID_UINT16, true}},
-      {H5T_STD_I16LE, {TAGRID_INT16, false}},    {H5T_STD_I16BE, {TAGRID_INT16, true}},
-      {H5T_STD_U32LE, {TAGRID_UINT32, false}},   {H5T_STD_U32BE, {TAGRID_UINT32, true}},
-      {H5T_STD_I32LE, {TAGRID_INT32, false}},    {H5T_STD_I32BE, {TAGRID_INT32, true}},
-      {H5T_IEEE_F32LE, {TAGRID_FLOAT32, false}}, {H5T_IEEE_F32BE, {TAGRID_FLOAT32, true}},
-      {H5T_IEEE_F64LE, {TAGRID_FLOAT64, false}}, {H5T_IEEE_F64BE, {TAGRID_FLOAT64, true}},
-  };
-  for (const auto& [hdf5_type, stored] : known)
+  for (const auto& [hdf5_type, stored] : known_types())
     if (H5Tequal(type, hdf5_type) > 0) return stored;
   return std::nullopt;
 }
@@ -89,6 +103,28 @@ std::vector<unsigned> given_numbers(hid_t properties, unsigned& flags) {
   return numbers;
 }
 
+// The bits of the data set's fill value in the machine's byte order; 0, which is also HDF5's own, if it has none.
+std::uint64_t fill_of(hid_t properties, const StoredType& stored) {
+  H5D_fill_value_t defined = H5D_FILL_VALUE_UNDEFINED;
+  if (H5Pfill_value_defined(properties, &defined) < 0 || defined != H5D_FILL_VALUE_USER_DEFINED) return 0;
+  for (const auto& [hdf5_type, known] : known_types()) {
+    std::uint64_t bits = 0;
+    if (known.type == stored.type && !known.big_endian &&
+        H5Pget_fill_value(properties, hdf5_type, &bits) >= 0)
+      return bits;
+  }
+  throw Error(TAGRID_INVALID_ARGUMENT, "HDF5 does not give the fill value");
+}
+
+// True of a fill value that was given, unless it comes back in any case: it is not finite.
+bool changes_within_bound(const Chunk& chunk) {
+  bool is_finite = true;
+  if (chunk.type == TAGRID_FLOAT32)
+    is_finite = std::isfinite(std::bit_cast<float>(static_cast<std::uint32_t>(chunk.fill)));
+  if (chunk.type == TAGRID_FLOAT64) is_finite = std::isfinite(std::bit_cast<double>(chunk.fill));
+  return chunk.fill != 0 && is_finite;
+}
+
 herr_t set_local(hid_t properties, hid_t type, hid_t) {
   return guarded(__func__, herr_t{-1}, [&]() -> herr_t {
     unsigned flags = 0;
@@ -97,8 +133,14 @@ herr_t set_local(hid_t properties, hid_t type, hid_t) {
     if (!stored)
       throw Error(TAGRID_INVALID_ARGUMENT,
                   "samples are integers of 8, 16 or 32 bits, or floats of 32 or 64 bits");
-    const auto numbers =
-        numbers_of(choice, Chunk{stored->type, stored->big_endian, dims_of_chunk(properties)});
+    const Chunk chunk{stored->type, stored->big_endian, dims_of_chunk(properties),
+                      fill_of(properties, *stored)};
+    if (choice.whole_chunks && lattice_step(chunk.type, choice.max_error) > 0 && changes_within_bound(chunk))
+      throw Error(
+          TAGRID_INVALID_ARGUMENT,
+          "the fill value would not come back within a bound where chunks are written as a whole; give "
+          "none, or 0 as the fourth number (no whole_chunks in Python)");
+    const auto numbers = numbers_of(choice, chunk);
     chunk_of(numbers);  // refuses chunks that are too large
     return H5Pmodify_filter(properties, filter_id, flags, numbers.size(), numbers.data());
   });
@@ -134,7 +176,7 @@ std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, s
     const Chunk chunk = chunk_of(all);
     const std::span<const std::byte> given(static_cast<const std::byte*>(*buffer), bytes);
     if ((flags & H5Z_FLAG_REVERSE) != 0) {
-      const StoredChunk stored(chunk, choice_of(all).max_error, given);
+      const StoredChunk stored(chunk, choice_of(all), given);
       Hdf5Memory samples(chunk.bytes());
       stored.decode_to(samples.bytes());
       return samples.replace(size, buffer);

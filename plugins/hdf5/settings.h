@@ -19,6 +19,9 @@ constexpr int filter_id = TAGRID_HDF5_FILTER_ID;
 struct Choice {
   double max_error = 0;  ///< no sample is off by more
   tagrid_effort effort = TAGRID_EFFORT_DEFAULT;
+  /// Every chunk is written once, as a whole: then it may be coded without the lattice, which takes fewer bytes. Otherwise
+  /// the bound holds however often HDF5 encodes what it decoded.
+  bool whole_chunks = false;
 };
 
 /// The samples of a chunk.
@@ -26,21 +29,23 @@ struct Chunk {
   tagrid_type type = TAGRID_UINT8;
   bool big_endian = false;
   std::array<std::int64_t, 3> dims = {1, 1, 1};  ///< x, y, z; x fastest
+  std::uint64_t fill = 0;                        ///< the bits of the fill value, in the machine's byte order
 
   std::size_t sample_count() const;
   std::size_t bytes() const { return sample_count() * tagrid_sample_size(type); }
 };
 
-/// The numbers (`cd_values`). What a user gives has none to three of them:
+/// The numbers (`cd_values`). What a user gives has none to four of them:
 ///
-///     (none)             every sample comes back
-///     E                  the bound is the whole number E
-///     low high           the bound is a double, by its 32 low and its 32 high bits
-///     low high effort    0 default, 1 fast, 2 best
+///     (none)                   every sample comes back
+///     E                        the bound is the whole number E
+///     low high                 the bound is a double, by its 32 low and its 32 high bits
+///     low high effort          0 default, 1 fast, 2 best
+///     low high effort whole    1: chunks are written once, as a whole; 0: they may be written in parts
 ///
-/// What is stored in a file has eight: low, high, effort, the version of this layout (1), type + 256 if samples are big
-/// endian, and the samples of a chunk along x, y and z.
-constexpr std::size_t stored_numbers = 8;
+/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256 if samples are
+/// big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the fill value.
+constexpr std::size_t stored_numbers = 11;
 
 /// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no bound.
 Choice choice_of(std::span<const unsigned> numbers);

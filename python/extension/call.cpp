@@ -1,30 +1,68 @@
 #include "call.h"
 
+#include <pthread.h>
 #include <pythread.h>
 
 #include <chrono>
 #include <condition_variable>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <thread>
 #include <utility>
+
+#include "gil.h"
 
 namespace tagrid_python {
 namespace {
 
 constexpr std::chrono::milliseconds between_looks(50);
+// A call whose callback sleeps does not end.
+constexpr std::chrono::milliseconds longest_end(500);
 
 bool is_main_thread() {
   const py::object main = py::module_::import("threading").attr("main_thread")();
   return main.attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
+// The calls that run. Never destroyed: threads may be at work when the process ends.
+struct Running {
+  std::mutex mutex;
+  std::condition_variable ended;
+  std::multiset<Call*> calls;  // an encoder may be used by several threads
+};
+Running* running = new Running;
+
+// A process that was forked has none of the threads of this one, and may have the mutex locked.
+void forget_running() { running = new Running; }
+
+// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the process takes
+// away what they use. Their threads sleep then.
+void end_calls() {
+  std::unique_lock lock(running->mutex);
+  for (Call* call : running->calls) call->stop();
+  running->ended.wait_for(lock, longest_end, [] { return running->calls.empty(); });
+}
+
+Outcome counted(Call& call, const std::function<Outcome()>& work) {
+  Running& all = *running;
+  {
+    const std::lock_guard lock(all.mutex);
+    all.calls.insert(&call);
+  }
+  Outcome outcome = work();
+  const std::lock_guard lock(all.mutex);
+  all.calls.erase(all.calls.find(&call));
+  all.ended.notify_all();
+  return outcome;
+}
+
 // The work on a thread of its own.
 class Background {
  public:
-  explicit Background(const std::function<Outcome()>& work)
-      : thread_([this, &work] {
-          Outcome outcome = work();
+  Background(Call& call, const std::function<Outcome()>& work)
+      : thread_([this, &call, &work] {
+          Outcome outcome = counted(call, work);
           const std::lock_guard lock(mutex_);
           outcome_ = std::move(outcome);
           ended_.notify_one();
@@ -103,7 +141,7 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
   auto* call = static_cast<Call*>(self);
   if (call->stop_) return 1;
   if (call->progress_.is_none()) return 0;
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   const CallingBack mark(*call);
   try {
     call->progress_(done, total);
@@ -118,27 +156,34 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
 }
 
 Outcome run(Call& call, const std::function<Outcome()>& work) {
+  // Callbacks would wait for ever.
+  if (python_is_ending()) raise_error("Error", "the interpreter of Python is ending");
   std::optional<Background> background;
   if (is_main_thread()) {
     try {
-      background.emplace(work);
+      background.emplace(call, work);
     } catch (const std::system_error&) {
       // There is no thread left: signals have to wait.
     }
   }
   if (!background) {
-    const py::gil_scoped_release released;
-    return work();
+    const WithoutGil released;
+    return counted(call, work);
   }
   while (true) {
     bool ended = false;
     {
-      const py::gil_scoped_release released;
+      const WithoutGil released;
       ended = background->ends_soon();
     }
     if (ended) return background->take();
     if (PyErr_CheckSignals() != 0) call.interrupt();
   }
+}
+
+void end_calls_with_python() {
+  Py_AtExit(end_calls);
+  pthread_atfork(nullptr, nullptr, forget_running);
 }
 
 void raise_unless_ok(const Outcome& outcome) {

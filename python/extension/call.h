@@ -40,6 +40,8 @@ class Call {
   /// Ends the call soon, with the exception that is set.
   void interrupt();
   bool is_interrupted() const { return stop_; }
+  /// Ends the call soon, from any thread, without the GIL.
+  void stop() { stop_ = true; }
   /// Whether this thread is in a callback of the call, which would wait for itself if it used the same encoder.
   bool is_calling_back() const { return calling_back == this; }
 
@@ -75,6 +77,9 @@ struct Outcome {
 /// Does the work without the GIL. On Python's main thread, which alone handles signals, another thread works while this
 /// one looks for signals. The work must not use Python without taking the GIL.
 Outcome run(Call& call, const std::function<Outcome()>& work);
+
+/// Lets calls that still run when the interpreter has ended come to an end before the process does. Once, at the start.
+void end_calls_with_python();
 
 /// Raises the exception of tagrid.Error's family that belongs to an outcome; returns if it is TAGRID_OK.
 void raise_unless_ok(const Outcome& outcome);

@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "gil.h"
 #include "info.h"
 
 namespace tagrid_python {
@@ -81,7 +82,7 @@ void Encoder::check_caller() const {
 
 int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
   auto* encoder = static_cast<Encoder*>(self);
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   const Call::CallingBack mark(encoder->call_);
   try {
     encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
@@ -134,9 +135,10 @@ void Encoder::close() {
 }
 
 void Encoder::cancel() {
-  if (!is_of_this_process()) return;
+  // A thread of the encoder that waits for the GIL while the interpreter ends waits for ever.
+  if (!is_of_this_process() || python_is_ending()) return;
   // Its threads may be about to write, for which they need the GIL.
-  const py::gil_scoped_release released;
+  const WithoutGil released;
   const std::lock_guard lock(turn_);
   tagrid_encoder_close(std::exchange(encoder_, nullptr));
 }

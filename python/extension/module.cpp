@@ -86,4 +86,5 @@ PYBIND11_MODULE(_tagrid, module) {
   module.def("library_version", &tagrid_version);
   bind_reader(module);
   bind_encoder(module);
+  tagrid_python::end_calls_with_python();
 }

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "gil.h"
+
 namespace tagrid_python {
 
 tagrid_input Source::input() {
@@ -31,7 +33,7 @@ int BufferSource::read_at(std::uint64_t offset, void* buffer, std::size_t count)
 }
 
 int ObjectSource::read_at(std::uint64_t offset, void* buffer, std::size_t count) noexcept {
-  const py::gil_scoped_acquire gil;
+  const WithGil gil;
   try {
     copy(offset, buffer, count);
     return 0;

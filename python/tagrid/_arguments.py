@@ -57,6 +57,13 @@ def numbers(name: str, values: Any, form: str) -> list[float]:
     return found
 
 
+def flag(name: str, value: Any) -> bool:
+    """TypeError: it is neither True nor False: 0 and 1 may be meant as numbers."""
+    if not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, not {value!r}")
+    return value
+
+
 def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     if value not in choices:
         raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")

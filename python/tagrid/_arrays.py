@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from itertools import accumulate, pairwise
 from typing import Any, Iterator, Optional
@@ -28,6 +27,8 @@ def checked_dtype(dtype: npt.DTypeLike) -> np.dtype[Any]:
         advice = f"convert them, for example by array.astype(numpy.{near or 'float64'})"
         if native.kind == "c":
             advice = "encode array.real and array.imag, each for itself"
+        elif native.kind in "mM":
+            advice = "a volume has numbers, and no dates or durations"
         elif native.kind not in "biuf":
             advice = "a volume has one number for each voxel"
         raise TypeError(f"samples of the type {native.name} cannot be encoded; the types are {', '.join(TYPES)}; {advice}")
@@ -66,45 +67,6 @@ def as_volume(data: Any) -> Any:
         raise ArgumentError(f"the axes of the array are {', '.join(dims)}, and those of a volume z, y, x; give "
                             "array.transpose('z', 'y', 'x')")
     return array
-
-
-def place_of(data: Any) -> tuple[Optional[list[float]], Optional[npt.NDArray[np.float64]]]:
-    """The affine matrix of a DataArray of xarray with coordinates along z, y and x; if they are no positions in the world, or
-    not even, the spacing, NaN where there is none. Of all others, nothing."""
-    if getattr(data, "dims", None) != ("z", "y", "x") or not all(name in getattr(data, "coords", ()) for name in "zyx"):
-        return None, None
-    coordinates = [data.coords[name] for name in "zyx"]
-    # What the engine "tagrid" says of them: positions, numbers of samples, or distances along axes that are turned.
-    meanings = {str(coordinate.attrs.get("long_name", "position")).split()[0] for coordinate in coordinates}
-    steps = [_even_step(np.asarray(coordinate)) for coordinate in coordinates]
-    if "sample" in meanings:
-        return None, None
-    if "distance" in meanings or not np.isfinite(steps).all():
-        return [abs(step) for step in steps], None
-    affine = np.diag([*steps[::-1], 1.0])
-    affine[:3, 3] = [float(coordinate[0]) for coordinate in coordinates[::-1]]
-    return None, affine
-
-
-def units_in(data: Any, are_positions: bool) -> Optional[dict[str, str]]:
-    """The units of the coordinates that place_of() took, and the coordinate system of positions, as metadata. None if they
-    are mm in no system, which need not be said."""
-    found: dict[str, str] = {}
-    units = [str(data.coords[name].attrs.get("units", "mm")) for name in "xyz"]
-    if set(units) != {"mm"} and not any(set(unit) & set('"\\\n\r') or not unit for unit in units):
-        found["space units"] = " ".join(f'"{unit}"' for unit in units)
-    space = getattr(data, "attrs", {}).get("space")
-    if are_positions and isinstance(space, str):
-        found["space"] = space
-    return found or None
-
-
-def _even_step(places: npt.NDArray[Any]) -> float:
-    """The distance of neighbours; NaN if they have none in common."""
-    if places.ndim != 1 or len(places) < 2 or places.dtype.kind not in "iuf":
-        return math.nan
-    step = (float(places[-1]) - float(places[0])) / (len(places) - 1)
-    return step if step != 0 and np.allclose(np.diff(places), step, rtol=1e-4, atol=0) else math.nan
 
 
 def with_three_axes(chunk: npt.NDArray[Any]) -> npt.NDArray[Any]:

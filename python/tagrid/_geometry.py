@@ -15,7 +15,7 @@ from ._errors import ArgumentError
 Metadata = Union[str, Mapping[str, str]]
 
 #: Fields that say where samples are; what they say is in Volume.spacing and Volume.affine.
-_PLACES = ("spacings", "space directions", "space origin", "space dimension")
+PLACES = ("spacings", "space directions", "space origin", "space dimension")
 #: Other fields of an NRRD header that a .tag file keeps. All other names are keys of the source.
 _FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "centers", "centerings", "thicknesses",
            "sample units", "measurement frame", "axis mins", "axis maxs")
@@ -47,7 +47,7 @@ def metadata_of(header: str) -> dict[str, str]:
             continue
         if pair >= 0 and (field < 0 or pair < field):
             found[line[:pair]] = line[pair + 2:].replace("\\\\", "\0").replace("\\n", "\n").replace("\0", "\\")
-        elif field >= 0 and line[:field].strip().lower() not in _PLACES:
+        elif field >= 0 and line[:field].strip().lower() not in PLACES:
             found.setdefault(line[:field].strip().lower(), line[field + 2:].strip())
     return found
 
@@ -144,13 +144,18 @@ def _field(name: str, value: str) -> str:
     return f"{name}: {value}\n"
 
 
+def is_key(key: Any) -> bool:
+    """Whether a pair of a header may have this name."""
+    return isinstance(key, str) and key != "" and not key.startswith("#") and not any(part in key for part in (":", "\n", "\r"))
+
+
 def _line(pair: tuple[str, str]) -> str:
     key, value = pair
-    if key.lower() in _PLACES:
+    if key.lower() in PLACES:
         raise ArgumentError(f"metadata: {key!r} is given by spacing and affine")
     if key.lower() in _FIELDS:
         return _field(key, value)
-    if not key or key.startswith("#") or any(part in key for part in (":", "\n", "\r")):
+    if not is_key(key):
         raise ArgumentError(f"metadata: {key!r} cannot be a key")
     text = value.replace("\\", "\\\\").replace("\n", "\\n").replace("\r", " ")
     return f"{key}:={text}\n"

@@ -29,6 +29,9 @@ def open_reader(source: Any) -> Reader:
     if isinstance(source, (str, os.PathLike)):
         return _open_path(os.fspath(source))
     if is_memory(source):
+        if isinstance(source, bytes) and _names_a_file(source):
+            raise TypeError(f"{source!r} is taken as the bytes of a .tag file, but is the name of one; a path is a text: "
+                            "tagrid.open(os.fsdecode(path))")
         # A memoryview of anything but bytes is cast: an array's buffer is its bytes.
         memory = np.ascontiguousarray(source) if isinstance(source, np.ndarray) else source
         return Reader.of_buffer(memoryview(memory).cast("B"), describe(source))
@@ -46,6 +49,14 @@ def open_reader(source: Any) -> Reader:
     elif callable(getattr(source, "open", None)):
         advice = "give the file that its open() returns"
     raise TypeError(f"cannot open {type(source).__name__!r}: {advice}")
+
+
+def _names_a_file(data: bytes) -> bool:
+    """Whether bytes are a path, as os.listdir(b".") gives them. No .tag file is that short."""
+    try:
+        return 0 < len(data) < 128 and os.path.exists(data)
+    except ValueError:
+        return False
 
 
 def is_path(source: Any) -> bool:

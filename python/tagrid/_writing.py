@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import warnings
@@ -11,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import EFFORTS, GRIDS, encoder_settings, one_of, work
-from ._arrays import as_volume, checked_dtype, checked_shape, place_of, range_of, slabs_of, units_in
-from ._errors import ArgumentError, DamagedError
+from ._arrays import as_volume, checked_dtype, checked_shape, range_of, slabs_of
+from ._errors import ArgumentError, DamagedError, InputError
 from ._files import NewFile
 from ._geometry import Metadata, header_bytes, header_of
+from ._labelled import check_missing, label_of
 from ._tagrid import Encoder
 from ._volume import Progress, Volume
 
@@ -191,7 +193,7 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
         and byte order; or anything with shape, dtype and slices, which is loaded slab by slab (h5py, zarr, dask); or an
         open Volume or the path of a .tag file, whose place and metadata are kept; or a DataArray of xarray, whose
-        coordinates along z, y and x say where it is. The program `tagrid encode` reads scans: DICOM, TIFF and others.
+        coordinates along z, y and x say where it is, and whose attributes are kept; a warning tells of what is not. The program `tagrid encode` reads scans: DICOM, TIFF and others.
     out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
         object with write().
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless. None, with
@@ -220,10 +222,11 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
                                 "volume, or volume.read(), the samples as they are")
         if isinstance(volume, Volume) and metadata is None:
             metadata = volume.header if spacing is None and affine is None else volume.metadata
-        if spacing is None and affine is None:
-            spacing, affine = place_of(array_or_path)
-            if metadata is None and not (spacing is None and affine is None):
-                metadata = units_in(array_or_path, affine is not None)
+        check_missing(volume, max_error)
+        label = label_of(volume, spacing is None and affine is None, metadata)
+        if label.spacing is not None or label.affine is not None:
+            spacing, affine = label.spacing, label.affine
+        metadata = label.metadata
         if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
             low, high = range_of(volume)
             # A constant has no range, and every scale gives the same grid.
@@ -266,11 +269,17 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
     write: Callable[[bytes], Any] = out.write
 
     def write_all(data: bytes) -> None:
-        # A raw file may take less than it is given.
-        taken = write(data)
-        while isinstance(taken, int) and 0 < taken < len(data):
-            data = data[taken:]
-            taken = write(data)
+        rest = memoryview(data)
+        while rest:
+            taken = write(bytes(rest) if len(rest) < len(data) else data)
+            if taken is None and not isinstance(out, io.RawIOBase):
+                # Writers that return nothing take everything; only Python's raw files mean that nothing was taken.
+                return
+            if taken is None:
+                raise BlockingIOError(errno.EAGAIN, "the file takes no bytes at the moment; give one that waits until it does")
+            if not isinstance(taken, (int, np.integer)) or not 0 < taken <= len(rest):
+                raise InputError(f"write() of {type(out).__name__!r} was given {len(rest)} bytes, and returned {taken!r}")
+            rest = rest[int(taken):]
 
     return write_all
 

@@ -13,21 +13,23 @@ import os
 import struct
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, number, one_of, whole_number
+from ._arguments import EFFORTS, flag, number, one_of, whole_number
 from ._arrays import with_three_axes
 from ._errors import ArgumentError, DamagedError
+from ._lattice import decode_chunk, encode_chunk, lattice_of, step_of
 from ._volume import Volume
-from ._writing import encode
 
 __all__ = ["FILTER_ID", "Filter", "read", "write"]
 
 #: The number of the filter, unless the plugin was built with another one.
 FILTER_ID = 33184
+#: The numbers of the filter in a file: how many, and the version that the fifth one says (plugins/hdf5/settings.h).
+_STORED_NUMBERS, _LAYOUT = 11, 2
 
 if TYPE_CHECKING:
     _Base = Mapping[str, Any]
@@ -46,16 +48,19 @@ class Filter(_Base):
 
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless.
     effort: "fast", "default" or "best": time that is spent to make chunks smaller.
+    whole_chunks: promises that every chunk is written once, as a whole. Then chunks with a bound take fewer bytes. HDF5
+        decodes and encodes a chunk again whenever a part of it is written, and the errors of these encodings would add up.
+        Without the promise, the bound holds however a chunk is written.
 
     Chunks of 64 x 64 x 64 are best. The filter must be the first one: not together with shuffle.
     """
 
-    def __init__(self, max_error: float = 0, effort: str = "default"):
+    def __init__(self, max_error: float = 0, effort: str = "default", whole_chunks: bool = False):
         bound = number("max_error", max_error)
         if not 0 <= bound < float("inf"):
             raise ArgumentError(f"max_error is a finite number of at least 0, not {max_error}")
         one_of("effort", effort, EFFORTS)
-        self.max_error, self.effort = bound, effort
+        self.max_error, self.effort, self.whole_chunks = bound, effort, flag("whole_chunks", whole_chunks)
 
     @property
     def filter_id(self) -> int:
@@ -64,7 +69,7 @@ class Filter(_Base):
     @property
     def filter_options(self) -> tuple[int, ...]:
         """The numbers (cd_values) that HDF5 hands to the filter."""
-        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), EFFORTS[self.effort])
+        return (*struct.unpack("<2I", struct.pack("<d", self.max_error)), EFFORTS[self.effort], int(self.whole_chunks))
 
     def __getitem__(self, key: str) -> Any:
         return {"compression": self.filter_id, "compression_opts": self.filter_options}[key]
@@ -79,7 +84,8 @@ class Filter(_Base):
         return hash(self.filter_options)
 
     def __repr__(self) -> str:
-        return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r})"
+        whole = ", whole_chunks=True" if self.whole_chunks else ""
+        return f"tagrid.hdf5.Filter(max_error={self.max_error:g}, effort={self.effort!r}{whole})"
 
 
 def filter_of(dataset: Any) -> Filter:
@@ -90,9 +96,9 @@ def filter_of(dataset: Any) -> Filter:
     if properties.get_nfilters() != 1 or properties.get_filter(0)[0] != FILTER_ID:
         raise ArgumentError(f"{dataset.name}: tagrid must be the only filter of the data set")
     given = properties.get_filter(0)[2]
-    if len(given) < 3 or given[2] >= len(EFFORTS):
+    if len(given) != _STORED_NUMBERS or given[2] >= len(EFFORTS) or given[3] > 1 or given[4] != _LAYOUT:
         raise DamagedError(f"{dataset.name}: the numbers of its filter are {tuple(given)}, which tagrid does not know")
-    return Filter(struct.unpack("<d", struct.pack("<2I", *given[:2]))[0], [*EFFORTS][given[2]])
+    return Filter(struct.unpack("<d", struct.pack("<2I", *given[:2]))[0], [*EFFORTS][given[2]], bool(given[3]))
 
 
 def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
@@ -114,14 +120,17 @@ def write(dataset: Any, array: npt.ArrayLike, threads: int = 0) -> None:
         raise TypeError(f"samples are {samples.dtype.name}, and the data set {dataset.dtype.name}; convert them first, for "
                         f"example by numpy.rint(array).astype({dataset.dtype.name!r})")
 
-    def encoded(place: tuple[int, ...]) -> Optional[bytes]:
-        # HDF5's chunks are whole, even where the data set ends before.
-        chunk = np.full(dataset.chunks, dataset.fillvalue, dataset.dtype)
-        part = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
-        chunk[tuple(map(slice, part.shape))] = _converted(part, dataset.dtype)
-        return encode(with_three_axes(chunk), max_error=settings.max_error, effort=settings.effort, grid="derived", threads=1)
+    # Threads must not use h5py: it has one lock, which this thread may hold while a file of Python waits for a thread.
+    shape_of_chunk, fill, dtype = dataset.chunks, dataset.fillvalue, dataset.dtype
 
-    for place, chunk in _in_order(encoded, _places(dataset), threads):
+    def encoded(place: tuple[int, ...]) -> bytes:
+        # HDF5's chunks are whole, even where the data set ends before.
+        chunk = np.full(shape_of_chunk, fill, dtype)
+        part = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
+        chunk[tuple(map(slice, part.shape))] = _converted(part, dtype)
+        return encode_chunk(chunk, settings.max_error, settings.whole_chunks, fill, {}, effort=settings.effort, grid="derived", threads=1)
+
+    for place, chunk in _in_order(encoded, _places(samples.shape, shape_of_chunk), threads):
         dataset.id.write_direct_chunk(place, chunk)
 
 
@@ -132,21 +141,25 @@ def read(dataset: Any, threads: int = 0) -> npt.NDArray[Any]:
     set says.
     """
     bound = filter_of(dataset).max_error
-    of_chunk = tuple(with_three_axes(np.broadcast_to(np.uint8(0), dataset.chunks)).shape), dataset.dtype.newbyteorder("=")
+    # As in write(): threads must not use h5py.
+    name, shape_of_chunk = dataset.name, dataset.chunks
+    dtype = dataset.dtype.newbyteorder("=")
+    shape = tuple(with_three_axes(np.broadcast_to(np.uint8(0), shape_of_chunk)).shape)
     samples = np.full(dataset.shape, dataset.fillvalue, dataset.dtype)
 
     def decoded(item: tuple[tuple[int, ...], bytes]) -> None:
         place, file = item
         try:
             with Volume(file, threads=1) as volume:
-                if (volume.shape, volume.dtype) != of_chunk:
-                    raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {volume.dtype.name}")
-                if volume.max_error > bound:
+                step, found = lattice_of(volume)
+                if (volume.shape, found) != (shape, dtype):
+                    raise DamagedError(f"it is a volume of the shape {volume.shape} and the type {found.name}")
+                if volume.max_error > bound or step not in (0, step_of(dtype, bound)):
                     raise DamagedError(f"its samples are not known to be within {bound:g}, the bound of the data set")
-                chunk = volume.read().reshape(dataset.chunks)
+                chunk = decode_chunk(volume).reshape(shape_of_chunk)
         except DamagedError as error:
-            raise DamagedError(f"{dataset.name}: the chunk at {tuple(place)}: {error}") from error
-        target = samples[tuple(slice(low, low + size) for low, size in zip(place, dataset.chunks))]
+            raise DamagedError(f"{name}: the chunk at {tuple(place)}: {error}") from error
+        target = samples[tuple(slice(low, low + size) for low, size in zip(place, shape_of_chunk))]
         target[...] = chunk[tuple(map(slice, target.shape))]
 
     stored = ((place, dataset.id.read_direct_chunk(place)[1]) for place in _stored_places(dataset))
@@ -168,9 +181,9 @@ def _converted(part: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]
     return converted
 
 
-def _places(dataset: Any) -> Iterator[tuple[int, ...]]:
+def _places(shape: tuple[int, ...], chunks: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
     """The first sample of each chunk."""
-    return itertools.product(*(range(0, size, edge) for size, edge in zip(dataset.shape, dataset.chunks)))
+    return itertools.product(*(range(0, size, edge) for size, edge in zip(shape, chunks)))
 
 
 def _stored_places(dataset: Any) -> Iterator[tuple[int, ...]]:

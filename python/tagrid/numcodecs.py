@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+import weakref
 from typing import Any, Optional
 
 import numpy as np
@@ -9,14 +11,16 @@ from numcodecs.abc import Codec
 from numcodecs.compat import ndarray_copy
 from numcodecs.registry import register_codec
 
-from ._arguments import EFFORTS, GRIDS, number, one_of, whole_number
-from ._arrays import with_three_axes
+from ._arguments import EFFORTS, GRIDS, flag, number, one_of, whole_number
 from ._errors import ArgumentError
+from ._lattice import decode_chunk, encode_chunk
 from ._volume import Volume
-from ._writing import encode
 
 #: Tells arrays whose samples have the byte order of other machines.
 _ORDER = "zarr_byte_order"
+
+#: The arrays that decode() gave, by their id. Zarr writes a part of a chunk into such an array, and encodes it again.
+_decoded: weakref.WeakValueDictionary[int, np.ndarray[Any, Any]] = weakref.WeakValueDictionary()
 
 
 class Tagrid(Codec):
@@ -24,13 +28,18 @@ class Tagrid(Codec):
     longer than one sample; 64 along each edge or more are best.
 
     max_error: no sample is further than this from what the codec is given; 0: lossless. With a bound, use no filters of Zarr
-    (Delta and others): they add up the errors, or make numbers of which no bound is known. The other arguments are those of
-    tagrid.encode().
+    (Delta and others): they add up the errors, or make numbers of which no bound is known.
+    whole_chunks: promises that every chunk is written once, as a whole. Then chunks with a bound take fewer bytes, and a part
+    of a chunk cannot be written. Otherwise the bound holds however chunks are written; a chunk that is written in parts is
+    coded once for each part, of which a warning tells.
+    fill_value: a sample that stands for missing ones, such as _FillValue: it comes back as it is, also within a bound. Not with
+    whole_chunks. Samples of floats that are not finite come back in any case. The other arguments are those of tagrid.encode().
     """
 
     codec_id = "tagrid"
 
-    def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0):
+    def __init__(self, max_error: float = 0, effort: str = "default", grid: str = "derived", threads: int = 0,
+                 whole_chunks: bool = False, fill_value: float = 0):
         # The configuration becomes JSON, which knows no numbers of numpy.
         self.max_error = number("max_error", max_error)
         if not 0 <= self.max_error < float("inf"):
@@ -40,26 +49,56 @@ class Tagrid(Codec):
         self.effort = effort
         self.grid = grid
         self.threads = whole_number("threads", threads)
+        self.whole_chunks = flag("whole_chunks", whole_chunks)
+        self.fill_value = number("fill_value", fill_value)
+        if self.whole_chunks and self.max_error > 0 and self.fill_value != 0:
+            raise ArgumentError("a fill_value is not kept within a bound where chunks are written as a whole; give one of both")
 
     def get_config(self) -> dict[str, Any]:
-        return {"id": self.codec_id, "max_error": self.max_error, "effort": self.effort, "grid": self.grid}
+        return {"id": self.codec_id, "max_error": self.max_error, "effort": self.effort, "grid": self.grid,
+                "whole_chunks": self.whole_chunks, "fill_value": self.fill_value}
 
     def encode(self, buf: Any) -> bytes:
         samples = np.asarray(buf)
+        self._check_parts(samples)
         # Zarr gives chunks in C or in Fortran order, and wants their bytes back as they lie in memory.
         if not samples.flags.c_contiguous and samples.flags.f_contiguous:
             samples = samples.T
         order = {} if samples.dtype.isnative else {_ORDER: samples.dtype.byteorder}
-        return encode(with_three_axes(samples), max_error=self.max_error, effort=self.effort,
-                      grid=self.grid, threads=self.threads, metadata=order)
+        return encode_chunk(samples, self.max_error, self.whole_chunks, self._fill_in(samples.dtype), order, effort=self.effort, grid=self.grid,
+                            threads=self.threads)
 
     def decode(self, buf: Any, out: Optional[Any] = None) -> Any:
         with Volume(memoryview(buf), self.threads) as volume:
-            samples = np.asarray(volume)
+            samples = decode_chunk(volume)
             order = volume.metadata.get(_ORDER)
         if order:
             samples = samples.astype(samples.dtype.newbyteorder(">" if order == ">" else "<"))
-        return ndarray_copy(samples.ravel(), out) if out is not None else samples.ravel()
+        if out is not None:
+            return ndarray_copy(samples.ravel(), out)
+        _decoded[id(samples)] = samples
+        return samples.ravel()
+
+    def _fill_in(self, dtype: np.dtype[Any]) -> Any:
+        """The fill value in the type of the samples. ArgumentError: it does not fit."""
+        if dtype.kind == "f":
+            return dtype.type(self.fill_value)
+        if dtype.kind in "iu" and not (self.fill_value.is_integer() and np.iinfo(dtype).min <= self.fill_value <= np.iinfo(dtype).max):
+            raise ArgumentError(f"the samples are {dtype.name}, and cannot be the fill_value {self.fill_value:g}")
+        return self.fill_value
+
+    def _check_parts(self, samples: np.ndarray[Any, Any]) -> None:
+        """Tells of a chunk that was decoded, written in part, and is encoded again."""
+        owner = samples
+        while isinstance(owner.base, np.ndarray):
+            owner = owner.base
+        if _decoded.get(id(owner)) is not owner:
+            return
+        if self.whole_chunks and self.max_error > 0:
+            raise ArgumentError(f"a part of a chunk of {samples.size} samples is written, but the codec has whole_chunks=True: the "
+                                "errors of two encodings would add up. Write whole chunks, or make the array without whole_chunks")
+        warnings.warn(f"a part of a chunk of {samples.size} samples is written, so the chunk is decoded and encoded again. This "
+                      "takes time; align what is written with the chunks (dask: array.rechunk(target.chunks))", stacklevel=3)
 
 
 # Entry points do the same once the package is installed.

@@ -11,6 +11,7 @@ from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
 from ._geometry import units_of
+from ._labelled import MISSING, missing_of
 from ._volume import Volume
 
 
@@ -23,8 +24,38 @@ class VolumeArray(BackendArray):
         self.dtype = volume.dtype
 
     def __getitem__(self, key: Any) -> Any:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER_1VECTOR,
-                                                  self.volume.__getitem__)
+        # Not by explicit_indexing_adapter(): it takes slices with steps below -1 for others.
+        axes = [_along_axis(entry, size) for entry, size in zip(key.tuple, self.shape)]
+        read = [positions for positions, _ in axes]
+        # A volume takes one array: where positions are sparsest. Along other axes, all samples between the positions are read.
+        arrays = [axis for axis in range(3) if isinstance(read[axis], np.ndarray)]
+        for axis in sorted(arrays, key=lambda axis: np.ptp(read[axis]) / len(read[axis]))[:-1]:
+            first, last = int(read[axis][0]), int(read[axis][-1])
+            axes[axis] = slice(first, last + 1), read[axis][axes[axis][1]] - first
+            read[axis] = axes[axis][0]
+        samples = self.volume[tuple(read)]
+        later = [taken for _, taken in axes]
+        if isinstance(key, indexing.VectorizedIndexer):
+            return indexing.NumpyIndexingAdapter(samples)[indexing.VectorizedIndexer(tuple(later))]
+        for axis in reversed(range(3)):
+            samples = samples[(slice(None),) * axis + (later[axis],)]
+        return samples
+
+
+def _along_axis(entry: Any, size: int) -> tuple[Any, Any]:
+    """What a volume reads along an axis, a slice or positions in ascending order, and the index among these samples."""
+    if isinstance(entry, slice):
+        positions = range(*entry.indices(size))
+        upward = positions if positions.step > 0 else positions[::-1]
+        read = slice(upward.start, upward.stop, upward.step) if len(upward) else slice(0, 0)
+        return read, slice(None) if positions.step > 0 else slice(None, None, -1)
+    array = np.asarray(entry)
+    if array.size == 0:
+        return slice(0, 0), array.astype(np.intp)
+    if array.min() < -size or array.max() >= size:
+        raise IndexError(f"positions from {array.min()} to {array.max()} are out of bounds for an axis with size {size}")
+    found, index = np.unique(np.where(array < 0, array + size, array), return_inverse=True)
+    return (found, index.reshape(array.shape)) if array.ndim else (slice(int(found[0]), int(found[0]) + 1), 0)
 
 
 class TagridBackend(BackendEntrypoint):
@@ -41,7 +72,7 @@ class TagridBackend(BackendEntrypoint):
         volume = Volume(filename_or_obj, threads)
         attributes: dict[str, Any] = {
             "max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"],
-            "affine": volume.affine.ravel().tolist(), **volume.metadata}
+            "affine": volume.affine.ravel().tolist(), **_attributes_of(volume)}
         data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
                                {"preferred_chunks": dict(zip("zyx", volume.aligned_chunks()))})
         variables = {"volume": data}
@@ -55,6 +86,21 @@ class TagridBackend(BackendEntrypoint):
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
         return isinstance(filename_or_obj, (str, os.PathLike)) and os.fspath(filename_or_obj).endswith(".tag")
+
+
+def _attributes_of(volume: Volume) -> dict[str, Any]:
+    """The metadata. "units" are those of samples, as xarray has it; coordinates have those of places. What stands for missing
+    samples is a number."""
+    found: dict[str, Any] = dict(volume.metadata)
+    for name in MISSING:
+        number = missing_of(found, name)
+        if number is not None:
+            found[name] = volume.dtype.type(number)
+    if len(units_of({"units": found.get("units", "")}) or ()) == 3:
+        del found["units"]
+    if "sample units" in found:
+        found["units"] = found.pop("sample units")
+    return found
 
 
 def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:

@@ -49,11 +49,13 @@ class Store(MutableMapping[str, bytes]):
     def _descriptions(self) -> dict[str, Any]:
         found: dict[str, Any] = {".zgroup": {"zarr_format": 2}, ".zattrs": {"multiscales": [self._multiscales()]}}
         for level in range(self._levels):
+            # No fill value: xarray would take samples that have it for missing ones.
             found[f"{level}/.zarray"] = {
                 "zarr_format": 2, "shape": self._shape(level), "chunks": self._chunks, "dtype": self.volume.dtype.str,
-                "compressor": None, "filters": None, "fill_value": 0, "order": "C", "dimension_separator": "/"}
-            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": ["z", "y", "x"]}
-        return found
+                "compressor": None, "filters": None, "fill_value": None, "order": "C", "dimension_separator": "/"}
+            # For xarray, where axes of one name have one length.
+            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": [f"{name}_{level}" if level else name for name in "zyx"]}
+        return {**found, ".zmetadata": {"zarr_consolidated_format": 1, "metadata": dict(found)}}
 
     def _multiscales(self) -> dict[str, Any]:
         spacing, origin = _places(self.volume)

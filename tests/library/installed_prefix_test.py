@@ -125,6 +125,19 @@ class InstalledLibrary(unittest.TestCase):
                 self.assertEqual("libtagrid.so" in linked, "--static" not in command)
                 program.unlink()
 
+    @unittest.skipUnless((BUILD / "hdf5_plugins").exists(), "built without TAGRID_HDF5")
+    def test_the_hdf5_plugin_finds_the_library_also_where_it_was_moved(self):
+        prefix = self.folder / "with plugin"
+        shutil.copytree(self.prefix, prefix, symlinks=True)
+        run("cmake", "--install", BUILD, "--prefix", prefix, "--component", "tagrid-hdf5")
+        moved = self.folder / "deeper still" / "plugin"
+        moved.parent.mkdir()
+        prefix.rename(moved)
+        plugin = next(moved.rglob("libtagrid_hdf5.so"))
+        library = moved / self.library.relative_to(self.prefix) / "libtagrid.so.0"
+        found = re.search(r"libtagrid\.so\.0 => (.*) \(0x", run("ldd", plugin, LD_LIBRARY_PATH=""))
+        self.assertEqual(pathlib.Path(found[1]).resolve(), library.resolve())
+
     def test_an_older_standard_is_refused_by_name(self):
         source = self.folder / "older.cpp"
         source.write_text("#include <tagrid/tagrid.hpp>\n")

@@ -6,6 +6,7 @@
 
 import importlib.util
 import itertools
+import json
 import os
 import pathlib
 import re
@@ -121,10 +122,23 @@ class FilterTest(unittest.TestCase):
             ("a bound of NaN", small, {"numbers": double(float("nan"))}, "at least 0"),
             ("a bound of infinity", small, {"numbers": double(float("inf"))}, "at least 0"),
             ("an effort of 3", small, {"numbers": (0, 0, 3)}, "effort"),
-            ("five numbers", small, {"numbers": (1, 2, 3, 4, 5)}, "none to three numbers"),
+            ("five numbers", small, {"numbers": (1, 2, 3, 4, 5)}, "none to four numbers"),
+            ("a fourth number of 2", small, {"numbers": (0, 0, 0, 2)}, "fourth number"),
         ]:
             with self.assertRaisesRegex(ValueError, words, msg=what):
                 self.write(data, options.get("numbers", ()), chunks=data.shape, shuffle=options.get("shuffle", False))
+
+    def test_a_fill_value_is_not_lost_in_whole_chunks(self):
+        for type, fill, bound, refused in (("<i2", -999, 2, True), (">f4", -999, 2, True), ("<f8", numpy.nan, 2, False), ("<i2", -999, 0.5, False),
+                                           ("<f4", numpy.inf, 2, False), ("<i2", 0, 2, False), ("<i2", None, 2, False)):
+            data = waves((4, 4, 4), type)
+            numbers = double(bound) + (0, 1)
+            if refused:
+                with self.assertRaisesRegex(ValueError, "the fill value would not come back"):
+                    self.write(data, numbers, chunks=data.shape, fillvalue=fill)
+            else:
+                self.write(data, numbers, chunks=data.shape, fillvalue=fill)
+            self.write(data, double(bound), chunks=data.shape, fillvalue=fill)
 
     def test_checksums_after_the_filter_work(self):
         data = waves((16, 16, 16))
@@ -150,14 +164,31 @@ class FilterTest(unittest.TestCase):
 
     def test_a_chunk_is_a_tag_file(self):
         data = waves((16, 20, 24))
-        self.write(data, (2,), chunks=data.shape)
-        with h5py.File(self.path) as file:
-            chunk = file["a"].id.read_direct_chunk((0, 0, 0))[1]
-            expected = file["a"][...]
-        (self.folder / "chunk.tag").write_bytes(chunk)
-        self.run_program(PROGRAM, "verify", self.folder / "chunk.tag")
-        self.run_program(PROGRAM, "decode", self.folder / "chunk.tag", "-o", self.folder / "chunk.raw")
-        self.assertEqual((self.folder / "chunk.raw").read_bytes(), expected.tobytes())
+        # Where chunks may be written in parts, the file has places on a lattice, and the slope that makes samples of them.
+        for numbers, slope in (((), 1), (double(2) + (0, 1), 1), ((2,), 5)):
+            self.write(data, numbers, chunks=data.shape)
+            with h5py.File(self.path) as file:
+                chunk = file["a"].id.read_direct_chunk((0, 0, 0))[1]
+                expected = file["a"][...]
+            (self.folder / "chunk.tag").write_bytes(chunk)
+            self.run_program(PROGRAM, "verify", self.folder / "chunk.tag")
+            self.run_program(PROGRAM, "decode", self.folder / "chunk.tag", "-f", "-o", self.folder / "chunk.raw")
+            found = numpy.fromfile(self.folder / "chunk.raw", data.dtype).reshape(data.shape)
+            numpy.testing.assert_array_equal(slope * found, expected)
+            info = json.loads(self.run_program(PROGRAM, "info", "--json", self.folder / "chunk.tag").stdout)
+            self.assertEqual(float(info["source"]["pairs"].get("rescale_slope", 1)), slope)
+
+    def test_slices_are_written_one_by_one_within_the_bound(self):
+        for type, bound in itertools.product(("<i2", ">u2", "<f4"), (2, 20)):
+            data = waves((16, 40, 40), type)
+            for whole in (0, 1):
+                with h5py.File(self.path, "w", rdcc_nbytes=0) as file:
+                    dataset = file.create_dataset("a", data.shape, type, chunks=(16, 20, 20), compression=FILTER,
+                                                  compression_opts=double(bound) + (0, whole))
+                    for z, plane in enumerate(data):
+                        dataset[z] = plane
+                # Errors add up only where a user says that it does not happen.
+                self.assertEqual(largest_error(self.read(), data) <= bound, not whole, f"{type} {bound} {whole}")
 
     def test_tag_files_are_written_as_chunks_by_several_threads(self):
         data = waves((64, 32, 48))
@@ -178,10 +209,16 @@ class FilterTest(unittest.TestCase):
         for thread in threads:
             thread.join()
         with h5py.File(self.path, "w") as file:
-            set = file.create_dataset("a", data.shape, data.dtype, chunks=(16, 32, 48), compression=FILTER, compression_opts=(1,))
+            set = file.create_dataset("a", data.shape, data.dtype, chunks=(16, 32, 48), compression=FILTER,
+                                      compression_opts=double(1) + (0, 1))
+            parts = file.create_dataset("parts", data.shape, data.dtype, chunks=(16, 32, 48), compression=FILTER, compression_opts=(1,))
             for z, chunk in files.items():
                 set.id.write_direct_chunk((z, 0, 0), chunk)
+                parts.id.write_direct_chunk((z, 0, 0), chunk)
         self.assertLessEqual(largest_error(self.read(), data), 1)
+        # Writing a part of such a chunk would add another error.
+        with h5py.File(self.path) as file, self.assertRaisesRegex(OSError, "whole_chunks in Python"):
+            file["parts"][...]
 
     def test_a_chunk_of_another_volume_is_an_error(self):
         data = waves((16, 16, 16))
@@ -220,10 +257,11 @@ class FilterTest(unittest.TestCase):
     def test_damaged_numbers_are_errors(self):
         data = waves((12, 13, 14))
         self.write(data, (1,), chunks=data.shape)
-        stored = numpy.array(double(1) + (0, 1, 4, 14, 13, 12), "<u4").tobytes()
+        stored = numpy.array(double(1) + (0, 0, 2, 4, 14, 13, 12, 0, 0), "<u4").tobytes()
         content = self.path.read_bytes()
         at = content.index(stored)
-        for number, value in [(3, 2), (3, 0), (4, 0), (4, 9), (4, 3), (4, 4 + 512), (5, 0), (5, 13), (5, 2**32 - 1), (6, 2**31), (7, 14)]:
+        for number, value in [(1, 0x40080000), (3, 2), (4, 1), (4, 0), (5, 0), (5, 9), (5, 3), (5, 4 + 512), (6, 0), (6, 13), (6, 2**32 - 1),
+                              (7, 2**31), (8, 14), (9, 1)]:
             damaged = bytearray(content)
             damaged[at + 4 * number:at + 4 * number + 4] = value.to_bytes(4, "little")
             self.path.write_bytes(damaged)

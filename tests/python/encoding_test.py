@@ -62,6 +62,17 @@ class Encoding(unittest.TestCase):
                           Loaded(samples, ((50, 20), (20,), (30,))), Loaded(samples.astype(samples.dtype.newbyteorder(">")))):
                 self.assertEqual(tagrid.encode(array), expected)
 
+    def test_a_number_for_missing_samples_is_not_changed_by_a_bound(self):
+        array = Loaded(blobs(SHAPE))
+        array.attrs = {"_FillValue": np.array([-999], "i2"), "other": "x"}
+        volume = tagrid.open(tagrid.encode(array.array, metadata={"missing_value": "-999"}))
+        for wrong in (array, volume):
+            self.assertRaisesRegex(tagrid.ArgumentError, "-999 stands for missing samples", tagrid.encode, wrong, max_error=1)
+        self.assertEqual(tagrid.encode(array), tagrid.encode(array.array))
+        for harmless in (np.nan, "none", None):
+            array.attrs["_FillValue"] = harmless
+            tagrid.encode(array, max_error=1)
+
     def test_chunks_of_others_are_loaded_once(self):
         array = Loaded(blobs(SHAPE), (13, 20, 30))
         tagrid.encode(array)
@@ -88,7 +99,10 @@ class Encoding(unittest.TestCase):
                                     (np.zeros((3, 4, 5), "f2"), TypeError, "float32"), (np.zeros((3, 4, 5), complex), TypeError, "types are"),
                                     (np.array([["a"]]), TypeError, "types are"), (np.zeros((4, 5), "u1"), ValueError, "three axes"),
                                     (np.zeros((0, 4, 5), "u1"), ValueError, "at least one"), (np.ma.zeros((3, 4, 5), "u1"), TypeError, "filled"),
-                                    (np.zeros((3, 4, 5), "V2"), TypeError, "types are")):
+                                    (np.zeros((3, 4, 5), "V2"), TypeError, "types are"),
+                                    (np.zeros((3, 4, 5), "M8[s]"), TypeError, "no dates"), (np.zeros((3, 4, 5), ">m8[s]"), TypeError, "no dates"),
+                                    (np.zeros((3, 4, 5), ">i8"), TypeError, "astype"), (np.zeros((3, 4, 5), ">f2"), TypeError, "float32"),
+                                    (np.zeros((3, 4, 5), [("a", "i2")]), TypeError, "one number"), (np.zeros((3, 4, 5), object), TypeError, "one number")):
             with self.subTest(repr(array)[:40]), self.assertRaisesRegex(error, words):
                 tagrid.encode(array, self.folder / "v.tag")
         self.assertEqual(self.left(), [])
@@ -209,6 +223,38 @@ class Encoding(unittest.TestCase):
         with self.assertRaisesRegex(OSError, "No space left") as caught:
             tagrid.encode(samples, Full())
         self.assertEqual(caught.exception.errno, 28)
+
+    def test_a_writer_that_takes_nothing_is_an_error(self):
+        class Writes(io.RawIOBase):
+            def __init__(self, *answers):
+                self.data, self.answers = b"", [*answers]
+
+            def write(self, more):
+                answer = self.answers.pop(0) if self.answers else len(more)
+                self.data += bytes(more[:answer or 0])
+                return answer
+
+        class Silent:
+            data = b""
+
+            def write(self, more):
+                self.data += more
+
+        samples, silent, part = blobs(SHAPE), Silent(), Writes(np.int64(3), 5)
+        for out in (silent, part):
+            tagrid.encode(samples, out)
+            self.assertEqual(out.data, tagrid.encode(samples))
+        self.assertRaisesRegex(BlockingIOError, "takes no bytes", tagrid.encode, samples, Writes(10, None))
+        for wrong in (0, -1, 10**9, "all"):
+            class Wrong:
+                def write(self, more):
+                    return wrong
+
+            self.assertRaisesRegex(tagrid.InputError, f"returned {wrong!r}", tagrid.encode, samples, Wrong())
+        read, write = os.pipe()
+        os.set_blocking(write, False)
+        with open(read, "rb"), open(write, "wb", buffering=0) as full:
+            self.assertRaises(BlockingIOError, tagrid.encode, blobs((70, 60, 60)), full)
 
     def test_an_array_that_fails_leaves_the_file_that_was_there(self):
         path = self.folder / "v.tag"

@@ -6,11 +6,13 @@
 
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
 
-sys.path.insert(0, sys.argv[1])
+PYTHON = sys.argv[1]
+sys.path.insert(0, PYTHON)
 os.environ["HDF5_PLUGIN_PATH"] = sys.argv[2]  # before the library is loaded
 
 try:
@@ -21,6 +23,8 @@ except ImportError as missing:
 import numpy
 import tagrid
 import tagrid.hdf5
+
+import parts
 
 
 def waves(shape, type="<i2"):
@@ -74,12 +78,90 @@ class Hdf5Test(unittest.TestCase):
                     numpy.testing.assert_array_equal(found, file[name][...])
                     self.assertEqual(found.dtype, data.dtype)
 
+    def test_the_bound_holds_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            what = f"{samples.dtype} within {bound}"
+            for whole in (False, True) if bound < 0.6 and samples.dtype.kind != "f" else (False,):
+                settings = tagrid.hdf5.Filter(max_error=bound, effort="fast", whole_chunks=whole)
+                # Without a cache, each write decodes and encodes the chunks that it meets.
+                with h5py.File(self.path, "w", rdcc_nbytes=0) as file:
+                    one = file.create_dataset("a", samples.shape, samples.dtype, chunks=parts.CHUNKS, **settings)
+                    two = file.create_dataset("b", samples.shape, samples.dtype, chunks=parts.CHUNKS, **settings)
+                    tagrid.hdf5.write(two, samples, threads=1)
+                    parts.write_in_parts(one, samples, number)
+                    parts.write_in_parts(two, samples, number)
+                with h5py.File(self.path) as file:
+                    for name in "ab":
+                        parts.check_within(self, file[name][...], samples, bound, what)
+                        numpy.testing.assert_array_equal(tagrid.hdf5.read(file[name], 1), file[name][...])
+
+    def test_a_fill_value_is_kept_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            samples, fill = parts.fill_of(samples, bound)
+            for type in (samples.dtype, samples.dtype.newbyteorder(">")):
+                with h5py.File(self.path, "w", rdcc_nbytes=0) as file:
+                    one, two = (file.create_dataset(name, samples.shape, type, chunks=parts.CHUNKS, fillvalue=fill,
+                                                    **tagrid.hdf5.Filter(max_error=bound)) for name in "ab")
+                    one[:5, ::2] = samples[:5, ::2]
+                    one[:5, 1::2] = samples[:5, 1::2]
+                    tagrid.hdf5.write(two, samples, threads=1)
+                    two[3] = samples[3]
+                with h5py.File(self.path) as file:
+                    found = file["a"][...].astype(samples.dtype)
+                    parts.check_within(self, found[:5], samples[:5], bound, f"{type} within {bound}")
+                    self.assertTrue((found[5:] == fill).all(), f"{type} within {bound}")
+                    parts.check_within(self, file["b"][...].astype(samples.dtype), samples, bound, f"{type} within {bound}")
+                    for name, end in (("a", 5), ("b", None)):
+                        missing = samples[:end] == fill
+                        self.assertTrue((file[name][:end][missing] == fill).all(), f"{type} within {bound}")
+                        numpy.testing.assert_array_equal(tagrid.hdf5.read(file[name], 1), file[name][...])
+
+    def test_encoding_what_was_decoded_changes_no_byte(self):
+        for samples, bound in parts.cases():
+            settings, chunk, files = tagrid.hdf5.Filter(bound), samples[:4, :5], []
+            for _ in range(2):
+                with h5py.File(self.path, "w") as file:
+                    one = file.create_dataset("a", data=chunk, chunks=chunk.shape, **settings)
+                    two = file.create_dataset("b", chunk.shape, chunk.dtype, chunks=chunk.shape, **settings)
+                    tagrid.hdf5.write(two, chunk, threads=1)
+                    file.flush()
+                    files.append([each.id.read_direct_chunk((0, 0, 0))[1] for each in (one, two)])
+                    chunk = one[...]
+                    # The package and the filter round alike, and read each other's chunks.
+                    for found in (two[...], tagrid.hdf5.read(one, 1), tagrid.hdf5.read(two, 1)):
+                        self.assertEqual(found.tobytes(), chunk.tobytes(), f"{samples.dtype} within {bound}")
+            self.assertEqual(files[0], files[1], f"{samples.dtype} within {bound}")
+
     def test_chunks_that_were_never_written_have_the_fill_value(self):
         with h5py.File(self.path, "w") as file:
             set = file.create_dataset("a", (40, 16, 16), "<i2", chunks=(16, 16, 16), fillvalue=7, **tagrid.hdf5.Filter())
             set[:16] = 1
             found = tagrid.hdf5.read(set)
         self.assertTrue((found[:16] == 1).all() and (found[16:] == 7).all())
+
+    def test_files_of_python_are_read_and_written(self):
+        code = """if True:
+            import io, sys, time
+            import h5py, numpy, tagrid.hdf5
+
+            class Slow(io.BytesIO):
+                def readinto(self, buffer):
+                    time.sleep(0.001)
+                    return super().readinto(buffer)
+
+                def write(self, data):
+                    time.sleep(0.001)
+                    return super().write(data)
+
+            data, file = numpy.random.default_rng(1).integers(-99, 99, (70, 80, 90)).astype("i2"), Slow()
+            with h5py.File(file, "w") as opened:
+                one = opened.create_dataset("a", data.shape, data.dtype, chunks=(16, 16, 16), **tagrid.hdf5.Filter())
+                tagrid.hdf5.write(one, data, threads=4)
+            with h5py.File(file, "r") as opened:
+                assert (tagrid.hdf5.read(opened["a"], threads=4) == data).all()
+            """
+        # Threads that wait for each other would never end.
+        subprocess.run([sys.executable, "-B", "-c", code], check=True, timeout=120, env=os.environ | {"PYTHONPATH": PYTHON})
 
     def test_samples_that_do_not_fit_are_refused_and_not_wrapped_around(self):
         data = waves((30, 40, 50))
@@ -120,6 +202,41 @@ class Hdf5Test(unittest.TestCase):
                 self.assertRaisesRegex(tagrid.DamagedError, "within 0, the bound of the data set", tagrid.hdf5.read, dataset)
             dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data)[:-3])
             self.assertRaisesRegex(tagrid.DamagedError, r"/a: the chunk at \(0, 0, 0\): ", tagrid.hdf5.read, dataset)
+
+    def test_a_chunk_that_was_coded_elsewhere_with_a_bound_needs_whole_chunks(self):
+        data = waves((30, 40, 50))
+        with h5py.File(self.path, "w") as file:
+            for name, whole in (("a", True), ("b", False)):
+                dataset = file.create_dataset(name, data.shape, "<i2", chunks=data.shape, **tagrid.hdf5.Filter(2, whole_chunks=whole))
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, max_error=1))
+                self.assertLessEqual(numpy.abs(tagrid.hdf5.read(dataset) - data).max(), 1)
+            self.assertLessEqual(numpy.abs(file["a"][...] - data).max(), 1)
+            self.assertRaisesRegex(OSError, "whole_chunks in Python", lambda: file["b"][...])
+            self.assertTrue(tagrid.hdf5.filter_of(file["a"]).whole_chunks)
+            self.assertRaises(TypeError, tagrid.hdf5.Filter, 2, whole_chunks=1)
+
+    def test_a_lattice_of_another_bound_or_type_or_none_is_an_error(self):
+        for type, numbers, good in (("<i2", "int16", "int16"), ("<f4", "int32", "float32 5:7fc00000 -3:ff800000")):
+            data = (numpy.arange(4 * 5 * 6) % 9 - 4).reshape(4, 5, 6).astype(numbers)
+            step = 5 if numbers == "int16" else 4
+            with h5py.File(self.path, "w") as file:
+                dataset = file.create_dataset("a", data.shape, type, chunks=data.shape, **tagrid.hdf5.Filter(2))
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, metadata={"lattice": good, "rescale_slope": str(step)}))
+                expected = (step * data).astype(type)
+                expected[data == -3] = -numpy.inf if type == "<f4" else -15
+                numpy.testing.assert_array_equal(dataset[...], expected)
+                numpy.testing.assert_array_equal(tagrid.hdf5.read(dataset), expected)
+                for slope, lattice in (("7", good), ("nan", good), ("x", good), (None, good), (step, "int8"), (step, "uint16"),
+                                       (step, "float64"), (step, good + " "), (step, good + " 5"), (step, good + " 5:zz"), (step, "")):
+                    pairs = {"lattice": lattice} if slope is None else {"lattice": lattice, "rescale_slope": str(slope)}
+                    dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data, metadata=pairs))
+                    with self.subTest(lattice=lattice, slope=slope):
+                        if not lattice.endswith(" "):  # which Python takes for nothing
+                            self.assertRaises(tagrid.DamagedError, tagrid.hdf5.read, dataset)
+                        self.assertRaises(OSError, lambda: dataset[...])
+                dataset.id.write_direct_chunk((0, 0, 0), tagrid.encode(data.astype("int8"), metadata={"lattice": good, "rescale_slope": "5"}))
+                self.assertRaises(tagrid.DamagedError, tagrid.hdf5.read, dataset)
+                self.assertRaises(OSError, lambda: dataset[...])
 
     def test_data_sets_without_the_filter_are_refused(self):
         with h5py.File(self.path, "w") as file:

@@ -51,6 +51,18 @@ class Indexing(unittest.TestCase):
                     with self.subTest(key):
                         self.check(key)
 
+    def test_random_indices_give_what_numpy_gives(self):
+        some = random.Random(5)
+        for _ in range(300):
+            key = []
+            for size in SHAPE:
+                ends = [None if some.random() < 0.3 else some.randint(-size - 3, size + 3) for _ in range(2)]
+                key.append(some.choice([slice(*ends, some.choice([-40, -7, -3, -2, -1, 1, 2, 3, 17])), some.randint(-size, size - 1)]))
+            if some.random() < 0.4:
+                axis = some.randrange(3)
+                key[axis] = [some.randint(-SHAPE[axis], SHAPE[axis] - 1) for _ in range(some.randint(0, 7))]
+            self.check(tuple(key))
+
     def test_fewer_indices_ellipsis_and_new_axes(self):
         for key in (Ellipsis, (), 3, slice(3, 5), [2, 3], (Ellipsis, 4), (4, Ellipsis), (Ellipsis, 4, 5), (1, 2, 3, Ellipsis),
                     None, (None, 3), (3, None, slice(4, 6)), (Ellipsis, None), (None, Ellipsis, 3, None), (1, None, [4, 5])):

@@ -7,6 +7,7 @@ import sys
 import tempfile
 import threading
 import unittest
+import warnings
 
 import numpy as np
 import tagrid
@@ -32,6 +33,14 @@ class Counting:
         with self.lock:
             self.now -= 1
         return self.data[offset:offset + size]
+
+
+def have_dask():
+    try:
+        import dask.array  # noqa: F401
+    except ImportError:
+        return False
+    return True
 
 
 class Libraries(unittest.TestCase):
@@ -134,6 +143,54 @@ class Xarray(Libraries):
                                           self.samples[[3, 1]][:, ::-2][:, :, [0, 5]])
             np.testing.assert_array_equal(data.volume.isel(z=-1, x=slice(3, 30, 4)), self.samples[-1, :, 3:30:4])
 
+    def test_every_index_gives_what_numpy_gives(self):
+        """Slices with any steps, integers, and arrays that are outer or vectorized, without and with chunks."""
+        random = np.random.default_rng(3)
+
+        def some_slice(size):
+            ends = [None if random.random() < 0.3 else int(random.integers(-size - beyond, size + beyond)) for _ in range(2)]
+            return slice(*ends, int(random.choice([-40, -7, -4, -3, -2, -1, 1, 2, 3, 5])))
+
+        def some_index(size):
+            kind = random.integers(4)
+            if kind == 0:
+                return int(random.integers(-size, size))
+            return random.integers(-size, size, random.integers(0, 6)) if kind == 1 else some_slice(size)
+
+        def check(found, expected, what):
+            self.assertEqual(found.shape, expected.shape, what)
+            np.testing.assert_array_equal(found.values, expected, str(what))
+
+        def outer(samples, keys):
+            for axis in reversed(range(3)):
+                samples = samples[(slice(None),) * axis + (keys[axis],)]
+            return samples
+
+        samples = self.samples[:30, :40, :50]
+        data = f"{self.path}.small.tag"
+        tagrid.encode(samples, data, cube=8, brick=2, affine=np.diag([1, 1, 2, 1]))
+        for chunks in (None, {}, {"z": 7, "y": 40, "x": 11}) if have_dask() else (None,):
+            # dask itself takes a slice that begins before the array and runs down for one of one sample.
+            beyond = 3 if chunks is None else 0
+            with warnings.catch_warnings(), self.open(data, chunks=chunks) as opened:
+                warnings.filterwarnings("ignore", "The specified Dask chunks separate")
+                for _ in range(60 if chunks is None else 25):
+                    keys = [some_index(size) for size in samples.shape]
+                    if chunks is None or all(np.size(key) for key in keys):
+                        found = opened.volume[tuple(keys)]
+                        check(found, outer(samples, keys), keys)
+                        np.testing.assert_array_equal(found.z, 2.0 * np.arange(30)[keys[0]])
+                    # One index after the other is another path through xarray.
+                    first, second = some_slice(30), some_slice(40)
+                    check(opened.volume[first][:, second], samples[first][:, second], (first, second))
+                    points = [random.integers(-size, size, (3, 2)) for size in samples.shape]
+                    at = [self.xarray.DataArray(each, dims=("a", "b")) for each in points]
+                    check(opened.volume[at[0], at[1], at[2]], samples[tuple(points)], points)
+                    check(opened.volume.isel(y=at[1], x=at[2], z=first).transpose("z", "a", "b"),
+                          samples[first][:, points[1], points[2]], (first, points))
+                self.assertRaises(IndexError, lambda: opened.volume[30].values)
+                self.assertRaises(IndexError, lambda: opened.volume[[0, -31], [3, 4]].values)
+
     def test_an_array_with_coordinates_is_encoded_where_it_is(self):
         placed = np.array([[0.25, 0, 0, 3], [0, 0.5, 0, -7], [0, 0, -2, 9], [0, 0, 0, 1.0]])
         with self.open(tagrid.encode(self.samples, affine=placed)) as data:
@@ -143,10 +200,7 @@ class Xarray(Libraries):
             np.testing.assert_array_equal(again, self.samples[4:60, ::2, 10:])
             other = tagrid.open(tagrid.encode(part, spacing=(1, 2, 3)))
             self.assertEqual(other.spacing, (1, 2, 3))
-            # Positions that are not even are no spacing, and neither is one position.
-            for odd in (part.isel(z=[0, 1, 3]), part.isel(z=[0])):
-                np.testing.assert_allclose(tagrid.open(tagrid.encode(odd)).spacing, (np.nan, 1, 0.25))
-            self.assertTrue(np.isnan(tagrid.open(tagrid.encode(part.drop_vars("y"))).spacing).all())
+            np.testing.assert_allclose(tagrid.open(tagrid.encode(part.drop_vars("y"))).spacing, (2, np.nan, 0.25))
             # Another order of axes would be another volume, unless it is taken back, as the message says.
             swapped = part.transpose("x", "y", "z")
             self.assertRaisesRegex(tagrid.ArgumentError, r"transpose\('z', 'y', 'x'\)", tagrid.encode, swapped)
@@ -170,9 +224,81 @@ class Xarray(Libraries):
                 again = tagrid.open(tagrid.encode(data.volume[2:]))
                 self.assertEqual(again.metadata["space units"], metadata["space units"])
                 self.assertEqual(again.metadata.get("space"), metadata["space"] if affine[0, 0] else None)
-                self.assertEqual(tagrid.open(tagrid.encode(data.volume, metadata={"a": "b"})).metadata, {"a": "b"})
+                # Without its units, it would be in mm.
+                self.assertEqual(tagrid.open(tagrid.encode(data.volume, metadata={"a": "b"})).metadata,
+                                 {key: text for key, text in {"a": "b", **metadata}.items() if key != "space" or affine[0, 0]})
         with self.open(tagrid.encode(self.samples, spacing=(1, 2, 3), metadata={"units": '"nm" "um" "mm"'})) as data:
             self.assertEqual([data[name].attrs["units"] for name in "zyx"], ["mm", "um", "nm"])
+
+    def labelled(self, z, y=(0, 0.5, 1.0, 1.5), x=(7, 8, 9), **attributes):
+        """A DataArray with these coordinates."""
+        shape = len(z), len(y), len(x)
+        samples = np.arange(np.prod(shape), dtype="i2").reshape(shape)
+        return self.xarray.DataArray(samples, dims=("z", "y", "x"), coords={"z": list(z), "y": list(y), "x": list(x)}, attrs=attributes)
+
+    def encoded(self, array, warning=None, **settings):
+        """The volume, and whether a warning was given: none if it is None."""
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            volume = tagrid.open(tagrid.encode(array, **settings))
+        self.assertEqual([], [str(each.message) for each in said if warning is None])
+        if warning is not None:
+            self.assertRegex("\n".join(str(each.message) for each in said), warning)
+            self.assertTrue(all(each.filename == __file__ for each in said))
+        return volume
+
+    def test_attributes_are_kept_or_it_is_said(self):
+        array = self.labelled((0, 1, 2), units="HU", sample="tooth 7", scale_factor=0.5, add_offset=-1000, range=[1, 2.5], number=np.int16(4))
+        self.assertEqual(self.encoded(array.assign_coords(time=3.5)).metadata, {
+            "sample units": "HU", "sample": "tooth 7", "rescale_slope": "0.5", "rescale_intercept": "-1000", "range": "1 2.5", "number": "4",
+            "time": "3.5"})
+        with self.open(tagrid.encode(array)) as data:
+            self.assertEqual((data.volume.attrs["units"], data.z.attrs["units"]), ("HU", "mm"))
+            again = self.encoded(data.volume[:, ::2])
+            self.assertEqual(again.metadata, tagrid.open(tagrid.encode(array)).metadata)
+        with self.open(tagrid.encode(array, max_error=2)) as data:
+            self.assertEqual(self.encoded(data.volume).metadata["source_max_error"], "2.0")
+        odd = self.labelled((0, 1, 2), table={"a": 1}, **{"a:b": "c"}, spacings="1 1 1", slice_slopes="1 2 3", good="x")
+        odd = odd.assign_coords(mask=("y", [0, 1, 2, 3]))
+        self.assertEqual(self.encoded(odd, "left out.*: mask, table, a:b, spacings, slice_slopes").metadata, {"good": "x"})
+
+    def test_places_are_kept_or_it_is_said(self):
+        uneven = self.encoded(self.labelled((0, 1, 2, 4, 7.5)), "unequal distances; the position of each slice is kept")
+        np.testing.assert_array_equal(uneven.slice_positions, [[7, 0, z] for z in (0, 1, 2, 4, 7.5)])
+        np.testing.assert_array_equal(uneven.affine, [[1, 0, 0, 7], [0, 0.5, 0, 0], [0, 0, 1.5, 0], [0, 0, 0, 1]])
+        with self.open(tagrid.encode(uneven)) as data:
+            np.testing.assert_array_equal(data.z, [0, 1, 2, 4, 7.5])
+            # Positions of all slices are not those of some.
+            part = self.encoded(data.volume[::-2], "unequal distances")
+            np.testing.assert_array_equal(part.slice_positions[:, 2], [7.5, 2, 0])
+            even = self.encoded(data.volume[:3])
+            self.assertIsNone(even.slice_positions)
+            self.assertEqual(even.spacing, (1, 0.5, 1))
+        single = self.encoded(self.labelled((4,), space="left-posterior-superior"))
+        np.testing.assert_array_equal(single.affine[:3, 3], [7, 0, 4])
+        np.testing.assert_array_equal(single.spacing, (np.nan, 0.5, 1))
+        self.assertEqual(single.metadata["space"], "left-posterior-superior")
+        down = self.encoded(self.labelled((4,), y=(3, 2, 1, 0)), "along z is unknown, and is taken as 1")
+        np.testing.assert_array_equal(down.affine, [[1, 0, 0, 7], [0, -1, 0, 3], [0, 0, 1, 4], [0, 0, 0, 1]])
+        for array, words in ((self.labelled((0, 1), y=(0, 1, 2, 4)), "along y are left out: they are not at equal"),
+                             (self.labelled((0, 1, 0)), "along z are left out: they are not at equal"),
+                             (self.labelled((0, np.nan, 2)), "along z are left out: they are not finite")):
+            self.assertEqual(np.isnan(self.encoded(array, words).spacing).sum(), 1)
+
+    def test_numbers_for_missing_samples_are_not_changed_by_a_bound(self):
+        for name in ("_FillValue", "missing_value"):
+            array = self.labelled((0, 1, 2), **{name: np.int16(-999)})
+            self.assertRaisesRegex(tagrid.ArgumentError, f"{name} says that -999.*max_error=0", tagrid.encode, array, max_error=5)
+            self.assertEqual(self.encoded(array).metadata, {name: "-999"})
+            with self.open(tagrid.encode(array)) as data:
+                self.assertRaisesRegex(tagrid.ArgumentError, "stands for missing", tagrid.encode, data.volume, max_error=5)
+                self.assertEqual(data.volume.attrs[name], np.int16(-999))
+            floats = array.astype("f4").where(array > 3)
+            floats.attrs[name] = np.nan
+            found = self.encoded(floats, max_error=5)
+            np.testing.assert_array_equal(np.isnan(found), np.isnan(floats))
+            del array.attrs[name]
+            self.encoded(array, max_error=5)
 
     def test_it_is_lazy(self):
         source = Counting(self.bytes)

@@ -68,6 +68,14 @@ class Opening(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
+    def test_bytes_that_are_a_path_are_not_taken_for_a_file(self):
+        short = os.path.join(self.folder.name, "a.tag")
+        pathlib.Path(short).write_bytes(self.bytes)
+        for call in (tagrid.open, tagrid.verify, tagrid.encode):
+            self.assertRaisesRegex(TypeError, r"os.fsdecode\(path\)", call, os.fsencode(short))
+        self.assertRaises(tagrid.DamagedError, tagrid.open, b"/there/is/no.tag")
+        self.assertRaises(tagrid.DamagedError, tagrid.open, b"\0")
+
     def test_every_source_gives_the_same_samples(self):
         with open(self.path, "rb") as file, open(self.path, "rb", buffering=0) as raw:
             for source in (self.path, pathlib.Path(self.path), file, raw, io.BytesIO(self.bytes), self.bytes,

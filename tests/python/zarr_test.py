@@ -6,10 +6,12 @@ import json
 import pickle
 import tempfile
 import unittest
+import warnings
 
 import numpy as np
 import tagrid
 
+import parts
 from volumes import TYPES, blobs
 
 try:
@@ -119,6 +121,21 @@ class Stores(unittest.TestCase):
             self.skipTest("there is no dask")
         np.testing.assert_array_equal(da.from_zarr(self.group["1"]).compute(), self.samples[::2, ::2, ::2])
 
+    def test_consolidated_metadata_and_xarray_have_the_samples(self):
+        group = zarr.open_consolidated(self.store)
+        np.testing.assert_array_equal(group["2"][:], self.samples[::4, ::4, ::4])
+        try:
+            import xarray
+        except ImportError:
+            self.skipTest("there is no xarray")
+        with_zeros = np.where(self.samples % 2 == 0, 0, self.samples)
+        store = Store(tagrid.encode(with_zeros), chunk=64)
+        for data in (xarray.open_zarr(store), xarray.open_zarr(store, consolidated=False), xarray.open_dataset(store, engine="zarr")):
+            self.assertEqual(data["0"].dims, ("z", "y", "x"))
+            for level in range(3):
+                self.assertEqual(data[str(level)].dtype, with_zeros.dtype)
+                np.testing.assert_array_equal(data[str(level)], with_zeros[::2**level, ::2**level, ::2**level])
+
     def test_a_store_says_what_it_is_and_is_closed_by_a_block(self):
         with Store(self.bytes) as store:
             self.assertRegex(repr(store), r"<tagrid.zarr.Store of <tagrid.Volume .*>, \d resolutions>")
@@ -160,6 +177,66 @@ class Codecs(unittest.TestCase):
             self.assertEqual(again.compressor, Tagrid(max_error=0.5, effort="fast"))
             self.assertLessEqual(abs(again[:] - samples).max(), 0.5)
             self.assertLess(sum(f.stat().st_size for f in pathlib.Path(path).iterdir()), samples.nbytes / 2)
+
+    def test_the_bound_holds_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            array = zarr.zeros(samples.shape, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, effort="fast", threads=1))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                parts.write_in_parts(array, samples, number)
+            parts.check_within(self, array[:], samples, bound, f"{samples.dtype} within {bound}")
+
+    def test_encoding_what_was_decoded_changes_no_byte(self):
+        for samples, bound in parts.cases():
+            codec = Tagrid(bound, threads=1)
+            once = codec.encode(samples)
+            self.assertEqual(codec.encode(codec.decode(once).reshape(samples.shape).copy()), once, f"{samples.dtype} within {bound}")
+
+    def test_a_fill_value_is_kept_however_a_chunk_is_written(self):
+        for number, (samples, bound) in enumerate(parts.cases()):
+            samples, fill = parts.fill_of(samples, bound)
+            array = zarr.full(samples.shape, fill, chunks=parts.CHUNKS, dtype=samples.dtype, compressor=Tagrid(bound, threads=1, fill_value=fill))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                array[:, 2] = samples[:, 2]
+                self.assertTrue((array[:, 3] == fill).all())
+                parts.write_in_parts(array, samples, number)
+            parts.check_within(self, array[:], samples, bound, f"{samples.dtype} within {bound}")
+            self.assertTrue((array[:][samples == fill] == fill).all(), f"{samples.dtype} within {bound}")
+        self.assertEqual(array.compressor.get_config()["fill_value"], -9999.5)
+        self.assertRaisesRegex(tagrid.ArgumentError, "cannot be the fill_value", Tagrid(1, fill_value=300).encode, np.zeros((4, 4, 4), "u1"))
+        self.assertRaisesRegex(tagrid.ArgumentError, "give one of both", Tagrid, 1, fill_value=3, whole_chunks=True)
+
+    def test_chunks_that_are_written_in_parts_are_told_of(self):
+        samples = blobs((32, 32, 20))
+        array = zarr.zeros(samples.shape, chunks=(16, 16, 10), dtype="i2", compressor=Tagrid(5))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            array[:] = samples
+            array[16:, :16] = samples[16:, :16]
+        with self.assertWarnsRegex(UserWarning, r"a part of a chunk of 2560 samples .* array.rechunk\(target.chunks\)"):
+            array[3] = samples[3]
+        try:
+            import dask.array as da
+        except ImportError:
+            return
+        for chunks, says in (((10, 32, 20), True), (array.chunks, False)):
+            with warnings.catch_warnings(record=True) as said:
+                warnings.simplefilter("always")
+                da.from_array(samples, chunks=chunks).store(array, scheduler="synchronous")
+            self.assertEqual(any("a part of a chunk" in str(each.message) for each in said), says)
+            self.assertLessEqual(abs(array[:] - samples).max(), 5)
+
+    def test_whole_chunks_are_smaller_and_no_part_of_them_is_written(self):
+        samples = blobs((64, 64, 64))
+        sizes = [len(Tagrid(20, whole_chunks=whole).encode(samples)) for whole in (False, True)]
+        self.assertLess(sizes[1], sizes[0])
+        array = zarr.array(samples, chunks=(32, 32, 32), compressor=Tagrid(5, whole_chunks=True))
+        self.assertTrue(array.compressor.get_config()["whole_chunks"])
+        stored = array[:]
+        self.assertRaisesRegex(tagrid.ArgumentError, "Write whole chunks", array.__setitem__, 3, samples[3])
+        np.testing.assert_array_equal(array[:], stored)
+        self.assertRaises(TypeError, Tagrid, 5, whole_chunks=1)
 
     def test_damaged_chunks_are_an_error(self):
         data = Tagrid().encode(blobs((9, 9, 9)))

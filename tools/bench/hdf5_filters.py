@@ -48,7 +48,9 @@ def zfp(error):
 
 def filters(error):
     """Names, options of create_dataset, and whether samples must be floats, of the filters that are installed."""
-    yield "tagrid", {"compression": TAGRID, "compression_opts": (error,)}, False
+    # Each chunk is written once, as a whole.
+    bound = struct.unpack("<2I", struct.pack("<d", error))
+    yield "tagrid", {"compression": TAGRID, "compression_opts": bound + (0, 1)}, False
     if error == 0:
         yield "shuffle + gzip", {"compression": "gzip", "shuffle": True}, False
         return

@@ -1,0 +1,178 @@
+"""What arrays of others say of themselves beside their samples: the place and the attributes of a DataArray of xarray, and
+numbers that stand for missing samples. What cannot be kept is told of by a warning."""
+
+from __future__ import annotations
+
+import math
+import sys
+import warnings
+from typing import Any, Mapping, NamedTuple, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import ArgumentError
+from ._geometry import PLACES, Metadata, header_of, is_key
+from ._volume import Volume
+
+#: Of the backend tagrid.xarray: they are those of the file that is encoded now, or come from coordinates.
+_OF_THE_FILE = ("affine", "achieved_max_error", "slice_positions", "space", "space units", "space origin")
+#: Names that a .tag file has for attributes of the CF conventions.
+_NAMES = {"units": "sample units", "scale_factor": "rescale_slope", "add_offset": "rescale_intercept",
+          "max_error": "source_max_error"}
+#: Names of the number that stands for missing samples.
+MISSING = ("_FillValue", "missing_value")
+
+
+class Label(NamedTuple):
+    """What is kept of an array: as the arguments of encode()."""
+
+    spacing: Optional[list[float]] = None
+    affine: Optional[npt.NDArray[np.float64]] = None
+    metadata: Optional[Metadata] = None
+
+
+def check_missing(data: Any, max_error: Optional[float]) -> None:
+    """ArgumentError: a number stands for missing samples, and a bound would make other numbers of it."""
+    attributes = data.metadata if isinstance(data, Volume) else getattr(data, "attrs", None)
+    if max_error == 0 or not isinstance(attributes, Mapping):
+        return
+    for name in MISSING:
+        found = missing_of(attributes, name)
+        if found is not None and math.isfinite(found):
+            raise ArgumentError(f"the attribute {name} says that {found:g} stands for missing samples, and a bound makes other numbers "
+                                "of it. Encode with max_error=0; or give floats with NaN for missing samples, which come back as they "
+                                f"are; or remove the attribute if it does not matter (del array.attrs[{name!r}])")
+
+
+def missing_of(attributes: Mapping[str, Any], name: str) -> Optional[float]:
+    """The number that stands for missing samples; None if there is none."""
+    try:
+        return float(np.asarray(attributes[name]).ravel()[0])
+    except (KeyError, IndexError, TypeError, ValueError):
+        return None
+
+
+def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Label:
+    """The place of a DataArray with the axes z, y, x, unless takes_place is False, and its attributes, unless there is metadata;
+    nothing but this metadata of others."""
+    if getattr(data, "dims", None) != ("z", "y", "x") or not hasattr(data, "coords"):
+        return Label(metadata=metadata)
+    if isinstance(metadata, str):
+        # Lines of a header, which say what their writer wants.
+        spacing, affine, _ = label_of(data, takes_place, {})
+        return Label(spacing, affine, metadata)
+    pairs = _attributes(data) if metadata is None else dict(metadata)
+    if not takes_place:
+        return Label(metadata=pairs or None)
+    axes = [_Axis(data, name) for name in "zyx"]
+    if not any(axis.is_placed for axis in axes):
+        return Label(metadata=pairs or None)
+    pairs = {**_units(axes), **pairs}
+    in_world = all(axis.is_placed and not axis.is_distance for axis in axes)
+    if in_world and isinstance(data.attrs.get("space"), str):
+        pairs.setdefault("space", data.attrs["space"])
+    steps = [axis.step for axis in axes]
+    if not in_world:
+        return Label([abs(step) for step in steps], None, pairs or None)
+    if axes[0].is_uneven:
+        y, x = (axis.places[0] for axis in axes[1:])
+        pairs["slice_positions"] = "; ".join(f"{x!r} {y!r} {z!r}" for z in axes[0].places)
+    origin = [axis.places[0] for axis in axes]
+    unknown = [axis for axis in axes if math.isnan(axis.step)]
+    if unknown and all(axis.step > 0 for axis in axes if axis not in unknown):
+        # A spacing that is unknown, which an affine matrix cannot say.
+        lines = header_of(steps, None, pairs)
+        dimension = "" if "space" in pairs else "space dimension: 3\n"
+        return Label(metadata=f"{dimension}{lines}space origin: ({','.join(map(repr, origin[::-1]))})\n")
+    for axis in unknown:
+        _warn(f"the distance of samples along {axis.name} is unknown, and is taken as 1")
+    affine = np.diag([*(1.0 if math.isnan(step) else step for step in steps[::-1]), 1.0])
+    affine[:3, 3] = origin[::-1]
+    return Label(None, affine, pairs or None)
+
+
+class _Axis:
+    """The coordinates along an axis. step: NaN if it is unknown."""
+
+    def __init__(self, data: Any, name: str):
+        self.name, self.step, self.is_uneven = name, math.nan, False
+        self.places: list[float] = []
+        coordinate = data.coords[name] if name in data.coords else None
+        attributes: Mapping[str, Any] = {} if coordinate is None else coordinate.attrs
+        meaning = str(attributes.get("long_name", ""))
+        self.units = str(attributes.get("units", "mm"))
+        # What the backend says of files that do not know their spacing.
+        self.is_placed = coordinate is not None and not (meaning == "sample" and self.units == "1")
+        self.is_distance = meaning.split()[:1] == ["distance"]
+        if coordinate is None or not self.is_placed:
+            return
+        found = np.asarray(coordinate)
+        if found.dtype.kind not in "iuf" or not np.isfinite(found).all():
+            self.is_placed = False
+            _warn(f"the coordinates along {name} are left out: they are not finite numbers")
+            return
+        self.places = [float(place) for place in found]
+        steps = np.diff(self.places)
+        if not len(steps):
+            return
+        mean = (self.places[-1] - self.places[0]) / len(steps)
+        if mean != 0 and np.allclose(steps, mean, rtol=1e-4, atol=0):
+            self.step = mean
+        elif name == "z" and not self.is_distance and (np.all(steps > 0) or np.all(steps < 0)):
+            # As readers of scans have it: a usual step, and the position of each slice.
+            self.step, self.is_uneven = float(np.median(steps)), True
+            _warn("slices lie at unequal distances; the position of each slice is kept, but a mesh has equal steps")
+        else:
+            _warn(f"the coordinates along {name} are left out: they are not at equal distances")
+
+
+def _units(axes: list[_Axis]) -> dict[str, str]:
+    """The units of places; none if all are mm, which need not be said."""
+    units = [axis.units for axis in axes[::-1]]
+    if set(units) == {"mm"} or any(set(unit) & set('"\\\n\r') or not unit for unit in units):
+        return {}
+    return {"space units": " ".join(f'"{unit}"' for unit in units)}
+
+
+def _attributes(data: Any) -> dict[str, str]:
+    """Attributes, and coordinates that all samples have in common, as metadata."""
+    found: dict[str, str] = {}
+    left_out = [str(name) for name, coordinate in data.coords.items() if name not in ("z", "y", "x") and coordinate.ndim > 0]
+    common = {name: coordinate.values[()] for name, coordinate in data.coords.items() if coordinate.ndim == 0}
+    for name, value in {**common, **data.attrs}.items():
+        if name in _OF_THE_FILE or name == "max_error" and value == 0:
+            continue
+        text, key = _text_of(value), _NAMES.get(name, name)
+        if text is None or not is_key(key) or str(key).lower() in PLACES or str(key).startswith("slice_"):
+            left_out.append(str(name))
+        else:
+            found.setdefault(str(key), text)
+    if left_out:
+        _warn(f"left out, since a .tag file has no place for it: {', '.join(left_out)}; metadata= says what to keep instead")
+    return found
+
+
+def _text_of(value: Any) -> Optional[str]:
+    """A number, a text, or some of them as one line; None for others."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (bool, int, float, np.generic)):
+        return None if isinstance(value, np.void) else str(value)
+    if not isinstance(value, (list, tuple, np.ndarray)) or np.ndim(value) != 1 or len(value) > 1000:
+        return None
+    parts = [_text_of(each) for each in value]
+    return None if None in parts else " ".join(map(str, parts))
+
+
+def _warn(message: str) -> None:
+    # At the call of encode().
+    warnings.warn(f"tagrid.encode: {message}", stacklevel=_depth())
+
+
+def _depth() -> int:
+    """How many calls away the caller of this package is."""
+    depth, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("tagrid"):
+        depth, frame = depth + 1, frame.f_back
+    return depth

@@ -1,0 +1,137 @@
+"""Chunks of arrays of other libraries as .tag files that may be coded again and again.
+
+HDF5 and Zarr decode and encode a chunk whenever a part of it is written. If every encoding added an error of its own, no
+bound would hold. So a sample is rounded to a lattice that depends on nothing but its type and the bound, not on samples
+beside it, and the number of its place is stored losslessly. A rounded sample is its own place: coding it again changes
+nothing. The HDF5 filter does the same (plugins/hdf5/lattice.h).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Optional
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arrays import checked_dtype, with_three_axes
+from ._errors import DamagedError
+from ._volume import Volume
+from ._writing import encode
+
+_MOST_OTHERS = 8
+
+
+def step_of(dtype: np.dtype[Any], max_error: float) -> float:
+    """The distance of the places of the lattice; 0 if nothing but a sample itself is within the bound. Of
+    integers it is 2 E + 1 for the whole part E of the bound. Of floats it is the largest m * 2^n, with m below 32, that is
+    at most twice the bound: its products with small numbers are exact."""
+    if dtype.kind != "f":
+        whole = math.floor(min(max_error, 2.0**30))
+        return 2.0 * whole + 1 if whole >= 1 else 0.0
+    twice = 2 * min(max_error, np.finfo("f8").max / 4)
+    if not twice > 0:
+        return 0.0
+    # No sample is finer than the smallest number of its type.
+    unit = max(math.frexp(twice)[1] - 5, -149 if dtype.itemsize == 4 else -1074)
+    return math.ldexp(math.floor(math.ldexp(twice, -unit)), unit)
+
+
+def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool, fill: Any, metadata: dict[str, str],
+                 **settings: Any) -> bytes:
+    """The .tag file of a chunk of any number of axes, at most three of which are longer than 1.
+
+    fill: a sample that stands for missing ones, and is not rounded.
+    whole_chunks: the chunk is written once, as a whole, and may be coded without the lattice.
+    """
+    chunk = with_three_axes(samples)
+    dtype = checked_dtype(chunk.dtype)
+    if whole_chunks:
+        return encode(chunk, max_error=max_error, metadata=metadata, **settings)
+    step = step_of(dtype, max_error)
+    anchor = _anchor(dtype, step, fill)
+    found = _numbers(chunk.astype(dtype, copy=False), max_error, step, anchor, fill) if step > 0 else None
+    if found is None:
+        return encode(chunk, metadata=metadata, **settings)
+    numbers, others = found
+    lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": str(anchor), "lattice": " ".join([dtype.name, *others])}
+    return encode(numbers, metadata={**lattice, **metadata}, **settings)
+
+
+def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
+    """The samples of a chunk's file, whoever made it. DamagedError: what it says of its lattice is not understood."""
+    step, dtype = lattice_of(volume)
+    samples = volume.read()
+    if step == 0:
+        return samples
+    try:
+        anchor = int(volume.metadata.get("rescale_intercept", 0))
+    except ValueError:
+        raise DamagedError("the chunk's lattice is not understood") from None
+    low, high = (np.finfo(dtype).min, np.finfo(dtype).max) if dtype.kind == "f" else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+    with np.errstate(over="ignore"):
+        places = np.clip(anchor + samples.astype(np.float64) * step, low, high).astype(dtype)
+    try:
+        for other in volume.metadata["lattice"].split()[1:]:
+            number, bits = other.split(":")
+            places[samples == int(number)] = np.array(int(bits, 16), f"u{dtype.itemsize}").view(dtype)
+    except (ValueError, OverflowError):
+        raise DamagedError("the chunk's lattice is not understood") from None
+    return places
+
+
+def lattice_of(volume: Volume) -> tuple[float, np.dtype[Any]]:
+    """The step of a chunk's file, 0 if it has samples as they are, and the type of the samples."""
+    metadata = volume.metadata
+    if "lattice" not in metadata:
+        return 0.0, volume.dtype
+    try:
+        step, dtype = float(metadata["rescale_slope"]), checked_dtype(metadata["lattice"].split()[0])
+        numbers = np.dtype(np.int32) if dtype.kind == "f" else dtype
+        if 0 < step < math.inf and volume.dtype == numbers:
+            return step, dtype
+    except (KeyError, ValueError, IndexError, TypeError):
+        pass
+    raise DamagedError("the chunk's lattice is not understood")
+
+
+def _anchor(dtype: np.dtype[Any], step: float, fill: Any) -> int:
+    """A place of integers, at most half a step from 0, so that the fill value is one."""
+    if dtype.kind == "f" or step == 0:
+        return 0
+    whole = int(step)
+    return (int(fill) + whole // 2) % whole - whole // 2
+
+
+def _numbers(samples: npt.NDArray[Any], max_error: float, step: float, anchor: int, fill: Any) -> Optional[tuple[npt.NDArray[Any], list[str]]]:
+    """The number of each sample's place, and the samples that are not rounded (NaN, infinities, what is too far from 0, the
+    fill value) as "number:bits". None if too many different ones are not rounded."""
+    if samples.dtype.kind != "f":
+        whole = int(step)
+        return ((samples.astype(np.int64) + (whole // 2 - anchor)) // whole).astype(samples.dtype), []
+    # So that number * step is exact: the step has 5 bits.
+    most = 2.0**19 if samples.dtype.itemsize == 4 else 2.0**30
+    wide = samples.astype(np.float64)
+    with np.errstate(all="ignore"):
+        numbers = np.rint(wide / step)
+        # The quotient is rounded, so a sample in the middle may have got the further place. The difference is exact.
+        off = wide - np.clip(numbers * step, np.finfo(samples.dtype).min, np.finfo(samples.dtype).max)
+        numbers += np.where(np.abs(off) > max_error, np.sign(off), 0)
+        rounded = np.abs(numbers) <= most
+        # Where it is a place, it needs no number of its own.
+        if math.isfinite(fill) and float(np.rint(float(fill) / step)) * step != float(fill):
+            rounded &= samples != samples.dtype.type(fill)
+    low = int(numbers[rounded].min()) if rounded.any() else 0
+    found = np.where(rounded, numbers, 0).astype(np.int32)
+    if rounded.all():
+        return found, []
+    bits = samples[~rounded].view(f"u{samples.dtype.itemsize}")
+    different, first, which = np.unique(bits, return_index=True, return_inverse=True)
+    if len(different) > _MOST_OTHERS:
+        return None
+    # In the order in which they come. Numbers next to those in use keep the range of numbers small.
+    order = np.argsort(first)
+    places = np.empty(len(different), np.int32)
+    places[order] = low - 1 - np.arange(len(different))
+    found[~rounded] = places[which]
+    return found, [f"{places[i]}:{int(different[i]):x}" for i in order]
