@@ -6,10 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <span>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
+#include "io/files/foreign_number.h"
+#include "io/nrrd/foreign_spacing.h"
 #include "io/nrrd/geometry.h"
 
 namespace tagrid {
@@ -31,6 +34,8 @@ struct Field {
 };
 
 constexpr Field dim{"dim", {40, 's'}, {16, 'l'}, 8};
+constexpr Field intent_code{"intent_code", {68, 's'}, {504, 'i'}};
+constexpr Field bitpix{"bitpix", {72, 's'}, {14, 's'}};
 constexpr Field datatype{"datatype", {70, 's'}, {12, 's'}};
 constexpr Field vox_offset{"vox_offset", {108, 'f'}, {168, 'l'}};
 constexpr Field pixdim{"pixdim", {76, 'f'}, {104, 'd'}, 8};
@@ -49,7 +54,7 @@ constexpr std::array srow = {Field{"srow_x", {280, 'f'}, {400, 'd'}, 4},
 constexpr std::array kept = {Field{"descrip", {148, 'c'}, {240, 'c'}, 80},
                              Field{"aux_file", {228, 'c'}, {320, 'c'}, 24},
                              Field{"intent_name", {328, 'c'}, {508, 'c'}, 16},
-                             Field{"intent_code", {68, 's'}, {504, 'i'}},
+                             intent_code,
                              Field{"intent_p1_p2_p3", {56, 'f'}, {80, 'd'}, 3},
                              Field{"dim_info", {39, 'b'}, {524, 'b'}},
                              pixdim,
@@ -216,8 +221,6 @@ bool spans_a_volume(const Geometry& geometry) {
   for (const auto& direction : geometry.directions)
     for (const double number : direction)
       if (!std::isfinite(number)) return false;
-  for (const double number : geometry.origin)
-    if (!std::isfinite(number)) return false;
   const double volume = determinant(geometry.directions);
   return std::isfinite(volume) && volume != 0;
 }
@@ -255,46 +258,155 @@ Geometry geometry_of_qform(const Fields& fields) {
   return geometry;
 }
 
-Geometry geometry_of_fields(const Fields& fields, std::vector<std::string>& warnings) {
-  Geometry geometry;
-  const auto is_good = [&](const Field& code, Geometry (*form)(const Fields&)) {
-    if (fields.integer(code) <= 0) return false;
-    geometry = form(fields);
-    if (spans_a_volume(geometry)) return true;
-    warnings.push_back(
-        fmt::format("NIfTI header: the {} does not span a volume, and is not used", code.name.substr(0, 5)));
-    return false;
-  };
-  if (is_good(sform_code, geometry_of_sform) || is_good(qform_code, geometry_of_qform)) {
-    geometry.has_directions = geometry.has_origin = true;
-    geometry.space = "right-anterior-superior";
-  } else {
-    geometry = {};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double size = std::abs(fields.number(pixdim, axis + 1));
-      const bool is_known = std::isfinite(size) && size > 0;
-      geometry.spacing[axis] = is_known ? size : Geometry::unknown;
-      geometry.has_spacing = geometry.has_spacing || is_known;
-    }
+/// A way in which a header says where a volume lies.
+struct Form {
+  std::string_view name;
+  const Field* code;
+  Geometry (*geometry)(const Fields& fields);
+  std::vector<const Field*> said_by;
+};
+
+/// "srow_x 1 0 0 5, srow_y 0 1 0 5", for messages.
+std::string text_of(const Fields& fields, const std::vector<const Field*>& names) {
+  std::string text;
+  for (const Field* field : names) {
+    const std::string value = fields.text(*field);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", field->name, value.empty() ? "0" : value);
   }
-  geometry.units.fill(unit_of(fields));
+  return text;
+}
+
+/// The geometry of the form; nothing if the header has it not, or if it cannot be used, which a warning says then.
+std::optional<Geometry> geometry_of_form(const Form& form, const Fields& fields,
+                                         std::vector<std::string>& warnings) {
+  if (fields.integer(*form.code) <= 0) return std::nullopt;
+  Geometry geometry = form.geometry(fields);
+  if (!spans_a_volume(geometry)) {
+    warnings.push_back(fmt::format("NIfTI header: the {} does not span a volume, and is not used: {}",
+                                   form.name, text_of(fields, form.said_by)));
+    return std::nullopt;
+  }
+  geometry.has_directions = geometry.has_origin = true;
+  geometry.space = "right-anterior-superior";
+  if (!std::ranges::all_of(geometry.origin, [](double number) { return std::isfinite(number); })) {
+    warnings.push_back(
+        fmt::format("NIfTI header: the position in the {} is not a number, and where the volume "
+                    "lies is unknown: {}",
+                    form.name, text_of(fields, form.said_by)));
+    geometry.has_origin = false;
+    geometry.origin = {};
+  }
   return geometry;
 }
 
-Rescale rescale_of(const Fields& fields) {
+/// The sizes of voxels, of which those along axes of one sample say nothing.
+Geometry geometry_of_pixdim(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
+  std::vector<ForeignNumber> sizes;
+  std::vector<std::string> names;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // "pixdim must be positive": other readers take a negative one for its absolute value, too.
+    const double size = std::abs(fields.number(pixdim, axis + 1));
+    const bool says_nothing = !(size > 0) && dims[static_cast<int>(axis)] == 1;
+    sizes.push_back(says_nothing ? ForeignNumber() : foreign_number(size));
+    names.push_back(fmt::format("NIfTI header: pixdim[{}]", axis + 1));
+  }
+  Geometry geometry;
+  set_spacing(sizes, names, NegativeSpacing::is_unknown, geometry, warnings);
+  return geometry;
+}
+
+void check_signs(const Fields& fields, std::vector<std::string>& warnings) {
+  for (std::size_t axis = 1; axis <= 3; ++axis)
+    if (const double size = fields.number(pixdim, axis); size < 0)
+      warnings.push_back(fmt::format("NIfTI header: pixdim[{}], the size of voxels, is {}; it is read as {}",
+                                     axis, size, -size));
+}
+
+Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
+  const Form sform{"sform", &sform_code, geometry_of_sform, {&srow[0], &srow[1], &srow[2]}};
+  const Form qform{"qform", &qform_code, geometry_of_qform, {&quatern, &qoffset, &pixdim}};
+  auto geometry = geometry_of_form(sform, fields, warnings);
+  if (!geometry) {
+    check_signs(fields, warnings);
+    geometry = geometry_of_form(qform, fields, warnings);
+  }
+  if (!geometry) geometry = geometry_of_pixdim(fields, dims, warnings);
+  if (const auto unit = fields.integer(xyzt_units) & 7; unit > 3)
+    warnings.push_back(fmt::format("NIfTI header: xyzt_units has the unit {}, which is not known", unit));
+  geometry->units.fill(unit_of(fields));
+  return *geometry;
+}
+
+/// "If scl_slope is 0, there is no scaling"; files in use have NaN for that as well.
+Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
   const double slope = fields.number(scl_slope), intercept = fields.number(scl_inter);
-  // "If scl_slope is 0, there is no scaling"; files in use have NaN as well.
-  if (slope == 0 || !std::isfinite(slope) || !std::isfinite(intercept)) return {};
-  return {slope, intercept, ""};
+  const bool has_none = slope == 0 || std::isnan(slope);
+  if (!std::isfinite(slope) && !(has_none && (intercept == 0 || std::isnan(intercept))))
+    header.scale_doubt = fmt::format(
+        "NIfTI header: scl_slope is {}, which is not a number, and scl_inter is {}; what values samples mean "
+        "is "
+        "unknown",
+        slope, intercept);
+  if (has_none || std::isinf(slope)) return {};
+  if (std::isinf(intercept))
+    header.scale_doubt = fmt::format(
+        "NIfTI header: scl_slope is {}, and scl_inter {}, which is not a number; what "
+        "values samples mean is unknown",
+        slope, intercept);
+  else if (const std::string remark = remark_on(foreign_number(intercept), "scl_inter", "it counts as 0");
+           !remark.empty())
+    header.warnings.push_back(fmt::format("NIfTI header: {}; scl_slope is {}", remark, slope));
+  return {slope, std::isfinite(intercept) ? intercept : 0, ""};
+}
+
+/// What samples are if they are no measurements; "" for all others.
+std::string_view meaning_of(std::int64_t intent) {
+  switch (intent) {
+    case 1002:
+    case 1003:
+      return "labels";
+    case 1004:
+    case 1005:
+      return "parts of matrices";
+    case 1006:
+    case 1007:
+      return "parts of vectors";
+    case 1008:
+      return "points";
+    case 1009:
+      return "triangles";
+    case 1010:
+      return "parts of quaternions";
+    case 2003:
+    case 2004:
+      return "parts of colors";
+    default:
+      return "";
+  }
+}
+
+void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
+  const std::int64_t intent = fields.integer(intent_code), bits = fields.integer(bitpix);
+  if (const std::string_view meaning = meaning_of(intent); !meaning.empty())
+    header.not_understood.push_back(
+        fmt::format("NIfTI header: intent_code {} says that samples are {}; they are taken for measurements",
+                    intent, meaning));
+  const auto bits_of_type = static_cast<std::int64_t>(8 * size_of(type));
+  if (bits != bits_of_type)
+    header.not_understood.push_back(fmt::format(
+        "NIfTI header: bitpix is {}, but samples of datatype {} have {} bits; the datatype counts", bits,
+        fields.integer(datatype), bits_of_type));
 }
 
 std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_bytes) {
   const double offset = fields.number(vox_offset);
-  const double least = is_pair ? 0 : static_cast<double>(header_bytes);
-  // A file of one part without an offset has its samples right after the header.
-  if (offset == 0 && !is_pair) return header_bytes + 4;
+  // Four bytes that announce extensions follow the header of a file of one part. Without an offset, samples follow them.
+  const auto least = static_cast<double>(is_pair ? 0 : header_bytes + 4);
+  if (offset == 0) return is_pair ? 0 : header_bytes + 4;
   if (!(offset >= least && offset <= 0x1p62) || offset != std::floor(offset))
-    throw BrokenInput(fmt::format("NIfTI header: vox_offset is {}, where no samples can begin", offset));
+    throw BrokenInput(fmt::format(
+        "NIfTI header: vox_offset is {}, where no samples can begin: it must be a whole number from {} on",
+        offset, least));
   return static_cast<std::uint64_t>(offset);
 }
 
@@ -314,9 +426,13 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
   header.big_endian = fields.is_big_endian();
   header.is_pair = magic == Magic::first_pair || magic == Magic::second_pair;
   header.offset = offset_of(fields, header.is_pair, header_bytes);
+  if (!header.is_pair && fields.number(vox_offset) == 0)
+    header.warnings.push_back(fmt::format(
+        "NIfTI header: vox_offset is 0, within the header; samples are read from byte {} on", header.offset));
   header.volumes = volumes;
-  header.rescale = rescale_of(fields);
+  header.rescale = rescale_of(fields, header);
   const SampleType type = type_of(fields.integer(datatype));
+  check_meaning(fields, type, header);
   const auto volume_bytes = sample_bytes(dims, type);
   std::uint64_t all = 0;
   if (!volume_bytes || __builtin_mul_overflow(*volume_bytes, static_cast<std::uint64_t>(volumes), &all) ||
@@ -328,7 +444,8 @@ NiftiHeader parse_nifti_header(std::string_view bytes) {
     if (std::string text = fields.text(field); !text.empty())
       pairs.emplace_back(fmt::format("nifti_{}", field.name), std::move(text));
   add_rescale(header.rescale, pairs);
-  header.info = volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, header.warnings), pairs));
+  header.info =
+      volume_info(dims, type, nrrd_fields_of(geometry_of_fields(fields, dims, header.warnings), pairs));
   return header;
 }
 

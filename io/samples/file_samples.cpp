@@ -54,6 +54,7 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
   const std::uint64_t end = place.start + *sample_bytes(facts.info.dims, facts.info.type);
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
+  facts.holds_other_bytes = true;
   facts.warnings.push_back(fmt::format("{}: {} bytes follow the samples; they are not part of the volume",
                                        file.name(), *file.size() - end));
 }
