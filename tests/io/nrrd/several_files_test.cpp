@@ -177,9 +177,11 @@ TEST_F(SeveralFiles, OneThatIsMissingOrHasAnotherSizeIsFoundAtOnce) {
       message_of<BrokenInput>([&] { read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n"); }).find("s2.raw"),
       std::string::npos);
   file("s2.raw", gzipped(bytes_of(2, 4)));
+  EXPECT_EQ(open("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n")->facts().warnings.size(), 1U);
+  file("s4.raw", gzipped(bytes_of(4, 6).substr(1)));
   EXPECT_NE(message_of<BrokenInput>([&] {
               read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n");
-            }).find("s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but more are present"),
+            }).find("s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but it ends after 47"),
             std::string::npos);
 }
 
