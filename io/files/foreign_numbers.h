@@ -27,8 +27,8 @@ struct ForeignNumbers {
 /// Reads the text of a field; nothing stands for a field that is absent. See foreign_number().
 ForeignNumbers foreign_numbers(std::optional<std::string_view> text, std::size_t count);
 
-/// A sentence without a full stop for users: what is unusual about the field `name`; "" if nothing is. `consequence` says
-/// what was done about unreadable ones.
+/// A sentence without a full stop for users: what is unusual about the field `name`; "" if nothing is.
+/// `consequence` says what was done about unreadable ones.
 std::string remark_on(const ForeignNumbers& numbers, std::string_view name, std::string_view consequence);
 
 }  // namespace tagrid

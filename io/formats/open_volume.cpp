@@ -111,7 +111,8 @@ std::string advice_of_header_beside(const std::string& path) {
   return "";
 }
 
-/// What is wrong with a file whose name says that it is of a format that describes itself; "" if the name does not.
+/// What is wrong with a file whose name says that it is of a format that describes itself; "" if the name
+/// does not.
 std::string contradicts_its_name(const std::string& path) {
   const std::string name = lower_case(fs::path(path).filename().string());
   for (const Format& format : formats()) {

@@ -12,8 +12,8 @@ bool has(std::string_view beginning, std::string_view magic) {
   return beginning.size() >= at && beginning.substr(at).starts_with(magic);
 }
 
-/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some programs leave
-/// out, or a number of axes and bits that samples may have.
+/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
+/// programs leave out, or a number of axes and bits that samples may have.
 bool begins_analyze(std::string_view b) {
   const bool is_little = b.starts_with("\x5c\1\0\0"sv);
   if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;

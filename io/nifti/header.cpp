@@ -5,50 +5,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <optional>
-#include <span>
+#include <utility>
 
-#include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
 #include "io/files/foreign_number.h"
-#include "io/nrrd/foreign_spacing.h"
+#include "io/nifti/fields.h"
+#include "io/nifti/geometry.h"
 #include "io/nrrd/geometry.h"
 
 namespace tagrid {
 namespace {
 
 using namespace std::string_view_literals;
-
-/// Where a field is, and of which type: 'c' text, 'b' byte, 's', 'i', 'l' integers of 2, 4, 8 bytes, 'f', 'd' floats.
-struct Place {
-  std::size_t at = 0;
-  char type = 0;
-};
-
-/// A field of both versions, and how many numbers or bytes it has.
-struct Field {
-  std::string_view name;
-  Place first, second;
-  std::size_t count = 1;
-};
-
-constexpr Field dim{"dim", {40, 's'}, {16, 'l'}, 8};
-constexpr Field intent_code{"intent_code", {68, 's'}, {504, 'i'}};
-constexpr Field bitpix{"bitpix", {72, 's'}, {14, 's'}};
-constexpr Field datatype{"datatype", {70, 's'}, {12, 's'}};
-constexpr Field vox_offset{"vox_offset", {108, 'f'}, {168, 'l'}};
-constexpr Field pixdim{"pixdim", {76, 'f'}, {104, 'd'}, 8};
-constexpr Field scl_slope{"scl_slope", {112, 'f'}, {176, 'd'}};
-constexpr Field scl_inter{"scl_inter", {116, 'f'}, {184, 'd'}};
-constexpr Field xyzt_units{"xyzt_units", {123, 'b'}, {500, 'i'}};
-constexpr Field qform_code{"qform_code", {252, 's'}, {344, 'i'}};
-constexpr Field sform_code{"sform_code", {254, 's'}, {348, 'i'}};
-constexpr Field quatern{"quatern_bcd", {256, 'f'}, {352, 'd'}, 3};
-constexpr Field qoffset{"qoffset_xyz", {268, 'f'}, {376, 'd'}, 3};
-constexpr std::array srow = {Field{"srow_x", {280, 'f'}, {400, 'd'}, 4},
-                             Field{"srow_y", {296, 'f'}, {432, 'd'}, 4},
-                             Field{"srow_z", {312, 'f'}, {464, 'd'}, 4}};
+using namespace nifti;
 
 /// What is kept as pairs, in this order, unless all of it is 0.
 constexpr std::array kept = {Field{"descrip", {148, 'c'}, {240, 'c'}, 80},
@@ -91,71 +60,6 @@ Magic magic_of(std::string_view bytes) {
   }
   return Magic::none;
 }
-
-/// The fields of a header, in either version and byte order.
-class Fields {
- public:
-  Fields(std::string_view bytes, bool is_second)
-      : bytes_(bytes), is_second_(is_second), is_big_endian_(bytes[0] == '\0') {}
-
-  bool is_big_endian() const { return is_big_endian_; }
-
-  double number(const Field& field, std::size_t i = 0) const {
-    const Place& place = place_of(field);
-    switch (place.type) {
-      case 'b':
-        return load<std::uint8_t>(place.at + i);
-      case 's':
-        return load<std::int16_t>(place.at + i * 2);
-      case 'i':
-        return load<std::int32_t>(place.at + i * 4);
-      case 'l':
-        return static_cast<double>(load<std::int64_t>(place.at + i * 8));
-      case 'f':
-        return load<float>(place.at + i * 4);
-      default:
-        return load<double>(place.at + i * 8);
-    }
-  }
-  std::int64_t integer(const Field& field, std::size_t i = 0) const {
-    const Place& place = place_of(field);
-    return place.type == 'l' ? load<std::int64_t>(place.at + i * 8)
-                             : static_cast<std::int64_t>(number(field, i));
-  }
-  template <std::size_t n>
-  std::array<double, n> numbers(const Field& field) const {
-    std::array<double, n> values;
-    for (std::size_t i = 0; i < n; ++i) values[i] = number(field, i);
-    return values;
-  }
-  /// "" if all of it is 0.
-  std::string text(const Field& field) const {
-    if (place_of(field).type == 'c') {
-      const std::string_view text = bytes_.substr(place_of(field).at, field.count);
-      return std::string(text.substr(0, text.find('\0')));
-    }
-    std::string text;
-    bool is_zero = true;
-    for (std::size_t i = 0; i < field.count; ++i) {
-      is_zero = is_zero && number(field, i) == 0;
-      text += fmt::format("{}{}", i > 0 ? " " : "", number(field, i));
-    }
-    return is_zero ? "" : text;
-  }
-
- private:
-  const Place& place_of(const Field& field) const { return is_second_ ? field.second : field.first; }
-  template <class T>
-  T load(std::size_t at) const {
-    std::array<std::byte, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), bytes_.data() + at, sizeof(T));
-    if (is_big_endian_) std::ranges::reverse(bytes);
-    return load_little_endian<T>(bytes.data());
-  }
-
-  std::string_view bytes_;
-  bool is_second_, is_big_endian_;
-};
 
 SampleType type_of(std::int64_t code) {
   switch (code) {
@@ -202,139 +106,6 @@ std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
       throw BrokenInput("NIfTI header: there are too many volumes");
   }
   return {{sizes[1], sizes[2], sizes[3]}, volumes};
-}
-
-std::string unit_of(const Fields& fields) {
-  switch (fields.integer(xyzt_units) & 7) {
-    case 1:
-      return "m";
-    case 2:
-      return "mm";
-    case 3:
-      return "um";
-    default:
-      return "";
-  }
-}
-
-bool spans_a_volume(const Geometry& geometry) {
-  for (const auto& direction : geometry.directions)
-    for (const double number : direction)
-      if (!std::isfinite(number)) return false;
-  const double volume = determinant(geometry.directions);
-  return std::isfinite(volume) && volume != 0;
-}
-
-Geometry geometry_of_sform(const Fields& fields) {
-  Geometry geometry;
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      geometry.directions[axis][row] = fields.number(srow[row], axis);
-    geometry.origin[row] = fields.number(srow[row], 3);
-  }
-  return geometry;
-}
-
-/// "METHOD 2" of the standard: a rotation as a quaternion, and pixdim[0] mirrors z.
-Geometry geometry_of_qform(const Fields& fields) {
-  const auto [b, c, d] = fields.numbers<3>(quatern);
-  const double rest = 1 - (b * b + c * c + d * d);
-  const double a = rest > 0 ? std::sqrt(rest) : 0;
-  // With a = 0, the other three are to have the length 1.
-  const double length = rest > 0 ? 1 : std::sqrt(b * b + c * c + d * d);
-  const double i = b / length, j = c / length, k = d / length;
-  const std::array<std::array<double, 3>, 3> rotation = {
-      {{a * a + i * i - j * j - k * k, 2 * (i * j - a * k), 2 * (i * k + a * j)},
-       {2 * (i * j + a * k), a * a + j * j - i * i - k * k, 2 * (j * k - a * i)},
-       {2 * (i * k - a * j), 2 * (j * k + a * i), a * a + k * k - i * i - j * j}}};
-  Geometry geometry;
-  const auto sizes = fields.numbers<4>(pixdim);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute value.
-    const double size = std::abs(sizes[axis + 1]) * (axis == 2 && sizes[0] < 0 ? -1 : 1);
-    for (std::size_t row = 0; row < 3; ++row) geometry.directions[axis][row] = rotation[row][axis] * size;
-  }
-  geometry.origin = fields.numbers<3>(qoffset);
-  return geometry;
-}
-
-/// A way in which a header says where a volume lies.
-struct Form {
-  std::string_view name;
-  const Field* code;
-  Geometry (*geometry)(const Fields& fields);
-  std::vector<const Field*> said_by;
-};
-
-/// "srow_x 1 0 0 5, srow_y 0 1 0 5", for messages.
-std::string text_of(const Fields& fields, const std::vector<const Field*>& names) {
-  std::string text;
-  for (const Field* field : names) {
-    const std::string value = fields.text(*field);
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", field->name, value.empty() ? "0" : value);
-  }
-  return text;
-}
-
-/// The geometry of the form; nothing if the header has it not, or if it cannot be used, which a warning says then.
-std::optional<Geometry> geometry_of_form(const Form& form, const Fields& fields,
-                                         std::vector<std::string>& warnings) {
-  if (fields.integer(*form.code) <= 0) return std::nullopt;
-  Geometry geometry = form.geometry(fields);
-  if (!spans_a_volume(geometry)) {
-    warnings.push_back(fmt::format("NIfTI header: the {} does not span a volume, and is not used: {}",
-                                   form.name, text_of(fields, form.said_by)));
-    return std::nullopt;
-  }
-  geometry.has_directions = geometry.has_origin = true;
-  geometry.space = "right-anterior-superior";
-  if (!std::ranges::all_of(geometry.origin, [](double number) { return std::isfinite(number); })) {
-    warnings.push_back(
-        fmt::format("NIfTI header: the position in the {} is not a number, and where the volume "
-                    "lies is unknown: {}",
-                    form.name, text_of(fields, form.said_by)));
-    geometry.has_origin = false;
-    geometry.origin = {};
-  }
-  return geometry;
-}
-
-/// The sizes of voxels, of which those along axes of one sample say nothing.
-Geometry geometry_of_pixdim(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
-  std::vector<ForeignNumber> sizes;
-  std::vector<std::string> names;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    // "pixdim must be positive": other readers take a negative one for its absolute value, too.
-    const double size = std::abs(fields.number(pixdim, axis + 1));
-    const bool says_nothing = !(size > 0) && dims[static_cast<int>(axis)] == 1;
-    sizes.push_back(says_nothing ? ForeignNumber() : foreign_number(size));
-    names.push_back(fmt::format("NIfTI header: pixdim[{}]", axis + 1));
-  }
-  Geometry geometry;
-  set_spacing(sizes, names, NegativeSpacing::is_unknown, geometry, warnings);
-  return geometry;
-}
-
-void check_signs(const Fields& fields, std::vector<std::string>& warnings) {
-  for (std::size_t axis = 1; axis <= 3; ++axis)
-    if (const double size = fields.number(pixdim, axis); size < 0)
-      warnings.push_back(fmt::format("NIfTI header: pixdim[{}], the size of voxels, is {}; it is read as {}",
-                                     axis, size, -size));
-}
-
-Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
-  const Form sform{"sform", &sform_code, geometry_of_sform, {&srow[0], &srow[1], &srow[2]}};
-  const Form qform{"qform", &qform_code, geometry_of_qform, {&quatern, &qoffset, &pixdim}};
-  auto geometry = geometry_of_form(sform, fields, warnings);
-  if (!geometry) {
-    check_signs(fields, warnings);
-    geometry = geometry_of_form(qform, fields, warnings);
-  }
-  if (!geometry) geometry = geometry_of_pixdim(fields, dims, warnings);
-  if (const auto unit = fields.integer(xyzt_units) & 7; unit > 3)
-    warnings.push_back(fmt::format("NIfTI header: xyzt_units has the unit {}, which is not known", unit));
-  geometry->units.fill(unit_of(fields));
-  return *geometry;
 }
 
 /// "If scl_slope is 0, there is no scaling"; files in use have NaN for that as well.
@@ -400,7 +171,8 @@ void check_meaning(const Fields& fields, SampleType type, NiftiHeader& header) {
 
 std::uint64_t offset_of(const Fields& fields, bool is_pair, std::size_t header_bytes) {
   const double offset = fields.number(vox_offset);
-  // Four bytes that announce extensions follow the header of a file of one part. Without an offset, samples follow them.
+  // Four bytes that announce extensions follow the header of a file of one part. Without an offset, samples
+  // follow them.
   const auto least = static_cast<double>(is_pair ? 0 : header_bytes + 4);
   if (offset == 0) return is_pair ? 0 : header_bytes + 4;
   if (!(offset >= least && offset <= 0x1p62) || offset != std::floor(offset))

@@ -13,6 +13,7 @@
 #include "io/files/text_changes.h"
 #include "io/nrrd/axes.h"
 #include "io/nrrd/line.h"
+#include "io/nrrd/slice_positions.h"
 #include "io/volume/volume_info.h"
 
 namespace tagrid {
@@ -51,11 +52,7 @@ class Reading {
   void read_pair(std::string_view line) {
     const std::size_t sign = line.find(":=");
     const std::string_view key = line.substr(0, sign), value = line.substr(sign + 2);
-    if (key == "slice_slopes" || key == "slice_intercepts")
-      for (const std::string_view word : words_of(value))
-        if (const ForeignNumber number = foreign_number(word); number.is_unreadable())
-          doubt(
-              fmt::format("{}: {} is not a number; what values samples mean is unknown", key, quoted(word)));
+    if (key == slice_positions_key) read_positions(value);
     if (key != "rescale_slope" && key != "rescale_intercept") return;
     const ForeignNumber number = foreign_number(value);
     const std::string remark = remark_on(number, key, "what values samples mean is unknown");
@@ -202,6 +199,12 @@ class Reading {
     warn(fmt::format("space origin {} is not a vector of numbers; where the volume lies is unknown",
                      quoted(parsed.value)));
     comment_out(line);
+  }
+
+  void read_positions(std::string_view list) {
+    for (const std::string_view position : positions_in(list))
+      if (const ForeignNumbers numbers = foreign_numbers(position, 3); !numbers.are_numbers())
+        return warn(remark_on(numbers, "of slice_positions,", "where this slice lies is unknown"));
   }
 
   /// Programs that quantize values note what range they had.

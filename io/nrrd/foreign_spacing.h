@@ -16,8 +16,9 @@ enum class NegativeSpacing {
   is_unknown,  ///< It has no meaning.
 };
 
-/// Sets the spacing of the first axes, up to three. What is unreadable or 0, and so without a meaning, stays unknown. Adds a
-/// sentence to `warnings` for each; `names` are those of the fields, one for each axis, or one for all.
+/// Sets the spacing of the first axes, up to three. What is unreadable or 0, and so without a meaning, stays
+/// unknown. Adds a sentence to `warnings` for each; `names` are those of the fields, one for each axis, or
+/// one for all.
 void set_spacing(const std::vector<ForeignNumber>& numbers, const std::vector<std::string>& names,
                  NegativeSpacing negative, Geometry& geometry, std::vector<std::string>& warnings);
 

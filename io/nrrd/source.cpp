@@ -4,10 +4,8 @@
 
 #include <optional>
 #include <set>
-#include <utility>
 
 #include "io/files/errors.h"
-#include "io/files/text.h"
 #include "io/nrrd/foreign_header.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
@@ -75,17 +73,6 @@ void check_against(const RawDescription& raw, const NrrdHeader& header, const st
     throw UsageError(fmt::format("{}: its NRRD header gives the spacing {}, {}, {}", name, x, y, z),
                      Problem::spacing_differs);
   }
-}
-
-/// Each slice has a slope, if any has.
-void check_slice_slopes(const std::string& name, SourceFacts& facts) {
-  for (const char* key : {"slice_slopes", "slice_intercepts"})
-    if (const std::string text = text_of_key(facts.info.nrrd_fields, key); !text.empty())
-      if (const std::size_t count = words_of(text).size(); std::cmp_not_equal(count, facts.info.dims.z))
-        facts.scale_doubt = fmt::format(
-            "{}: NRRD header: {} has {} numbers for {} slices; what values samples "
-            "mean is unknown",
-            name, key, count, facts.info.dims.z);
 }
 
 void skip_lines(FileBytes& file, std::int64_t count) {
@@ -169,7 +156,8 @@ std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const s
   const NrrdHeader header = read_header(*file, facts);
   if (source.raw) check_against(*source.raw, header, header_name);
   facts.info = header.info;
-  check_slice_slopes(header_name, facts);
+  if (const std::string doubt = doubt_of_rescale(facts.info.nrrd_fields, facts.info.dims.z); !doubt.empty())
+    facts.scale_doubt = fmt::format("{}: NRRD header: {}", header_name, doubt);
   facts.rescale = rescale_of_bounds(facts.info.nrrd_fields);
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
   if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);

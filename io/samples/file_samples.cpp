@@ -50,12 +50,18 @@ PlainForm plain_form_of_stream(const SourceFacts& facts, const SamplesPlace& pla
   return form;
 }
 
-std::string more_in_words(const FileBytes& file, std::string_view bytes) {
-  return fmt::format("{}: {} bytes follow the samples; they are not part of the volume", file.name(), bytes);
+/// Says that `more` bytes follow the samples in `file`, or at least so many. If they could be a slice, the
+/// header may say another size or type than the samples have.
+void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFacts& facts) {
+  facts.holds_other_bytes = true;
+  const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
+  (more < slice ? facts.warnings : facts.not_understood)
+      .push_back(fmt::format("{}: {}{} bytes follow the samples; they are not part of the volume",
+                             file.name(), is_exact ? "" : "more than ", more));
 }
 
-/// If a gzip stream holds more than `expected` bytes, it may go on, and a warning says so. The whole stream is read only if
-/// its last bytes, which are the size of its last member modulo 2^32, differ from that.
+/// If a gzip stream holds more than `expected` bytes, it may go on, and a warning says so. The whole stream
+/// is read only if its last bytes, which are the size of its last member modulo 2^32, differ from that.
 void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& place, SourceFacts& facts) {
   constexpr std::uint64_t most = std::uint64_t{1} << 30;  // are counted
   constexpr std::uint64_t least_gzip = 18;
@@ -75,10 +81,7 @@ void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& p
     read = stream.read(bytes.data(), bytes.size());
   if (count <= expected) return;
   place.may_go_on = true;
-  facts.holds_other_bytes = true;
-  const std::uint64_t more = std::min(count - expected, most);
-  facts.warnings.push_back(
-      more_in_words(file, more < most ? std::to_string(more) : fmt::format("more than {}", most)));
+  say_more(file, std::min(count - expected, most), count - expected < most, facts);
 }
 
 }  // namespace
@@ -87,8 +90,7 @@ void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) 
   const std::uint64_t end = place.start + *sample_bytes(facts.info.dims, facts.info.type);
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
-  facts.holds_other_bytes = true;
-  facts.warnings.push_back(more_in_words(file, std::to_string(*file.size() - end)));
+  say_more(file, *file.size() - end, true, facts);
 }
 
 FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,

@@ -71,7 +71,12 @@ class Joined final : public VolumeSource {
       are_plain = are_plain && !part.places.empty();
       facts.holds_other_bytes = facts.holds_other_bytes || part.holds_other_bytes;
       // Thousands of files may be alike.
-      if (!part.warnings.empty() && unusual++ == 0) facts.warnings.push_back(part.warnings.front());
+      const bool is_unusual = !part.warnings.empty() || !part.not_understood.empty();
+      if (is_unusual && unusual++ == 0) {
+        facts.warnings.insert(facts.warnings.end(), part.warnings.begin(), part.warnings.end());
+        facts.not_understood.insert(facts.not_understood.end(), part.not_understood.begin(),
+                                    part.not_understood.end());
+      }
       for (SliceRun run : part.places) {
         run.file = numbers.at(part.files[run.file]);
         facts.places.push_back(run);

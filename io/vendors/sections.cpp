@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t largest_file = std::size_t{1} << 20;
 
-/// "volume1" for a line "{Volume1}"; "" if it does not begin a group that is a volume, as "{volumeprimitive1}".
+/// "volume1" for a line "{Volume1}"; "" if it does not begin a group that is a volume, as
+/// "{volumeprimitive1}".
 std::string volume_begun_by(std::string_view line) {
   if (!line.starts_with('{') || !line.ends_with('}')) return "";
   std::string name = lower_case(trimmed(line.substr(1, line.size() - 2)));

@@ -81,7 +81,8 @@ SampleType type_of_vgi(const std::string& file, const Sections& sections) {
                                 quoted(std::string_view(kind)), bits));
 }
 
-/// What the description of a volume says besides the samples of its only file, and which is not followed here.
+/// What the description of a volume says besides the samples of its only file, and which is not followed
+/// here.
 std::vector<std::string> not_understood_in(const std::string& name, std::string_view text,
                                            const Sections& sections) {
   std::vector<std::string> sentences;

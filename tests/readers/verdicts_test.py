@@ -182,6 +182,16 @@ class Verdicts(ReaderTest):
                     self.assertEqual(self.tagrid("restore", "out.tag", "-o", "back").returncode, 0)
                     self.assertEqual((self.folder / "back" / "a.nii").read_bytes(), gzip.decompress((self.folder / "a.nii.gz").read_bytes()))
 
+    def test_slices_after_the_samples_may_be_meant_and_are_not_removed_after_a_loss(self):
+        for name, arguments in self.each([name for name in ALL if name != "raw"], Case(volume().tobytes() + volume()[0].tobytes())):
+            run = self.tagrid("encode", *arguments, "--max-error", "5", "--rm")
+            self.assertNotEqual(run.returncode, 0)
+            # What is compressed would come back in another form, and is not removed either.
+            self.assertIn("compressed" if arguments[0].endswith(".gz") else "126 bytes follow the samples", run.stderr)
+            self.assertTrue((self.folder / arguments[0]).exists())
+            self.read(arguments)
+            self.assert_said("126 bytes follow the samples")
+
     def test_bytes_that_are_missing_are_refused_with_both_sizes(self):
         for name, arguments in self.each(ALL, Case(volume().tobytes()[:-1])):
             message = self.assert_refused(65, f"{SIZE}", "encode", *arguments, "-o", "a.tag")
