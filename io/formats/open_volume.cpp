@@ -62,6 +62,8 @@ ReaderOptions options_of(const SourceDescription& source) {
   return options;
 }
 
+std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source);
+
 std::string known_formats() {
   std::vector<std::string_view> known;
   for (const Format& format : formats())
@@ -71,11 +73,79 @@ std::string known_formats() {
   return fmt::format("{} or {}", fmt::join(known, ", "), last);
 }
 
-BrokenInput no_volume(FileBytes& file) {
+/// `path` without what says that samples are compressed, and with another ending, in capitals if its own is.
+fs::path beside(const std::string& path, std::string_view ending) {
+  fs::path other = plain_name(path);
+  const std::string own = other.extension().string();
+  std::string wanted(ending);
+  if (!own.empty() && own != lower_case(own))
+    std::ranges::transform(wanted, wanted.begin(),
+                           [](char c) { return c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c; });
+  return other.replace_extension(wanted);
+}
+
+/// What to do about a file of samples whose header lies beside it; "" if none does.
+std::string advice_of_header_beside(const std::string& path) {
+  if (path == "-") return "";
+  for (const std::string_view ending : {".mhd", ".nhdr", ".hdr", ".vgi", ".xtekct"}) {
+    const std::string header = beside(path, ending).string();
+    if (const auto status = status_of(header); header == path || !status || !S_ISREG(status->st_mode))
+      continue;
+    const Format* known = readable_format(header);
+    if (known == nullptr) {
+      const Format* other = format_of(FileBytes(header).peek(bytes_to_recognise()), false);
+      if (other != nullptr) return fmt::format("{} beside it {}", header, other->what);
+      continue;
+    }
+    try {
+      std::error_code error;
+      const auto volume = open_file(header, {});
+      for (const std::string& file : volume->files())
+        if (fs::equivalent(file, path, error)) return header + " describes its samples; give that file";
+    } catch (const UsageError&) {
+      return header + " describes its samples, of several volumes; give that file";
+    } catch (const Error& error) {
+      return fmt::format("{} beside it cannot be read: {}", header, error.what());
+    }
+  }
+  return "";
+}
+
+/// What is wrong with a file whose name says that it is of a format that describes itself; "" if the name
+/// does not.
+std::string contradicts_its_name(const std::string& path) {
+  const std::string name = lower_case(fs::path(path).filename().string());
+  for (const Format& format : formats()) {
+    const std::string_view what =
+        format.read_as.empty() ? format.what : read_format_named(format.read_as)->what;
+    const bool is_recognised = format.is_mine != nullptr || !format.read_as.empty();
+    for (const std::string_view ending : format.extensions)
+      if (is_recognised && (format.is_read() || !format.read_as.empty()) && name.size() > ending.size() &&
+          name.ends_with(ending))
+        return fmt::format(
+            "its name says that it is {}, but it does not begin as one does; it may be cut short or damaged",
+            what);
+  }
+  return "";
+}
+
+BrokenInput no_volume(FileBytes& file, const std::string& path) {
   const std::string_view beginning = file.peek(bytes_to_recognise());
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
-  if (const Format* other = format_of(beginning, false))
+  if (const std::string advice = advice_of_header_beside(path); !advice.empty())
+    return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
+  // gzip is no news of a file that is called .nii.gz.
+  const bool says_gzip = lower_case(path).ends_with(".nii.gz");
+  if (const Format* other = says_gzip ? nullptr : format_of(beginning, false))
     return BrokenInput(fmt::format("{}: {}", file.name(), other->what), other->problem);
+  if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
+    return BrokenInput(fmt::format("{}: {}", file.name(), contradiction));
+  if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
+      ending == ".img")
+    return BrokenInput(
+        fmt::format("{}: has no header of its own; the header of a NIfTI pair would be {}, which is missing",
+                    file.name(), beside(path, ".hdr").string()),
+        Problem::no_known_format);
   return BrokenInput(fmt::format("{}: not {}", file.name(), known_formats()), Problem::no_known_format);
 }
 
@@ -111,7 +181,7 @@ Way way_of_file(FileBytes& file, const std::string& path, const SourceDescriptio
     if (const Format* format = format_of_name(path)) return way_of(*format, file.name());
     if (const auto program = reader_of_extension(path)) return {nullptr, *program};
   }
-  throw no_volume(file);
+  throw no_volume(file, path);
 }
 
 std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
@@ -204,12 +274,14 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
     throw UsageError(sentence, std::move(choices));
   }
   NumberedFiles& files = series.front();
-  if (files.gap && !source.gaps_ok)
-    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
-    throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}", folder, count,
-                                  described(raw.dims, raw.type)));
+    throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,
+                                  described(raw.dims, raw.type),
+                                  files.gap ? "; " + gap_in_words(files) : ""));
+  // Only now, as without equal parts it does not help that gaps are no error.
+  if (files.gap && !source.gaps_ok)
+    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
   const std::int64_t slices = raw.dims.z / count;
   const std::uint64_t slice = *sample_bytes({raw.dims.x, raw.dims.y, 1}, raw.type);
   std::vector<SliceRun> runs;

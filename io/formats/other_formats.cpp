@@ -12,6 +12,21 @@ bool has(std::string_view beginning, std::string_view magic) {
   return beginning.size() >= at && beginning.substr(at).starts_with(magic);
 }
 
+/// A header of Analyze 7.5 has no magic number: its size must do, with the word "r" (regular), which some
+/// programs leave out, or a number of axes and bits that samples may have.
+bool begins_analyze(std::string_view b) {
+  const bool is_little = b.starts_with("\x5c\1\0\0"sv);
+  if (b.size() < 348 || (!is_little && !b.starts_with("\0\0\1\x5c"sv)) || begins_nifti(b)) return false;
+  if (b[38] == 'r') return true;
+  const auto number = [&](std::size_t at) {
+    const auto low = static_cast<unsigned char>(b[is_little ? at : at + 1]),
+               high = static_cast<unsigned char>(b[is_little ? at + 1 : at]);
+    return low + 256 * high;
+  };
+  const int axes = number(40), bits = number(72);
+  return axes >= 1 && axes <= 7 && bits <= 128 && (bits == 1 || (bits > 0 && bits % 8 == 0));
+}
+
 }  // namespace
 
 std::vector<Format> other_formats() {
@@ -40,11 +55,7 @@ std::vector<Format> other_formats() {
                "to NIfTI "
                "first",
        .peek = 348,
-       .is_mine =
-           [](std::string_view b) {
-             return has<38>(b, "r") && (b.starts_with("\x5c\1\0\0"sv) || b.starts_with("\0\0\1\x5c"sv)) &&
-                    !begins_nifti(b);
-           }},
+       .is_mine = begins_analyze},
   };
 }
 

@@ -9,8 +9,10 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_pattern.h"
+#include "io/files/foreign_numbers.h"
 #include "io/files/text.h"
 #include "io/files/text_changes.h"
+#include "io/nrrd/foreign_spacing.h"
 #include "io/nrrd/geometry.h"
 #include "io/volume/plain_form.h"
 
@@ -71,16 +73,6 @@ std::int64_t integer_of(std::string_view field, std::string_view text) {
   return *number;
 }
 
-std::vector<double> numbers_of(std::string_view field, std::string_view value, std::size_t count) {
-  const auto words = words_of(value);
-  std::vector<double> numbers;
-  for (const std::string_view word : words)
-    if (const auto number = number_of(word); number && std::isfinite(*number)) numbers.push_back(*number);
-  if (words.size() != count || numbers.size() != count)
-    refuse(field, value, fmt::format("must be {} numbers", count));
-  return numbers;
-}
-
 bool is_true(std::string_view field, std::string_view value) {
   const std::string word = lower_case(value);
   if (word.empty() || word == "false" || word == "0" || word == "f" || word == "no") return false;
@@ -117,53 +109,100 @@ std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
   return {{sizes[0], sizes[1], sizes[2]}, sizes[3]};
 }
 
+/// The numbers of the first of these fields that is there. What is unusual about them is said to `warnings`.
+ForeignNumbers numbers_of(const Fields& fields, std::initializer_list<const char*> names,
+                          std::string_view name, std::size_t count, std::string_view consequence,
+                          std::vector<std::string>& warnings) {
+  for (const char* one : names)
+    if (const auto found = fields.find(one); found != fields.end()) {
+      ForeignNumbers numbers = foreign_numbers(found->second, count);
+      if (const std::string remark = remark_on(numbers, name, consequence); !remark.empty())
+        warnings.push_back("MetaImage header: " + remark);
+      return numbers;
+    }
+  return {};
+}
+
 /// Each row of the matrix is the direction of one axis, as ITK reads it.
-Geometry geometry_of_header(const Fields& fields, std::size_t axes) {
-  const std::string_view spacing = value_of_one(fields, {"elementspacing", "elementsize"});
-  const std::string_view matrix = value_of_one(fields, {"transformmatrix", "rotation", "orientation"});
-  const std::string_view offset = value_of_one(fields, {"offset", "origin", "position"});
+std::optional<std::array<std::array<double, 3>, 3>> directions_of(const Fields& fields, std::size_t axes,
+                                                                  std::vector<std::string>& warnings) {
+  const ForeignNumbers matrix =
+      numbers_of(fields, {"transformmatrix", "rotation", "orientation"}, "TransformMatrix", axes * axes,
+                 "directions are unknown", warnings);
+  if (!matrix.are_numbers()) return std::nullopt;
+  std::array<std::array<double, 3>, 3> directions = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis)
+    for (std::size_t row = 0; row < std::min<std::size_t>(axes, 3); ++row)
+      directions[axis][row] = matrix.numbers[axis * axes + row].value;
+  if (const double volume = determinant(directions); volume != 0 && std::isfinite(volume)) return directions;
+  warnings.push_back(
+      fmt::format("MetaImage header: TransformMatrix {} does not span a volume; directions are unknown",
+                  quoted(std::string_view(matrix.text))));
+  return std::nullopt;
+}
+
+void read_spacing(const Fields& fields, std::size_t axes, Geometry& geometry,
+                  std::vector<std::string>& warnings) {
+  std::vector<std::string> none;
+  const ForeignNumbers spacing =
+      numbers_of(fields, {"elementspacing", "elementsize"}, "ElementSpacing", axes, "", none);
+  if (spacing.is_absent) return;
+  if (spacing.numbers.empty())
+    warnings.push_back("MetaImage header: " + remark_on(spacing, "ElementSpacing", "spacing is unknown"));
+  else
+    set_spacing(
+        spacing.numbers,
+        {fmt::format("MetaImage header: of ElementSpacing {}, one", quoted(std::string_view(spacing.text)))},
+        NegativeSpacing::mirrors, geometry, warnings);
+}
+
+Geometry geometry_of_header(const Fields& fields, std::size_t axes, std::vector<std::string>& warnings) {
   Geometry geometry;
-  std::array<double, 3> sizes = {1, 1, 1};
-  if (!spacing.empty()) {
-    const auto numbers = numbers_of("ElementSpacing", spacing, axes);
-    for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis) {
-      if (numbers[axis] == 0) refuse("ElementSpacing", spacing, "must not be 0");
-      sizes[axis] = numbers[axis];
-    }
-    geometry.spacing = sizes;
-    geometry.has_spacing = true;
-  }
-  if (!offset.empty()) {
-    const auto numbers = numbers_of("Offset", offset, axes);
+  read_spacing(fields, axes, geometry, warnings);
+  const ForeignNumbers offset = numbers_of(fields, {"offset", "origin", "position"}, "Offset", axes,
+                                           "where the volume lies is unknown", warnings);
+  if (offset.are_numbers()) {
     for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis)
-      geometry.origin[axis] = numbers[axis];
+      geometry.origin[axis] = offset.numbers[axis].value;
     geometry.has_origin = true;
   }
-  if (!matrix.empty() || geometry.has_origin) {
-    for (std::size_t axis = 0; axis < 3; ++axis) geometry.directions[axis][axis] = sizes[axis];
-    if (!matrix.empty()) {
-      const auto numbers = numbers_of("TransformMatrix", matrix, axes * axes);
-      for (std::size_t axis = 0; axis < std::min<std::size_t>(axes, 3); ++axis)
-        for (std::size_t row = 0; row < std::min<std::size_t>(axes, 3); ++row)
-          geometry.directions[axis][row] = numbers[axis * axes + row] * sizes[axis];
+  const auto directions = directions_of(fields, axes, warnings);
+  if (directions || geometry.has_origin) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (directions)
+        geometry.directions[axis] = (*directions)[axis];
+      else
+        geometry.directions[axis][axis] = 1;
+      for (double& number : geometry.directions[axis]) number *= spacing_or_1(geometry, axis);
     }
-    if (determinant(geometry.directions) == 0) refuse("TransformMatrix", matrix, "does not span a volume");
     geometry.has_directions = true;
-    geometry.has_origin = true;
+    // Without an offset, ITK has 0.
+    geometry.has_origin = offset.is_absent || offset.are_numbers();
     geometry.space = "left-posterior-superior";
   }
   geometry.units.fill(std::string(value_of(fields, "distanceunits")));
   return geometry;
 }
 
-Rescale rescale_of(const Fields& fields) {
-  const auto number = [&](const char* name, double otherwise) {
-    const std::string_view value = value_of(fields, name);
-    return value.empty() ? otherwise : numbers_of(name, value, 1).front();
+Rescale rescale_of(const Fields& fields, MetaImageHeader& header) {
+  const auto number = [&](const char* key, std::string_view name, double otherwise) {
+    const auto found = fields.find(key);
+    const ForeignNumber value =
+        foreign_number(found == fields.end() ? std::nullopt : std::optional(found->second));
+    const std::string remark = remark_on(value, name, "what values samples mean is unknown");
+    if (value.is_unreadable())
+      header.scale_doubt = "MetaImage header: " + remark;
+    else if (!remark.empty())
+      header.warnings.push_back("MetaImage header: " + remark);
+    return value.value_or(otherwise);
   };
-  const Rescale rescale{number("elementtointensityfunctionslope", 1),
-                        number("elementtointensityfunctionoffset", 0), ""};
-  return rescale.slope == 0 ? Rescale{} : rescale;
+  Rescale rescale;
+  rescale.slope = number("elementtointensityfunctionslope", "ElementToIntensityFunctionSlope", 1);
+  rescale.intercept = number("elementtointensityfunctionoffset", "ElementToIntensityFunctionOffset", 0);
+  if (rescale.slope != 0) return rescale;
+  header.warnings.emplace_back(
+      "MetaImage header: ElementToIntensityFunctionSlope is 0, which counts as no slope");
+  return {};
 }
 
 std::optional<FilePattern> pattern_of(std::string_view name) {
@@ -276,9 +315,10 @@ MetaImageHeader parse_meta_image_header(std::string_view text) {
     refuse("DimSize", value_of(fields, "dimsize"), "is beyond all memory");
   MetaImageHeader header;
   const std::size_t axes = words_of(value_of(fields, "dimsize")).size();
-  header.rescale = rescale_of(fields);
+  header.rescale = rescale_of(fields, header);
   add_rescale(header.rescale, pairs);
-  header.info = volume_info(dims, type, nrrd_fields_of(geometry_of_header(fields, axes), pairs));
+  header.info =
+      volume_info(dims, type, nrrd_fields_of(geometry_of_header(fields, axes, header.warnings), pairs));
   header.volumes = volumes;
   header.big_endian =
       is_true("ElementByteOrderMSB", value_of_one(fields, {"elementbyteordermsb", "binarydatabyteordermsb"}));

@@ -24,6 +24,9 @@ struct MetaImageHeader {
   /// Bytes to skip in each data file; -1: the samples are its last bytes.
   std::int64_t header_size = 0;
   Rescale rescale;
+  /// As in SourceFacts.
+  std::vector<std::string> warnings;
+  std::string scale_doubt;
 };
 
 /// Headers longer than this are refused.

@@ -84,6 +84,8 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
   SourceFacts facts{.info = header.info, .files = {path}};
   facts.rescale = header.rescale;
+  for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);
+  if (!header.scale_doubt.empty()) facts.scale_doubt = name + ": " + header.scale_doubt;
   facts.holds_other_bytes = true;  // fields of the header are kept, but not the header
   if (header.data_files.empty())
     return open_samples(std::move(file), header, std::move(facts), before, 0, path);

@@ -21,7 +21,9 @@ struct NiftiHeader {
   std::uint64_t offset = 0;  ///< The byte at which the samples of the first volume begin.
   std::int64_t volumes = 1;  ///< Moments, components and so on, one after the other.
   Rescale rescale;
-  std::vector<std::string> warnings;
+  /// As in SourceFacts.
+  std::vector<std::string> warnings, not_understood;
+  std::string scale_doubt;
 };
 
 /// No header is longer.

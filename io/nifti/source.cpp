@@ -63,6 +63,9 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   facts.rescale = header.rescale;
   facts.holds_other_bytes = true;  // the header says more than the file that is made
   for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);
+  for (const std::string& sentence : header.not_understood)
+    facts.not_understood.push_back(name + ": " + sentence);
+  if (!header.scale_doubt.empty()) facts.scale_doubt = name + ": " + header.scale_doubt;
   if (header.is_pair) {
     facts.files.push_back(image_path(path, name));
     file = std::make_unique<FileBytes>(facts.files.back());

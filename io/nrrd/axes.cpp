@@ -67,21 +67,6 @@ Values values_of(const AxisField& field, std::string_view value, std::size_t axe
                                 quoted(value), axes));
 }
 
-/// The numbers of "(a,b,c)"; nothing if it is not like that.
-std::optional<std::vector<double>> vector_of(std::string_view value) {
-  if (!value.starts_with('(') || !value.ends_with(')')) return std::nullopt;
-  value = value.substr(1, value.size() - 2);
-  std::vector<double> numbers;
-  for (;;) {
-    const std::size_t comma = value.find(',');
-    const auto number = number_of(trimmed(value.substr(0, comma)));
-    if (!number) return std::nullopt;
-    numbers.push_back(*number);
-    if (comma == value.npos) return numbers;
-    value.remove_prefix(comma + 1);
-  }
-}
-
 std::string text_of(const std::vector<double>& v) { return fmt::format("({})", fmt::join(v, ",")); }
 
 /// The directions of a slice, and a third one. In a plane, vectors get a third coordinate.
@@ -161,6 +146,31 @@ std::string changed(std::string_view nrrd_fields, ValueOf value_of) {
 }
 
 }  // namespace
+
+std::optional<std::vector<double>> vector_of(std::string_view value) {
+  if (!value.starts_with('(') || !value.ends_with(')')) return std::nullopt;
+  value = value.substr(1, value.size() - 2);
+  std::vector<double> numbers;
+  for (;;) {
+    const std::size_t comma = value.find(',');
+    const auto number = number_of(trimmed(value.substr(0, comma)));
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+    if (comma == value.npos) return numbers;
+    value.remove_prefix(comma + 1);
+  }
+}
+
+std::optional<std::vector<std::string_view>> vectors_in(std::string_view value) {
+  std::vector<std::string_view> vectors;
+  for (std::string_view rest = trimmed(value); !rest.empty(); rest = trimmed(rest)) {
+    const std::size_t length = length_of_value(AxisField::Values::vectors, rest);
+    if (length == 0) return std::nullopt;
+    vectors.push_back(rest.substr(0, length));
+    rest.remove_prefix(length);
+  }
+  return vectors;
+}
 
 bool is_spatial_kind(std::string_view kind) {
   const std::string name = lower_case(kind);

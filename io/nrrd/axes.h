@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,5 +25,10 @@ ThreeAxes three_axes(const std::vector<std::int64_t>& sizes, std::string_view nr
 
 /// True if an axis of this kind may be one of space: "none" and "???" say nothing.
 bool is_spatial_kind(std::string_view kind);
+
+/// The numbers of "(a,b,c)"; nothing if it is not like that.
+std::optional<std::vector<double>> vector_of(std::string_view value);
+/// The parts of "(a,b,c) none (d,e,f)"; nothing if a vector does not end.
+std::optional<std::vector<std::string_view>> vectors_in(std::string_view value);
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/files/foreign_numbers.h"
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
@@ -39,6 +40,22 @@ double largest_slope(std::string_view nrrd_fields) {
 Rescale rescale_of_bounds(std::string_view nrrd_fields) {
   return has_slopes_of_slices(nrrd_fields) ? Rescale{.slope = largest_slope(nrrd_fields), .intercept = 0}
                                            : rescale_of(nrrd_fields);
+}
+
+std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices) {
+  constexpr std::string_view consequence = "what values samples mean is unknown";
+  for (const auto& [key, value] : key_values_of(nrrd_fields)) {
+    ForeignNumbers numbers;
+    if (key == "rescale_slope" || key == "rescale_intercept")
+      numbers = foreign_numbers(value, 1);
+    else if (key == "slice_slopes" || key == "slice_intercepts")
+      numbers = foreign_numbers(value, static_cast<std::size_t>(slices));
+    // Numbers with a decimal comma are read by those who wrote the line, but not from it.
+    if (!numbers.is_absent &&
+        (!numbers.are_numbers() || std::ranges::any_of(numbers.numbers, &ForeignNumber::decimal_comma)))
+      return remark_on(numbers, key, consequence);
+  }
+  return "";
 }
 
 double error_in_samples(double error, const Rescale& rescale) {

@@ -1,6 +1,8 @@
 // The meaning of samples, as key-value pairs of NRRD header lines give it.
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "io/volume/volume_info.h"
@@ -21,6 +23,11 @@ double largest_slope(std::string_view nrrd_fields);
 /// The slope and intercept with which bounds on values become bounds on samples: those of rescale_of(), or the largest slope
 /// and no intercept if each slice has its own. Throws as above.
 Rescale rescale_of_bounds(std::string_view nrrd_fields);
+
+/// A sentence without a full stop if a line says a slope or an intercept, of all slices or of each of
+/// `slices`, that is there and cannot be read: nobody knows then what values samples mean. "" if there is
+/// none. Throws as above.
+std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices);
 
 /// The largest error of samples that is at most `error` in values.
 double error_in_samples(double error, const Rescale& rescale);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "io/files/errors.h"
+#include "io/nrrd/foreign_header.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
 #include "io/nrrd/rescale.h"
@@ -37,10 +38,18 @@ PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end
            PlainPiece::stretch(0, file.position(), end.value_or(file.size().value_or(0)))}};
 }
 
-NrrdHeader read_header(FileBytes& file) {
+/// Adds what is unusual about the header to `facts`.
+NrrdHeader read_header(FileBytes& file, SourceFacts& facts) {
   const std::string text = read_header_text(file);
   try {
-    return parse_nrrd_header(text);
+    ForeignNrrdHeader header = foreign_nrrd_header(text);
+    const auto said = [&](const std::string& sentence) {
+      return fmt::format("{}: {}", file.name(), sentence);
+    };
+    for (const std::string& sentence : header.warnings) facts.warnings.push_back(said(sentence));
+    for (const std::string& sentence : header.not_understood) facts.not_understood.push_back(said(sentence));
+    if (!header.scale_doubt.empty()) facts.scale_doubt = said(header.scale_doubt);
+    return parse_nrrd_header(header.text);
   } catch (const BrokenInput& broken) {
     throw BrokenInput(file.name() + ": " + broken.what());
   }
@@ -103,6 +112,7 @@ std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, cons
         header.encoding == NrrdHeader::Encoding::bzip2 ? Compression::bzip2 : Compression::gzip);
   }
   place.start = start_of_samples(*file, header, facts.info);
+  allow_more(*file, place, facts);
   return plain_samples(std::move(facts), std::move(file), place);
 }
 
@@ -141,9 +151,13 @@ std::unique_ptr<VolumeSource> open_files(const NrrdHeader& header, const std::st
 std::unique_ptr<VolumeSource> open_nrrd(std::unique_ptr<FileBytes> file, const std::string& path,
                                         const SourceDescription& source) {
   const std::string header_name = file->name();
-  const NrrdHeader header = read_header(*file);
+  SourceFacts facts;
+  facts.files = {path};
+  const NrrdHeader header = read_header(*file, facts);
   if (source.raw) check_against(*source.raw, header, header_name);
-  SourceFacts facts{.info = header.info, .files = {path}};
+  facts.info = header.info;
+  if (const std::string doubt = doubt_of_rescale(facts.info.nrrd_fields, facts.info.dims.z); !doubt.empty())
+    facts.scale_doubt = fmt::format("{}: NRRD header: {}", header_name, doubt);
   facts.rescale = rescale_of_bounds(facts.info.nrrd_fields);
   facts.holds_other_bytes = header.line_skip != 0 || header.byte_skip != 0;
   if (header.data_files.empty()) return open_samples(std::move(file), header, std::move(facts), 0, path);

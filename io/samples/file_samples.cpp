@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "io/bytes/little_endian.h"
 #include "io/files/bzip2_bytes.h"
@@ -48,14 +50,47 @@ PlainForm plain_form_of_stream(const SourceFacts& facts, const SamplesPlace& pla
   return form;
 }
 
+/// Says that `more` bytes follow the samples in `file`, or at least so many. If they could be a slice, the
+/// header may say another size or type than the samples have.
+void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFacts& facts) {
+  facts.holds_other_bytes = true;
+  const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
+  (more < slice ? facts.warnings : facts.not_understood)
+      .push_back(fmt::format("{}: {}{} bytes follow the samples; they are not part of the volume",
+                             file.name(), is_exact ? "" : "more than ", more));
+}
+
+/// If a gzip stream holds more than `expected` bytes, it may go on, and a warning says so. The whole stream
+/// is read only if its last bytes, which are the size of its last member modulo 2^32, differ from that.
+void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& place, SourceFacts& facts) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 30;  // are counted
+  constexpr std::uint64_t least_gzip = 18;
+  if (!file.size() || *file.size() < place.start || *file.size() - place.start < least_gzip) return;
+  file.seek(place.start);
+  if (!begins_gzip(file)) return;
+  std::byte last[4];
+  file.seek(*file.size() - sizeof last);
+  if (file.read(last, sizeof last) != sizeof last ||
+      load_little_endian<std::uint32_t>(last) == static_cast<std::uint32_t>(expected))
+    return;
+  file.seek(place.start);
+  GzipBytes stream(file);
+  std::vector<std::byte> bytes(std::size_t{1} << 16);
+  std::uint64_t count = 0;
+  for (std::size_t read = bytes.size(); read == bytes.size() && count <= expected + most; count += read)
+    read = stream.read(bytes.data(), bytes.size());
+  if (count <= expected) return;
+  place.may_go_on = true;
+  say_more(file, std::min(count - expected, most), count - expected < most, facts);
+}
+
 }  // namespace
 
 void allow_more(const FileBytes& file, SamplesPlace& place, SourceFacts& facts) {
   const std::uint64_t end = place.start + *sample_bytes(facts.info.dims, facts.info.type);
   if (!file.size() || *file.size() <= end) return;
   place.may_go_on = true;
-  facts.warnings.push_back(fmt::format("{}: {} bytes follow the samples; they are not part of the volume",
-                                       file.name(), *file.size() - end));
+  say_more(file, *file.size() - end, true, facts);
 }
 
 FileSamples::FileSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,
@@ -128,8 +163,10 @@ std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<F
 }
 
 std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                                 const SamplesPlace& place, std::uint64_t skipped,
+                                                 SamplesPlace place, std::uint64_t skipped,
                                                  const PlainHeader& header, Compression compression) {
+  if (compression == Compression::gzip && !place.may_go_on)
+    allow_more_in_gzip(*file, skipped + *sample_bytes(facts.info.dims, facts.info.type), place, facts);
   if (file->size() && facts.files.back() != "-")
     facts.plain_form = [known = facts, place, skipped, header, compression] {
       return plain_form_of_stream(known, place, skipped, header, compression);

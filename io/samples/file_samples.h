@@ -81,11 +81,12 @@ using PlainHeader = std::function<PlainFile()>;
 
 enum class Compression { gzip, bzip2 };
 
-/// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of `facts`, after
-/// `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if `facts` has one file, `header`
-/// gives the pieces before the stream, by default the bytes there; otherwise it gives the first file.
+/// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of
+/// `facts`, after `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if
+/// `facts` has one file, `header` gives the pieces before the stream, by default the bytes there; otherwise
+/// it gives the first file. If a gzip stream in a file has more bytes, it may go on, and a warning says so.
 std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
-                                                 const SamplesPlace& place, std::uint64_t skipped,
+                                                 SamplesPlace place, std::uint64_t skipped,
                                                  const PlainHeader& header = {},
                                                  Compression compression = Compression::gzip);
 

@@ -1,5 +1,7 @@
 #include "io/samples/joined.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <map>
@@ -59,6 +61,7 @@ class Joined final : public VolumeSource {
     const std::uint64_t own = facts.traits.memory;
     facts.traits = {.again = true, .any_rows = true, .whole_slices = false, .memory = own};
     bool are_plain = true;
+    std::int64_t unusual = 0;
     const auto numbers = numbers_of(facts.files);
     for (std::int64_t i = 0; i < parts; ++i) {
       const SourceFacts part = open(i)->facts();
@@ -66,11 +69,20 @@ class Joined final : public VolumeSource {
       facts.traits.any_rows = facts.traits.any_rows && part.traits.any_rows;
       facts.traits.memory = std::max(facts.traits.memory, own + part.traits.memory);
       are_plain = are_plain && !part.places.empty();
+      facts.holds_other_bytes = facts.holds_other_bytes || part.holds_other_bytes;
+      // Thousands of files may be alike.
+      const bool is_unusual = !part.warnings.empty() || !part.not_understood.empty();
+      if (is_unusual && unusual++ == 0) {
+        facts.warnings.insert(facts.warnings.end(), part.warnings.begin(), part.warnings.end());
+        facts.not_understood.insert(facts.not_understood.end(), part.not_understood.begin(),
+                                    part.not_understood.end());
+      }
       for (SliceRun run : part.places) {
         run.file = numbers.at(part.files[run.file]);
         facts.places.push_back(run);
       }
     }
+    if (unusual > 1) facts.warnings.push_back(fmt::format("it is so in {} of the {} files", unusual, parts));
     if (!are_plain) facts.places.clear();
     if (are_plain || !facts.plain_form) {
       facts.plain_form = {};

@@ -7,7 +7,10 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
+#include "io/files/foreign_number.h"
+#include "io/nrrd/foreign_spacing.h"
 #include "io/nrrd/geometry.h"
+#include "io/samples/file_samples.h"
 #include "io/samples/placed.h"
 #include "io/vendors/vendors.h"
 #include "stages/volume/coding_parameters.h"
@@ -42,17 +45,27 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
   if (number(508) < 0) throw BrokenInput(fmt::format("{}: its samples begin in block {}", name, number(508)));
   const std::uint64_t offset = (static_cast<std::uint64_t>(number(508)) + 1) * block;
 
+  SourceFacts facts;
+  facts.files = {path};
   Geometry geometry;
-  geometry.has_spacing = true;
   const std::array<std::int64_t, 3> sizes = {dims.x, dims.y, dims.z};
+  std::vector<ForeignNumber> distances;
+  std::vector<std::string> names;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     // The size of the whole axis is in micrometres.
-    geometry.spacing[axis] = number(56 + 4 * axis) / 1000.0 / static_cast<double>(sizes[axis]);
-    geometry.has_spacing = geometry.has_spacing && geometry.spacing[axis] > 0;
+    distances.push_back(foreign_number(number(56 + 4 * axis) / 1000.0 / static_cast<double>(sizes[axis])));
+    names.push_back(fmt::format("{}: the size of axis {} in its header", name, axis + 1));
   }
-  geometry.units.fill("mm");
+  set_spacing(distances, names, NegativeSpacing::is_unknown, geometry, facts.warnings);
+  if (geometry.has_spacing) geometry.units.fill("mm");
   Rescale rescale;
-  if (number(88) > 1) rescale = {1.0 / number(88), 0, "1/cm"};
+  if (number(88) > 1)
+    rescale = {1.0 / number(88), 0, "1/cm"};
+  else if (number(88) < 0)
+    facts.scale_doubt = fmt::format(
+        "{}: mu_scaling in its header is {}, and must be positive; what values samples mean "
+        "is unknown",
+        name, number(88));
   KeyValues pairs;
   add_rescale(rescale, pairs);
   std::string patient = header.substr(128, 40);
@@ -75,10 +88,13 @@ std::unique_ptr<VolumeSource> open_isq(std::unique_ptr<FileBytes> file, const st
                                                                            {"intensity", 172}}};
   for (const auto& [field, at] : fields)
     pairs.emplace_back(fmt::format("isq_{}", field), std::to_string(number(at)));
-  SourceFacts facts{.info = volume_info(dims, SampleType::int16, nrrd_fields_of(geometry, pairs)),
-                    .files = {path}};
+  facts.info = volume_info(dims, SampleType::int16, nrrd_fields_of(geometry, pairs));
   facts.rescale = rescale;
   facts.holds_other_bytes = true;
+  // Files are filled up to whole blocks.
+  const std::uint64_t end = offset + *sample_bytes(dims, SampleType::int16);
+  SamplesPlace place{.start = offset};
+  if (*file->size() > end && *file->size() - end >= block) allow_more(*file, place, facts);
   return placed_samples(std::move(facts),
                         {{0, offset, dims.z, *sample_bytes({dims.x, dims.y, 1}, SampleType::int16), false}});
 }

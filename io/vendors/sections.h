@@ -4,19 +4,27 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/files/file_bytes.h"
 
 namespace tagrid {
 
-/// Values by "section/name", in lower case, without blanks around them. Groups of sections ("{volume1}") are left out. If a
-/// name comes twice in sections of one name, the first one counts.
+/// Values by "section/name", in lower case, without blanks around them. Sections belong to groups
+/// ("{volume1}"), whose names are left out; of several volumes, all but the first one are. If a name comes
+/// twice in sections of one name, the first one counts.
 using Sections = std::map<std::string, std::string>;
 
 /// Lines that are neither a section nor a name and a value are passed over. Safe for any bytes.
 Sections parse_sections(std::string_view text);
 
-/// Reads a whole file. Throws BrokenInput if it is larger than 1 MiB, and WorldError.
+/// The names of the groups that are volumes: "volume1", "volume2".
+std::vector<std::string> volumes_in(std::string_view text);
+
+/// The text of a whole file. Throws BrokenInput if it is larger than 1 MiB, and WorldError.
+std::string read_description(FileBytes& file);
+
+/// parse_sections() of a whole file. Throws as above.
 Sections read_sections(FileBytes& file);
 
 /// The value of a field. Throws BrokenInput, with the name of the file, if it is not there.

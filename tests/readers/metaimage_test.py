@@ -4,6 +4,7 @@
 """
 
 import itertools
+import json
 import shutil
 import subprocess
 import unittest
@@ -120,8 +121,8 @@ class MetaImage(ReaderTest):
         for fields, text in (({"ElementNumberOfChannels": 3}, "ElementNumberOfChannels"), ({"BinaryData": "False"}, "BinaryData"),
                              ({"ElementType": "MET_LONG_LONG"}, "MET_LONG_LONG"), ({"DimSize": "1 2"}, "DimSize"),
                              ({"DimSize": "1 2 0"}, "DimSize"), ({"NDims": 7}, "NDims"), ({"ObjectType": "Tube"}, "Tube"),
-                             ({"TransformMatrix": "1 0 0 1 0 0 0 0 1"}, "TransformMatrix"), ({"ElementSpacing": "1 0 1"}, "ElementSpacing"),
-                             ({"Offset": "nan 0 1"}, "Offset"), ({"HeaderSize": -2}, "HeaderSize"),
+                             ({"HeaderSize": -2}, "HeaderSize"), ({"HeaderSize": -1}, "HeaderSize"), ({"HeaderSize": "x"}, "HeaderSize"),
+                             ({"DimSize": "1 2 -1"}, "DimSize"), ({"NDims": 3.5}, "NDims"), ({"ElementType": "MET_UCHAR_ARRAY"}, "ARRAY"),
                              ({"DimSize": "3000000000 3000000000 3000000000"}, "memory")):
             name = self.write("a.mha", truth, fields.pop("ElementType", "MET_SHORT"), truth.tobytes(), **fields)
             self.assert_refused(65, text, "encode", name)
@@ -136,6 +137,55 @@ class MetaImage(ReaderTest):
         self.write("a.mha", truth, "MET_SHORT", truth.tobytes() + b"xyz")
         self.assert_same(self.encoded("a.mha")[0], truth)
         self.assertIn("3 bytes follow the samples", self.messages)
+
+    @unittest.skipIf(shutil.which("plastimatch") is None, "there is no plastimatch on this machine")
+    def test_odd_headers_are_refused_or_read_as_itk_does(self):
+        truth = volume("int16", (5, 7, 9))
+        compared = 0
+        for fields in ({"ElementSpacing": "0.5 -0.6 2.5"}, {"ElementSpacing": "0.5 -0.6 2.5", "TransformMatrix": MATRIX, "Offset": "1 2 3"},
+                       {"ElementSpacing": "0.5 0 2.5"}, {"ElementSpacing": "0,5 0,6 2,5"}, {"ElementSpacing": "0.5 0.6"}, {"ElementSpacing": "0.5 0.6 nan"},
+                       {"ElementSize": "0.5 0.6 2.5"}, {"ElementSize": "9 9 9", "ElementSpacing": "0.5 0.6 2.5"}, {"TransformMatrix": "1 0 0 1 0 0 0 0 1"},
+                       {"Offset": "1 2"}, {"Offset": "1 x 3"}, {"CompressedData": "False", "CompressedDataSize": "-1"}, {"HeaderSize": "0"},
+                       {"CenterOfRotation": "5 5 5", "Offset": "1 2 3"}, {"AnatomicalOrientation": "RAI", "Offset": "1 2 3"},
+                       {"ElementToIntensityFunctionSlope": "0"}, {"BinaryDataByteOrderMSB": "False"}, {"ElementByteOrderMSB": "True"}, {"ElementNumberOfChannels": "1"}):
+            with self.subTest(fields):
+                for file in self.folder.glob("*.nrrd"):
+                    file.unlink()
+                self.write("a.mha", truth, "MET_SHORT", truth.tobytes(), **fields)
+                ours = self.tagrid("encode", "a.mha", "-o", "a.tag", "-f")
+                self.assertEqual(ours.returncode, 0, ours.stderr)
+                run = subprocess.run(["plastimatch", "convert", "--input", "a.mha", "--output-img", "itk.nrrd"], cwd=self.folder, capture_output=True)
+                if run.returncode or not (self.folder / "itk.nrrd").exists():
+                    self.assertIn("warning", ours.stderr)
+                    continue
+                info = json.loads(self.tagrid("info", "a.tag", "--json").stdout)
+                self.assertEqual(self.tagrid("decode", "a.tag", "-o", "ours.raw", "-f").returncode, 0)
+                samples, itk = self.encoded("itk.nrrd")
+                self.assertEqual((self.folder / "ours.raw").read_bytes(), samples.tobytes())
+                compared += 1
+                if "warning" in ours.stderr:
+                    continue  # ITK has a number where nobody knows one
+                directions = info["geometry"]["directions"]
+                if directions is None:
+                    directions = numpy.diag(info["geometry"]["spacing"] or (1, 1, 1))
+                numpy.testing.assert_allclose(directions, itk["geometry"]["directions"], atol=1e-6)
+        self.assertGreater(compared, 10)
+
+    def test_samples_are_told_of_their_header(self):
+        truth = volume("int16")
+        (self.folder / "a.raw").write_bytes(truth.tobytes())
+        self.write("a.mhd", truth, "MET_SHORT", file="a.raw")
+        self.assertNotIn("--dims", self.assert_refused(65, "a.mhd describes its samples; give that file", "encode", "a.raw"))
+        self.assert_same(self.encoded("a.mhd")[0], truth)
+        # The header of other samples is none.
+        self.write("a.mhd", truth, "MET_SHORT", file="b.raw")
+        (self.folder / "b.raw").write_bytes(truth.tobytes())
+        self.assert_refused(65, "describe them with --dims and --type", "encode", "a.raw")
+        self.assert_same(self.encoded("a.raw", "--dims", "23,19,7", "--type", "int16")[0], truth)
+        (self.folder / "b.raw").write_bytes(truth.tobytes()[:-1])
+        message = self.assert_refused(65, f"{truth.nbytes - 1} are present", "encode", "b.raw", "--dims", "23,19,7", "--type", "int16")
+        self.write("b.mhd", truth, "MET_SHORT", file="b.raw")
+        self.assertNotIn("--dims", self.assert_refused(65, f"b.mhd beside it cannot be read: b.raw: {truth.nbytes} bytes", "encode", "b.raw"))
 
 
 if __name__ == "__main__":

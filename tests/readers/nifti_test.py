@@ -189,6 +189,94 @@ class Nifti(ReaderTest):
         (self.folder / "pair.img").unlink()
         self.assert_refused(74, "pair.img", "encode", "pair.hdr")
 
+    def test_odd_headers_are_refused_or_read_as_nibabel_does(self):
+        truth = volume("int16", (9, 7, 5))
+        self.write("a.nii", truth, oblique(), edit=lambda header: header.set_slope_inter(2, 10))
+        whole = (self.folder / "a.nii").read_bytes()
+        nan, inf = float("nan"), float("inf")
+        # Where a field is, what it is, and the exit code; 0 also where nibabel refuses.
+        table = [(108, "f", (offset,), code) for offset, code in ((0, 0), (352, 0), (348, 65), (351, 65), (100, 65), (352.5, 65), (nan, 65), (-1, 65), (inf, 65))]
+        table += [(112, "2f", pair, 0) for pair in ((0, 5), (0, nan), (nan, nan), (nan, 0), (1, 0), (2, nan), (-2, 3), (0.5, 0))]
+        table += [(40, "h", (axes,), code) for axes, code in ((0, 65), (8, 65), (-1, 65), (300, 65), (3, 0))]
+        table += [(42, "3h", sizes, 65) for sizes in ((9, 7, 0), (9, -1, 5), (0, 0, 0), (9, 7, 6))]
+        table += [(48, "h", (3,), 0), (70, "h", (128,), 65), (70, "h", (32,), 65), (70, "h", (1536,), 65), (70, "h", (0,), 65), (70, "h", (9999,), 65),
+                  (72, "h", (8,), 0), (72, "h", (0,), 0), (123, "B", (7,), 0), (123, "B", (2 + 8,), 0)]
+        table += [(80, "3f", sizes, 0) for sizes in ((0, 0, 0), (nan, 1, 1), (-1, -2, 3), (inf, 2, 1))]
+        table += [(280, "f", (value,), 0) for value in (nan, inf, 0)] + [(292, "f", (nan,), 0)]
+        table += [(254, "h", (0,), 0), (68, "h", (1002,), 0), (68, "h", (1007,), 0), (344, "4s", (b"abcd",), 65)]
+        compared = 0
+        for at, kind, values, code in table:
+            with self.subTest(at=at, values=values):
+                broken = bytearray(whole)
+                struct.pack_into("<" + kind, broken, at, *values)
+                if (at, values[0]) == (108, 0):
+                    del broken[352:352 + len(broken) - 352 - truth.nbytes]
+                (self.folder / "b.nii").write_bytes(broken)
+                run = self.tagrid("encode", "b.nii", "-o", "b.tag", "-f")
+                self.assertEqual(run.returncode, code, run.stderr)
+                if code:
+                    continue
+                try:
+                    with open(self.folder / "nibabel.log", "w") as log:
+                        nibabel.imageglobals.logger.handlers = [__import__("logging").StreamHandler(log)]
+                        image = nibabel.load(self.folder / "b.nii")
+                        theirs, affine, forms = image.get_fdata(), image.affine, (image.header["sform_code"], image.header["qform_code"])
+                    # Where vox_offset is 0, nibabel reads the header as samples.
+                    if (at, values[0]) == (108, 0):
+                        raise ValueError("vox_offset")
+                except Exception as error:
+                    # Never silently where others give up.
+                    self.assertIn("warning", run.stderr, error)
+                    continue
+                compared += 1
+                self.assertEqual(self.tagrid("decode", "b.tag", "-o", "b.raw", "-f").returncode, 0)
+                info = json.loads(self.tagrid("info", "b.tag", "--json").stdout)
+                samples = numpy.fromfile(self.folder / "b.raw", info["type"]).reshape(5, 7, 9)
+                pairs, geometry = info["source"]["pairs"], info["geometry"]
+                ours = samples * float(pairs.get("rescale_slope", 1)) + float(pairs.get("rescale_intercept", 0))
+                numpy.testing.assert_allclose(ours, theirs.transpose(2, 1, 0), rtol=1e-6)
+                if geometry["directions"] is not None and numpy.isfinite(affine).all():
+                    numpy.testing.assert_allclose(numpy.array(geometry["directions"]).T, affine[:3, :3], rtol=1e-5, atol=1e-5)
+        self.assertGreater(compared, 20)
+
+    def test_a_slope_without_an_intercept_counts(self):
+        truth = volume("int16")
+        self.write("a.nii", truth, edit=lambda header: header.set_slope_inter(2, 0))
+        content = bytearray((self.folder / "a.nii").read_bytes())
+        struct.pack_into("<f", content, 116, float("nan"))
+        (self.folder / "a.nii").write_bytes(content)
+        samples, info = self.encoded("a.nii", "--max-error", "0")
+        self.assert_same(samples, truth.transpose(2, 1, 0))
+        self.assertIn("scl_inter is \"nan\", which is not a number; it counts as 0", self.messages)
+        self.assertEqual(info["source"]["pairs"]["rescale_slope"], "2")
+        # A slope that is not there, and an intercept that is.
+        struct.pack_into("<2f", content, 112, float("nan"), 5)
+        (self.folder / "a.nii").write_bytes(content)
+        self.assertIn("scl_slope is nan", self.assert_refused(64, "--max-error", "encode", "a.nii", "--max-error", "5"))
+
+    def test_samples_without_their_header_are_told_where_it_is(self):
+        truth = volume("int16")
+        self.write("pair.img", truth, oblique(), pair=True)
+        message = self.assert_refused(65, "pair.hdr describes its samples; give that file", "encode", "pair.img")
+        self.assertNotIn("--dims", message)
+        self.assert_same(self.encoded("pair.hdr")[0], truth.transpose(2, 1, 0))
+        (self.folder / "pair.hdr").rename(self.folder / "pair.old")
+        self.assert_refused(65, "pair.hdr, which is missing", "encode", "pair.img")
+        (self.folder / "pair.old").rename(self.folder / "pair.hdr")
+        self.assertEqual(self.tagrid("encode", "pair.hdr", "-f").returncode, 0)
+        # A volume before NIfTI.
+        nibabel.save(nibabel.AnalyzeImage(truth, numpy.eye(4)), self.folder / "old.img")
+        for name in ("old.img", "old.hdr"):
+            self.assert_refused(65, "is the header of an Analyze 7.5 volume, which does not say how it lies in space; convert it to NIfTI first", "encode", name)
+        nibabel.save(nibabel.Nifti1Image.from_image(nibabel.load(self.folder / "old.img")), self.folder / "new.nii")
+        self.assert_same(self.encoded("new.nii")[0], truth.transpose(2, 1, 0))
+        # A file that is cut short is no file of samples alone.
+        self.write("a.nii", truth)
+        self.write("a.nii.gz", truth)
+        for name in ("a.nii", "a.nii.gz"):
+            (self.folder / name).write_bytes((self.folder / name).read_bytes()[:200])
+            self.assertNotIn("--dims", self.assert_refused(65, name + ": ", "encode", name))
+
     def test_damaged_headers_are_errors_or_other_volumes_and_no_more(self):
         self.write("a.nii", volume("int16"), oblique())
         whole = (self.folder / "a.nii").read_bytes()

@@ -122,6 +122,70 @@ class Nrrd(ReaderTest):
         self.write("c.nrrd", volume((5, 6, 7, 3)))
         self.assert_refused(65, "this file has 4 with more than one sample", "encode", "c.nrrd")
 
+    @unittest.skipIf(UNU is None, "there is no teem-unu on this machine (teem-apps)")
+    def test_odd_headers_are_refused_or_read_as_teem_does(self):
+        truth = volume((5, 7, 9))
+        space = "space: left-posterior-superior\n"
+        compared = 0
+        for fields, code in (("spacings: 0.5 0.6 nan\n", 0), ("spacings: 0.5 inf 1\n", 0), ("spacings: 0,5 0,6 1\n", 0), ("spacings: 0 1 1\n", 0), ("spacings: 1 1\n", 0),
+                             ("thicknesses: x 1 1\nspacings: 1 2 3\n", 0), ("axis mins: 0 inf 0\n", 0), ("axis mins: 0 1 2\naxis maxs: nan 3 x\n", 0),
+                             (space + "space directions: (1,0,0) (1,0,0) (0,0,1)\n", 0), (space + "space directions: (1,0,0) (0,x,0) (0,0,1)\n", 0),
+                             (space + "space directions: (1,0,0) (0,1,0)\n", 0), (space + "space directions: (1,0,0) (0,1,0) none\n", 65),
+                             (space + "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (1,nan,3)\n", 0),
+                             (space + "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (nan,nan,nan)\n", 0),
+                             (space + "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (1,2)\n", 0),
+                             ("old min: -1000\nold max: 3000\n", 0), ("old min: x\n", 0), ("kinds: vector domain domain\n", 65), ("kinds: complex domain domain\n", 65),
+                             ("kinds: list domain domain\n", 65), ("centers: node cell node\nspacings: 1 1 1\naxis mins: 0 0 0\n", 0), ("block size: 4\n", 0),
+                             ("byte skip: -1\n", 0), ("byte skip: -2\n", 65), ("byte skip: x\n", 65), ("line skip: -1\n", 65)):
+            with self.subTest(fields):
+                self.write("a.nrrd", truth, fields)
+                for name in ("teem.nrrd", "a.tag"):
+                    (self.folder / name).unlink(missing_ok=True)
+                ours = self.tagrid("encode", "a.nrrd", "-o", "a.tag")
+                self.assertEqual(ours.returncode, code, ours.stderr)
+                teem = subprocess.run([UNU, "save", "-f", "nrrd", "-e", "raw", "-i", "a.nrrd", "-o", "teem.nrrd"], cwd=self.folder, capture_output=True)
+                if code:
+                    continue
+                self.assertEqual(self.tagrid("decode", "a.tag", "-o", "ours.nrrd", "-f").returncode, 0)
+                # What is written is a file that teem reads, whatever was read.
+                self.unu("save", "-f", "nrrd", "-e", "raw", "-i", "ours.nrrd", "-o", "again.nrrd")
+                if teem.returncode:
+                    self.assertIn("warning", ours.stderr)
+                    continue
+                compared += 1
+                for name in ("teem.nrrd", "again.nrrd"):
+                    self.assertEqual((self.folder / name).read_bytes().partition(b"\n\n")[2], truth.tobytes(), name)
+                for field in (b"spacings: ", b"space directions: ", b"space origin: "):
+                    said = [[line for line in (self.folder / name).read_bytes().splitlines() if line.startswith(field)] for name in ("teem.nrrd", "again.nrrd")]
+                    if "warning" not in ours.stderr:
+                        self.assertEqual(*said)
+        self.assertGreater(compared, 5)
+
+    def test_quantized_values_are_said_and_kept(self):
+        truth = volume()
+        self.write("a.nrrd", truth, "old min: -1000\nold max: 3000\n")
+        self.assert_same(self.encoded("a.nrrd")[0], truth)
+        self.assertIn("old min \"-1000\" says that samples are quantized values", self.messages)
+        run = self.tagrid("encode", "a.nrrd", "--max-error", "5", "--rm")
+        self.assertNotEqual(run.returncode, 0)
+        self.assertTrue((self.folder / "a.nrrd").exists())
+
+    def test_slopes_that_do_not_fit_the_slices_allow_no_bound(self):
+        truth = volume()
+        for pairs in ("slice_slopes:=1 2 3\n", "slice_slopes:=1 2 x 3 4\n", "slice_slopes:=1 2 3 4 5\nslice_intercepts:=0 0\n"):
+            self.write("a.nrrd", truth, pairs)
+            self.assert_same(self.encoded("a.nrrd")[0], truth)
+            self.assertIn("what values samples mean is unknown", self.messages)
+            self.assert_refused(64, "--max-error", "encode", "a.nrrd", "--max-error", "5")
+
+    def test_what_does_not_fit_in_several_files_is_said_once(self):
+        truth = volume((6, 9, 11))
+        for z in range(6):
+            (self.folder / f"s{z}.raw").write_bytes(truth[z].tobytes() + b"abc" * (z > 1))
+        self.assert_same(self.encoded(self.write("a.nhdr", truth, "data file: s%d.raw 0 5 1\n", "raw", b""))[0], truth)
+        self.assertIn("s2.raw: 3 bytes follow the samples", self.messages)
+        self.assertIn("it is so in 4 of the 6 files", self.messages)
+
 
 if __name__ == "__main__":
     other_readers.main()

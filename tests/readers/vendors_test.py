@@ -54,6 +54,88 @@ class Vendors(ReaderTest):
                 self.assertEqual(info["geometry"]["spacing"], [0.05, 0.06, 0.07])
                 self.assertEqual(info["geometry"]["units"], ["mm"] * 3)
 
+    def test_what_a_description_says_beyond_its_samples_is_said(self):
+        truth = volume("int16") // 64  # all within the usual range
+        good = VGI.format(type="signed integer", bits=16, skip=0, name="scan.vol")
+        (self.folder / "scan.vol").write_bytes(truth.tobytes())
+        other = "{volume2}\n[representation]\nsize = 2 2 2\n[file1]\nSkipHeader = 99\nSize = 2 2 2\nName = other.vol\nDatatype = float\nBitsPerElement = 32\n"
+        start = "RegionOfInterestStart = 0 0 1\nRegionOfInterestEnd = 22 18 6\n"
+        for old, new, text in (("", "", None), ("Name = scan.vol", start.replace("0 0 1", "0 0 0") + "Name = scan.vol", None),
+                               ("[representation]\n", "[representation]\nmirror = 0 0 0 0\n", None),
+                               ("[representation]\n", "[representation]\nmirror = 0 0 1 0\n", "representation/mirror"),
+                               ("Name = scan.vol", start + "Name = scan.vol", 'only samples from \"0 0 1\" to \"22 18 6\" are to be used; all are read'),
+                               ("bitsperelement = 16", "bitsperelement = 8", "are to be mapped to type"),
+                               ("size = 23 19 7\n", "size = 23 19 6\n", 'the volume has \"23 19 6\" samples, and its file \"23 19 7\"'),
+                               ("{volumeprimitive1}", other + "{volumeprimitive1}", "describes 2 volumes (volume1, volume2); only the first one is read")):
+            (self.folder / "a.vgi").write_text(good.replace(old, new, 1) if old else good)
+            self.assert_same(self.encoded("a.vgi")[0], truth, new)
+            if text is None:
+                self.assertNotIn("warning", self.messages, new)
+                continue
+            self.assertIn(text.replace('\\', ''), self.messages)
+            run = self.tagrid("encode", "a.vgi", "--max-error", "5", "--rm", "-f", "-o", "b.tag")
+            self.assertNotEqual(run.returncode, 0)
+            self.assertTrue((self.folder / "scan.vol").exists() and (self.folder / "a.vgi").exists())
+        # The second volume lends nothing to the first one.
+        (self.folder / "a.vgi").write_text(good.replace("SkipHeader = 0\n", "").replace("{volumeprimitive1}", other + "{volumeprimitive1}"))
+        self.assert_same(self.encoded("a.vgi")[0], truth)
+        self.assertEqual(self.tagrid("verify", "out.tag", "--against", "a.vgi").returncode, 0)
+        for old, new, text in (("[geometry]", "[file2]\nName = b.vol\n[geometry]", "[file2]"), ("FileFormat = raw", "FileFormat = raw\nEndian = big", "endian"),
+                               ("FileFormat = raw", "FileFormat = raw\nCompression = zip", "compression")):
+            (self.folder / "a.vgi").write_text(good.replace(old, new))
+            self.assert_refused(65, text, "encode", "a.vgi")
+
+    def test_samples_are_told_of_their_header(self):
+        truth = volume("uint16")
+        (self.folder / "scan.vol").write_bytes(truth.tobytes())
+        (self.folder / "scan.vgi").write_text(VGI.format(type="unsigned integer", bits=16, skip=0, name="scan.vol"))
+        self.assert_refused(65, "scan.vgi describes its samples; give that file", "encode", "scan.vol")
+        self.assert_same(self.encoded("scan.vgi")[0], truth)
+        (self.folder / "scan.vgi").unlink()
+        (self.folder / "scan.xtekct").write_text("[XTekCT]\nVoxelsX=23\nVoxelsY=19\nVoxelsZ=7\nVoxelSizeX=0,05\nVoxelSizeY=-1\n")
+        self.assert_refused(65, "scan.xtekct describes its samples; give that file", "encode", "scan.vol")
+        samples, info = self.encoded("scan.xtekct")
+        self.assert_same(samples, truth)
+        self.assertEqual(info["geometry"]["spacing"], [0.05, None, None])
+        self.assertIn("VoxelSizeX is \"0,05\", with a decimal comma; it is read as 0.05", self.messages)
+        self.assertIn("VoxelSizeY: a distance between samples cannot be -1", self.messages)
+
+    def test_a_scanco_header_that_cannot_be_meant_is_said(self):
+        truth = volume("int16")
+        whole = self.isq(truth)
+        (self.folder / "a.isq").write_bytes(whole + bytes(100))  # filled up to a block
+        self.assert_same(self.encoded("a.isq")[0], truth)
+        self.assertNotIn("follow", self.messages)
+        (self.folder / "a.isq").write_bytes(whole + bytes(600))
+        self.assert_same(self.encoded("a.isq")[0], truth)
+        self.assertIn("600 bytes follow the samples", self.messages)
+        for at, value, text in ((60, 0, "the size of axis 2"), (64, -5, "the size of axis 3")):
+            broken = bytearray(whole)
+            struct.pack_into("<i", broken, at, value)
+            (self.folder / "a.isq").write_bytes(broken)
+            samples, info = self.encoded("a.isq")
+            self.assert_same(samples, truth)
+            self.assertIsNone(info["geometry"]["spacing"][(at - 56) // 4])
+            self.assertIn(text, self.messages)
+        broken = bytearray(whole)
+        struct.pack_into("<i", broken, 88, -4096)
+        (self.folder / "a.isq").write_bytes(broken)
+        self.assert_same(self.encoded("a.isq")[0], truth)
+        self.assertIn("mu_scaling", self.assert_refused(64, "--max-error", "encode", "a.isq", "--max-error", "5"))
+
+    def test_advice_about_gaps_helps(self):
+        truth = volume("int16", (12, 20, 30))
+        (self.folder / "s").mkdir()
+        for z in (0, 1, 2, 4, 5, 6):
+            (self.folder / "s" / f"slice{z}.raw").write_bytes(truth[z].tobytes())
+        options = ["--type", "int16", "--dims"]
+        # With six of seven slices, no gap may be meant.
+        message = self.assert_refused(65, "6 files cannot have equal parts of 30 x 20 x 7 int16", "encode", "s", *options, "30,20,7")
+        self.assertNotIn("--gaps-ok", message)
+        self.assertIn("slices are missing", message)
+        self.assert_refused(65, "--gaps-ok", "encode", "s", *options, "30,20,6")
+        self.assert_same(self.encoded("s", *options, "30,20,6", "--gaps-ok")[0], truth[[0, 1, 2, 4, 5, 6]])
+
     def test_nikon(self):
         for type in ("uint8", "uint16", "float32"):
             truth = volume(type)

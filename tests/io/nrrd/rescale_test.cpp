@@ -24,5 +24,15 @@ TEST(Rescaling, IsNoneIfThereIsNoneOrItIsNotNumbers) {
     EXPECT_EQ(rescale_of(fields), Rescale{}) << fields;
 }
 
+TEST(Rescaling, IsInDoubtIfItIsThereAndNoNumber) {
+  for (const char* fields : {"", "rescale_slope:=0\n", "rescale_slope:=2\nrescale_intercept:=-1e3\n",
+                             "slice_slopes:=1 2 3\nslice_intercepts:=0 0 0\n", "who:=x\n"})
+    EXPECT_EQ(doubt_of_rescale(fields, 3), "") << fields;
+  for (const char* fields :
+       {"rescale_slope:=\n", "rescale_slope:=x\n", "rescale_intercept:=inf\n", "rescale_slope:=2,5\n",
+        "slice_slopes:=1 2\n", "slice_slopes:=1 2 x\n", "slice_intercepts:=1 2 nan\n"})
+    EXPECT_NE(doubt_of_rescale(fields, 3), "") << fields;
+}
+
 }  // namespace
 }  // namespace tagrid

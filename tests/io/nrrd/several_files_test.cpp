@@ -157,9 +157,13 @@ TEST_F(SeveralFiles, BytesAndFilesAreThoseOfAll) {
 TEST_F(SeveralFiles, OneThatIsMissingOrHasAnotherSizeIsFoundAtOnce) {
   write_files(2);
   const std::string fields = "encoding: raw\ndata file: s%d.raw 0 4 2 3\n";
-  file("s4.raw", bytes_of(4, 6) + "x");
+  file("s4.raw", bytes_of(4, 6).substr(1));
   EXPECT_NE(message_of<BrokenInput>([&] { open(fields); }).find("s4.raw: 48 bytes of samples are expected"),
             std::string::npos);
+  file("s4.raw", bytes_of(4, 6) + "x");
+  const auto longer = open(fields);
+  ASSERT_EQ(longer->facts().warnings.size(), 1U);
+  EXPECT_NE(longer->facts().warnings[0].find("s4.raw: 1 bytes follow the samples"), std::string::npos);
   std::filesystem::remove(path("s2.raw"));
   EXPECT_NE(message_of<WorldError>([&] { open(fields); }).find("s2.raw"), std::string::npos);
   EXPECT_NE(message_of<BrokenInput>([&] {
@@ -173,9 +177,11 @@ TEST_F(SeveralFiles, OneThatIsMissingOrHasAnotherSizeIsFoundAtOnce) {
       message_of<BrokenInput>([&] { read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n"); }).find("s2.raw"),
       std::string::npos);
   file("s2.raw", gzipped(bytes_of(2, 4)));
+  EXPECT_EQ(open("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n")->facts().warnings.size(), 1U);
+  file("s4.raw", gzipped(bytes_of(4, 6).substr(1)));
   EXPECT_NE(message_of<BrokenInput>([&] {
               read("encoding: gzip\ndata file: s%d.raw 0 4 2 3\n");
-            }).find("s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but more are present"),
+            }).find("s4.raw: 48 bytes of samples are expected (4 x 3 x 2 uint16), but it ends after 47"),
             std::string::npos);
 }
 

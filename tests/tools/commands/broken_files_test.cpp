@@ -72,7 +72,8 @@ TEST_F(BrokenFiles, VolumesThatEndTooSoonOrTooLate) {
   file("short.nrrd", shorter);
   file("long.nrrd", longer);
   expect_error(tagrid({"encode", "short.nrrd"}), broken_input, "are present");
-  expect_error(tagrid({"encode", "long.nrrd"}), broken_input, "are present");
+  // A header says where the samples end, and what follows is known before they are read.
+  EXPECT_EQ(tagrid({"encode", "long.nrrd"}).code, 0);
   for (const char* output : {"-", "x.tag"}) {
     expect_error(tagrid({"encode", "-", "-o", output}, shorter), broken_input, "ends after");
     expect_error(tagrid({"encode", "-", "-o", output}, longer), broken_input, "more are present");
@@ -81,7 +82,7 @@ TEST_F(BrokenFiles, VolumesThatEndTooSoonOrTooLate) {
     expect_error(tagrid(with({"encode", "-", "-o", output}, raw_), raw + "x"), broken_input,
                  "more are present");
   }
-  expect_only({"long.nrrd", "short.nrrd", "volume.nrrd"});
+  expect_only({"long.nrrd", "long.tag", "short.nrrd", "volume.nrrd"});
 }
 
 TEST_F(BrokenFiles, EveryTruncationOfATagIsFound) {

@@ -1,0 +1,99 @@
+// The fields of NIfTI headers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "io/bytes/little_endian.h"
+
+namespace tagrid::nifti {
+
+/// Where a field is, and of which type: 'c' text, 'b' byte, 's', 'i', 'l' integers of 2, 4, 8 bytes, 'f', 'd' floats.
+struct Place {
+  std::size_t at = 0;
+  char type = 0;
+};
+
+/// A field of both versions, and how many numbers or bytes it has.
+struct Field {
+  std::string_view name;
+  Place first, second;
+  std::size_t count = 1;
+};
+
+inline constexpr Field dim{"dim", {40, 's'}, {16, 'l'}, 8};
+inline constexpr Field intent_code{"intent_code", {68, 's'}, {504, 'i'}};
+inline constexpr Field bitpix{"bitpix", {72, 's'}, {14, 's'}};
+inline constexpr Field datatype{"datatype", {70, 's'}, {12, 's'}};
+inline constexpr Field vox_offset{"vox_offset", {108, 'f'}, {168, 'l'}};
+inline constexpr Field pixdim{"pixdim", {76, 'f'}, {104, 'd'}, 8};
+inline constexpr Field scl_slope{"scl_slope", {112, 'f'}, {176, 'd'}};
+inline constexpr Field scl_inter{"scl_inter", {116, 'f'}, {184, 'd'}};
+inline constexpr Field xyzt_units{"xyzt_units", {123, 'b'}, {500, 'i'}};
+inline constexpr Field qform_code{"qform_code", {252, 's'}, {344, 'i'}};
+inline constexpr Field sform_code{"sform_code", {254, 's'}, {348, 'i'}};
+inline constexpr Field quatern{"quatern_bcd", {256, 'f'}, {352, 'd'}, 3};
+inline constexpr Field qoffset{"qoffset_xyz", {268, 'f'}, {376, 'd'}, 3};
+inline constexpr std::array srow = {Field{"srow_x", {280, 'f'}, {400, 'd'}, 4},
+                                    Field{"srow_y", {296, 'f'}, {432, 'd'}, 4},
+                                    Field{"srow_z", {312, 'f'}, {464, 'd'}, 4}};
+
+/// The fields of a header, in either version and byte order.
+class Fields {
+ public:
+  Fields(std::string_view bytes, bool is_second)
+      : bytes_(bytes), is_second_(is_second), is_big_endian_(bytes[0] == '\0') {}
+
+  bool is_big_endian() const { return is_big_endian_; }
+
+  double number(const Field& field, std::size_t i = 0) const {
+    const Place& place = place_of(field);
+    switch (place.type) {
+      case 'b':
+        return load<std::uint8_t>(place.at + i);
+      case 's':
+        return load<std::int16_t>(place.at + i * 2);
+      case 'i':
+        return load<std::int32_t>(place.at + i * 4);
+      case 'l':
+        return static_cast<double>(load<std::int64_t>(place.at + i * 8));
+      case 'f':
+        return load<float>(place.at + i * 4);
+      default:
+        return load<double>(place.at + i * 8);
+    }
+  }
+  std::int64_t integer(const Field& field, std::size_t i = 0) const {
+    const Place& place = place_of(field);
+    return place.type == 'l' ? load<std::int64_t>(place.at + i * 8)
+                             : static_cast<std::int64_t>(number(field, i));
+  }
+  template <std::size_t n>
+  std::array<double, n> numbers(const Field& field) const {
+    std::array<double, n> values;
+    for (std::size_t i = 0; i < n; ++i) values[i] = number(field, i);
+    return values;
+  }
+  /// "" if all of it is 0.
+  std::string text(const Field& field) const;
+
+ private:
+  const Place& place_of(const Field& field) const { return is_second_ ? field.second : field.first; }
+  template <class T>
+  T load(std::size_t at) const {
+    std::array<std::byte, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), bytes_.data() + at, sizeof(T));
+    if (is_big_endian_) std::ranges::reverse(bytes);
+    return load_little_endian<T>(bytes.data());
+  }
+
+  std::string_view bytes_;
+  bool is_second_, is_big_endian_;
+};
+
+}  // namespace tagrid::nifti

@@ -1,0 +1,153 @@
+#include "io/nifti/geometry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "io/files/foreign_number.h"
+#include "io/nrrd/foreign_spacing.h"
+
+namespace tagrid::nifti {
+namespace {
+
+std::string unit_of(const Fields& fields) {
+  switch (fields.integer(xyzt_units) & 7) {
+    case 1:
+      return "m";
+    case 2:
+      return "mm";
+    case 3:
+      return "um";
+    default:
+      return "";
+  }
+}
+
+bool spans_a_volume(const Geometry& geometry) {
+  for (const auto& direction : geometry.directions)
+    for (const double number : direction)
+      if (!std::isfinite(number)) return false;
+  const double volume = determinant(geometry.directions);
+  return std::isfinite(volume) && volume != 0;
+}
+
+Geometry geometry_of_sform(const Fields& fields) {
+  Geometry geometry;
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      geometry.directions[axis][row] = fields.number(srow[row], axis);
+    geometry.origin[row] = fields.number(srow[row], 3);
+  }
+  return geometry;
+}
+
+/// "METHOD 2" of the standard: a rotation as a quaternion, and pixdim[0] mirrors z.
+Geometry geometry_of_qform(const Fields& fields) {
+  const auto [b, c, d] = fields.numbers<3>(quatern);
+  const double rest = 1 - (b * b + c * c + d * d);
+  const double a = rest > 0 ? std::sqrt(rest) : 0;
+  // With a = 0, the other three are to have the length 1.
+  const double length = rest > 0 ? 1 : std::sqrt(b * b + c * c + d * d);
+  const double i = b / length, j = c / length, k = d / length;
+  const std::array<std::array<double, 3>, 3> rotation = {
+      {{a * a + i * i - j * j - k * k, 2 * (i * j - a * k), 2 * (i * k + a * j)},
+       {2 * (i * j + a * k), a * a + j * j - i * i - k * k, 2 * (j * k - a * i)},
+       {2 * (i * k - a * j), 2 * (j * k + a * i), a * a + k * k - i * i - j * j}}};
+  Geometry geometry;
+  const auto sizes = fields.numbers<4>(pixdim);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute value.
+    const double size = std::abs(sizes[axis + 1]) * (axis == 2 && sizes[0] < 0 ? -1 : 1);
+    for (std::size_t row = 0; row < 3; ++row) geometry.directions[axis][row] = rotation[row][axis] * size;
+  }
+  geometry.origin = fields.numbers<3>(qoffset);
+  return geometry;
+}
+
+/// A way in which a header says where a volume lies.
+struct Form {
+  std::string_view name;
+  const Field* code;
+  Geometry (*geometry)(const Fields& fields);
+  std::vector<const Field*> said_by;
+};
+
+/// "srow_x 1 0 0 5, srow_y 0 1 0 5", for messages.
+std::string text_of(const Fields& fields, const std::vector<const Field*>& names) {
+  std::string text;
+  for (const Field* field : names) {
+    const std::string value = fields.text(*field);
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", field->name, value.empty() ? "0" : value);
+  }
+  return text;
+}
+
+/// The geometry of the form; nothing if the header has it not, or if it cannot be used, which a warning says
+/// then.
+std::optional<Geometry> geometry_of_form(const Form& form, const Fields& fields,
+                                         std::vector<std::string>& warnings) {
+  if (fields.integer(*form.code) <= 0) return std::nullopt;
+  Geometry geometry = form.geometry(fields);
+  if (!spans_a_volume(geometry)) {
+    warnings.push_back(fmt::format("NIfTI header: the {} does not span a volume, and is not used: {}",
+                                   form.name, text_of(fields, form.said_by)));
+    return std::nullopt;
+  }
+  geometry.has_directions = geometry.has_origin = true;
+  geometry.space = "right-anterior-superior";
+  if (!std::ranges::all_of(geometry.origin, [](double number) { return std::isfinite(number); })) {
+    warnings.push_back(
+        fmt::format("NIfTI header: the position in the {} is not a number, and where the volume "
+                    "lies is unknown: {}",
+                    form.name, text_of(fields, form.said_by)));
+    geometry.has_origin = false;
+    geometry.origin = {};
+  }
+  return geometry;
+}
+
+/// The sizes of voxels, of which those along axes of one sample say nothing.
+Geometry geometry_of_pixdim(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
+  std::vector<ForeignNumber> sizes;
+  std::vector<std::string> names;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    // "pixdim must be positive": other readers take a negative one for its absolute value, too.
+    const double size = std::abs(fields.number(pixdim, axis + 1));
+    const bool says_nothing = !(size > 0) && dims[static_cast<int>(axis)] == 1;
+    sizes.push_back(says_nothing ? ForeignNumber() : foreign_number(size));
+    names.push_back(fmt::format("NIfTI header: pixdim[{}]", axis + 1));
+  }
+  Geometry geometry;
+  set_spacing(sizes, names, NegativeSpacing::is_unknown, geometry, warnings);
+  return geometry;
+}
+
+void check_signs(const Fields& fields, std::vector<std::string>& warnings) {
+  for (std::size_t axis = 1; axis <= 3; ++axis)
+    if (const double size = fields.number(pixdim, axis); size < 0)
+      warnings.push_back(fmt::format("NIfTI header: pixdim[{}], the size of voxels, is {}; it is read as {}",
+                                     axis, size, -size));
+}
+
+}  // namespace
+
+Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
+  const Form sform{"sform", &sform_code, geometry_of_sform, {&srow[0], &srow[1], &srow[2]}};
+  const Form qform{"qform", &qform_code, geometry_of_qform, {&quatern, &qoffset, &pixdim}};
+  auto geometry = geometry_of_form(sform, fields, warnings);
+  if (!geometry) {
+    check_signs(fields, warnings);
+    geometry = geometry_of_form(qform, fields, warnings);
+  }
+  if (!geometry) geometry = geometry_of_pixdim(fields, dims, warnings);
+  if (const auto unit = fields.integer(xyzt_units) & 7; unit > 3)
+    warnings.push_back(fmt::format("NIfTI header: xyzt_units has the unit {}, which is not known", unit));
+  geometry->units.fill(unit_of(fields));
+  return *geometry;
+}
+
+}  // namespace tagrid::nifti

@@ -1,0 +1,438 @@
+"""The same fault has the same verdict in every format: a table of formats and faults, which is that of docs/manual.md.
+
+    verdicts_test.py PROGRAM
+"""
+
+import gzip
+import shutil
+import struct
+import sys
+import unittest
+
+import other_readers
+from other_readers import ReaderTest
+
+numpy = other_readers.library("numpy", "python3-numpy")
+pydicom = other_readers.library("pydicom", "python3-pydicom")
+tifffile = other_readers.library("tifffile", "python3-tifffile")
+h5py = other_readers.library("h5py", "python3-h5py")
+pillow = other_readers.library("PIL.Image", "python3-pil")
+
+DIMS = (9, 7, 5)
+SIZE = 2 * 9 * 7 * 5
+NAN = float("nan")
+
+
+def volume():
+    """An array [z, y, x]."""
+    return (numpy.arange(9 * 7 * 5) * 7 - 900).astype("<i2").reshape(5, 7, 9)
+
+
+def words(values):
+    return " ".join(map(str, values))
+
+
+class Case:
+    """A volume of one format: what its header says, and bytes of samples. `says` are texts where the format has texts."""
+
+    def __init__(self, data=None, spacing=("0.5", "0.6", "2.5"), origin=("10", "12", "-30"),
+                 directions=((1, 0, 0), (0, 1, 0), (0, 0, 1)), slope=None, intercept=None):
+        self.data = volume().tobytes() if data is None else data
+        self.spacing, self.origin, self.directions, self.slope, self.intercept = spacing, origin, directions, slope, intercept
+
+
+def nrrd_header(case, last):
+    lines = ["NRRD0005", "type: short", "dimension: 3", "sizes: 9 7 5", "encoding: raw", "endian: little"]
+    if case.origin is None:
+        lines.append("spacings: " + words(case.spacing))
+    else:
+        vectors = [[number * float(spacing) for number in vector] for spacing, vector in zip(case.spacing, case.directions)]
+        lines += ["space: left-posterior-superior", "space directions: " + " ".join("(%s)" % ",".join(map(str, vector)) for vector in vectors),
+                  "space origin: (%s)" % ",".join(case.origin)]
+    lines += [f"rescale_slope:={case.slope}"] * (case.slope is not None) + [f"rescale_intercept:={case.intercept}"] * (case.intercept is not None)
+    return "\n".join(lines + [last]).encode() + b"\n"
+
+
+def write_nrrd(folder, case):
+    (folder / "a.nrrd").write_bytes(nrrd_header(case, "") + case.data)
+    return ["a.nrrd"]
+
+
+def write_nhdr(folder, case):
+    (folder / "a.nhdr").write_bytes(nrrd_header(case, "data file: a.raw"))
+    (folder / "a.raw").write_bytes(case.data)
+    return ["a.nhdr"]
+
+
+def meta_image_header(case, file):
+    fields = {"ObjectType": "Image", "NDims": 3, "BinaryData": "True", "ElementSpacing": words(case.spacing), "DimSize": "9 7 5"}
+    if case.origin is not None:
+        fields |= {"Offset": words(case.origin), "TransformMatrix": " ".join(words(vector) for vector in case.directions)}
+    if case.slope is not None:
+        fields["ElementToIntensityFunctionSlope"] = case.slope
+    if case.intercept is not None:
+        fields["ElementToIntensityFunctionOffset"] = case.intercept
+    return "".join(f"{key} = {value}\n" for key, value in (fields | {"ElementType": "MET_SHORT", "ElementDataFile": file}).items()).encode()
+
+
+def write_mha(folder, case):
+    (folder / "a.mha").write_bytes(meta_image_header(case, "LOCAL") + case.data)
+    return ["a.mha"]
+
+
+def write_mhd(folder, case):
+    (folder / "a.mhd").write_bytes(meta_image_header(case, "a.raw"))
+    (folder / "a.raw").write_bytes(case.data)
+    return ["a.mhd"]
+
+
+def nifti_header(case, magic):
+    header = bytearray(352)
+    spacing = [float(text) for text in case.spacing]
+    struct.pack_into("<i", header, 0, 348)
+    struct.pack_into("<8h", header, 40, 3, 9, 7, 5, 1, 1, 1, 1)
+    struct.pack_into("<2h", header, 70, 4, 16)
+    struct.pack_into("<8f", header, 76, 1, *spacing, 0, 0, 0, 0)
+    struct.pack_into("<3f", header, 108, 352 if magic == b"n+1\0" else 0, float(case.slope or 0), float(case.intercept or 0))
+    header[123] = 2
+    if case.origin is not None:
+        struct.pack_into("<2h", header, 252, 0, 1)
+        for row in range(3):
+            struct.pack_into("<4f", header, 280 + 16 * row, *(case.directions[axis][row] * spacing[axis] for axis in range(3)), float(case.origin[row]))
+    header[344:348] = magic
+    return bytes(header)
+
+
+def write_nii(folder, case):
+    (folder / "a.nii").write_bytes(nifti_header(case, b"n+1\0") + case.data)
+    return ["a.nii"]
+
+
+def write_nii_gz(folder, case):
+    (folder / "a.nii.gz").write_bytes(gzip.compress(nifti_header(case, b"n+1\0") + case.data))
+    return ["a.nii.gz"]
+
+
+def write_hdr(folder, case):
+    (folder / "a.hdr").write_bytes(nifti_header(case, b"ni1\0"))
+    (folder / "a.img").write_bytes(case.data)
+    return ["a.hdr"]
+
+
+def write_vgi(folder, case):
+    (folder / "a.vgi").write_text("{volume1}\n[representation]\nsize = 9 7 5\ndatatype = signed integer\nbitsperelement = 16\n"
+                                  "[file1]\nFileFormat = raw\nSize = 9 7 5\nName = a.vol\nDatatype = signed integer\nBitsPerElement = 16\n"
+                                  f"{{volumeprimitive1}}\n[geometry]\nresolution = {words(case.spacing)}\nunit = mm\n")
+    (folder / "a.vol").write_bytes(case.data)
+    return ["a.vgi"]
+
+
+def write_raw(folder, case):
+    (folder / "a.raw").write_bytes(case.data)
+    return ["a.raw", "--dims", "9,7,5", "--type", "int16"]
+
+
+# NIfTI and the scanner's formats with binary numbers say no texts; VGStudio says neither an origin nor a slope.
+ALL = {"NRRD, attached": write_nrrd, "NRRD, detached": write_nhdr, "MetaImage .mha": write_mha, "MetaImage .mhd": write_mhd,
+       "NIfTI .nii": write_nii, "NIfTI .nii.gz": write_nii_gz, "NIfTI .hdr": write_hdr, "VGStudio": write_vgi, "raw": write_raw}
+TEXTS = ["NRRD, attached", "NRRD, detached", "MetaImage .mha", "MetaImage .mhd", "VGStudio"]
+NUMBERS = ["NIfTI .nii", "NIfTI .nii.gz", "NIfTI .hdr"]
+PLACED = TEXTS[:4] + NUMBERS
+
+
+@unittest.skipIf(numpy is None, "there is no numpy on this machine")
+class Verdicts(ReaderTest):
+    def each(self, names, case):
+        """Writes the case in each format, and gives the arguments that read it."""
+        for name in names:
+            for file in self.folder.iterdir():
+                shutil.rmtree(file) if file.is_dir() else file.unlink()
+            try:
+                yield name, ALL[name](self.folder, case)
+            except GeneratorExit:
+                print(f"wrong for {name}", file=sys.stderr)
+                raise
+
+    def read(self, arguments):
+        samples, info = self.encoded(*arguments)
+        self.assert_same(samples, volume())
+        return info
+
+    def assert_said(self, *texts):
+        for text in texts:
+            self.assertIn(text, self.messages)
+
+    def test_what_has_no_fault_has_no_warning(self):
+        for _, arguments in self.each(ALL, Case()):
+            info = self.read(arguments)
+            self.assertNotIn("warning", self.messages)
+            self.assertTrue(info["restorable"] or arguments[0].endswith(".gz"))
+
+    def test_bytes_after_the_samples_are_said_and_come_back(self):
+        case = Case(volume().tobytes() + b"notes")
+        for name, arguments in self.each(ALL, case):
+            if name == "raw":  # nothing but the size tells that the description is right
+                self.assert_refused(65, f"{SIZE} bytes of samples are expected (9 x 7 x 5 int16), but {SIZE + 5} are present",
+                                    "encode", *arguments, "-o", "a.tag")
+            else:
+                info = self.read(arguments)  # which restores the files
+                self.assert_said("5 bytes follow the samples")
+                self.assertTrue(info["restorable"] or name == "NIfTI .nii.gz")
+                if name == "NIfTI .nii.gz":
+                    self.assertEqual(self.tagrid("restore", "out.tag", "-o", "back").returncode, 0)
+                    self.assertEqual((self.folder / "back" / "a.nii").read_bytes(), gzip.decompress((self.folder / "a.nii.gz").read_bytes()))
+
+    def test_slices_after_the_samples_may_be_meant_and_are_not_removed_after_a_loss(self):
+        for name, arguments in self.each([name for name in ALL if name != "raw"], Case(volume().tobytes() + volume()[0].tobytes())):
+            run = self.tagrid("encode", *arguments, "--max-error", "5", "--rm")
+            self.assertNotEqual(run.returncode, 0)
+            # What is compressed would come back in another form, and is not removed either.
+            self.assertIn("compressed" if arguments[0].endswith(".gz") else "126 bytes follow the samples", run.stderr)
+            self.assertTrue((self.folder / arguments[0]).exists())
+            self.read(arguments)
+            self.assert_said("126 bytes follow the samples")
+
+    def test_bytes_that_are_missing_are_refused_with_both_sizes(self):
+        for name, arguments in self.each(ALL, Case(volume().tobytes()[:-1])):
+            message = self.assert_refused(65, f"{SIZE}", "encode", *arguments, "-o", "a.tag")
+            if name == "VGStudio":
+                self.assertIn(f"has {SIZE - 1} bytes", message)
+            else:
+                self.assertIn(f"{SIZE - 1}", message)
+            self.assertFalse((self.folder / "a.tag").exists())
+
+    def test_a_spacing_with_a_decimal_comma_is_read_and_said(self):
+        for name, arguments in self.each(TEXTS, Case(spacing=("0,5", "0,6", "2,5"), origin=None)):
+            self.assertEqual(self.read(arguments)["geometry"]["spacing"], [0.5, 0.6, 2.5])
+            self.assert_said("0,5", "comma")
+
+    def test_a_spacing_that_cannot_be_read_is_said_and_unknown(self):
+        for text in ("inf", "nan", "0", "x", "1,024"):
+            binary = text in ("inf", "nan", "0")
+            for name, arguments in self.each(TEXTS + NUMBERS * binary, Case(spacing=("0.5", text, "2.5"), origin=None)):
+                spacing = self.read(arguments)["geometry"]["spacing"]
+                self.assertEqual(spacing, [0.5, None, 2.5])
+                if text != "nan" or not name.startswith("NRRD"):  # in NRRD, nan is the word for what is unknown
+                    self.assert_said(text, "unknown")
+        for name, arguments in self.each(TEXTS, Case(spacing=("0.5", "0.6"), origin=None)):
+            self.assertIsNone(self.read(arguments)["geometry"]["spacing"])
+            self.assert_said("0.5 0.6", "must be 3 numbers")
+
+    def test_a_negative_spacing_mirrors_or_is_said(self):
+        for name, arguments in self.each(TEXTS + NUMBERS, Case(spacing=("0.5", "-0.6", "2.5"), origin=None)):
+            spacing = self.read(arguments)["geometry"]["spacing"]
+            if name.startswith(("NRRD", "MetaImage")):
+                self.assertEqual(spacing, [0.5, -0.6, 2.5])
+            elif name.startswith("NIfTI"):
+                self.assertEqual(spacing, [0.5, numpy.float32(0.6), 2.5])
+                self.assert_said("pixdim[2]", "-0.6")
+            else:
+                self.assertEqual(spacing, [0.5, None, 2.5])
+                self.assert_said("-0.6", "unknown")
+
+    def test_directions_that_span_no_volume_are_said_and_left_out(self):
+        for directions in (((1, 0, 0), (1, 0, 0), (0, 0, 1)), ((1, 0, 0), (0, 1, 0), (0, 0, 0))):
+            for name, arguments in self.each(PLACED, Case(directions=directions)):
+                self.assertTrue(self.is_without_directions(self.read(arguments)["geometry"]))
+                self.assert_said("not span a volume")
+
+    def is_without_directions(self, geometry):
+        """True as well where unit vectors stand for unknown ones, because there is an origin."""
+        if geometry["directions"] is None:
+            return True
+        matrix = numpy.array(geometry["directions"])
+        return numpy.count_nonzero(matrix - numpy.diag(numpy.diag(matrix))) == 0
+
+    def test_directions_that_cannot_be_read_are_said_and_left_out(self):
+        for number in (NAN, float("inf")):
+            for name, arguments in self.each(PLACED, Case(directions=((1, 0, 0), (0, number, 0), (0, 0, 1)))):
+                if name.startswith("NRRD") and number != number:
+                    continue  # not all three numbers are nan: see below
+                self.assertTrue(self.is_without_directions(self.read(arguments)["geometry"]))
+                self.assert_said(str(number), "warning")
+
+    def test_a_position_that_cannot_be_read_is_said_and_unknown(self):
+        for text in ("nan", "inf", "x"):
+            for name, arguments in self.each(TEXTS[:4] + NUMBERS * (text != "x"), Case(origin=("10", text, "-30"))):
+                geometry = self.read(arguments)["geometry"]
+                self.assertIsNone(geometry["origin"])
+                self.assertIsNotNone(geometry["directions"])
+                self.assert_said(text, "where the volume lies is unknown")
+
+    def test_a_scale_that_cannot_be_read_allows_no_bound(self):
+        for slope, intercept, text in (("x", "3", "x"), ("2", "", "is empty"), ("", "3", "is empty"), ("inf", "0", "inf"), ("2", "inf", "inf"), ("1,024", "0", "1,024")):
+            binary = {slope, intercept} <= {"2", "inf", "0"}
+            for name, arguments in self.each(TEXTS[:4] + NUMBERS * binary, Case(slope=slope, intercept=intercept)):
+                self.read(arguments)
+                self.assert_said(text, "what values samples mean is unknown")
+                message = self.assert_refused(64, "--max-error", "encode", *arguments, "--max-error", "5", "-o", "b.tag")
+                self.assertIn(text, message)
+                # What the message advises.
+                self.assertEqual(self.tagrid("encode", *arguments, "--max-error", "0", "-o", "b.tag").returncode, 0)
+
+    def test_a_scale_with_a_decimal_comma_is_read_and_said(self):
+        for name, arguments in self.each(TEXTS[:4], Case(slope="2,50", intercept="-102,5")):
+            pairs = self.read(arguments)["source"]["pairs"]
+            self.assertEqual((float(pairs["rescale_slope"]), float(pairs["rescale_intercept"])), (2.5, -102.5))
+            self.assert_said("2,50", "-102,5", "decimal comma")
+
+    def test_what_is_in_doubt_is_not_removed_after_a_loss(self):
+        labels = bytearray(nifti_header(Case(), b"n+1\0"))
+        struct.pack_into("<h", labels, 68, 1002)
+        (self.folder / "labels.nii").write_bytes(bytes(labels) + volume().tobytes())
+        run = self.tagrid("encode", "labels.nii", "--max-error", "5", "--rm")
+        self.assertNotEqual(run.returncode, 0)
+        self.assertIn("intent_code 1002", run.stderr)
+        self.assertTrue((self.folder / "labels.nii").exists())
+        # Without a loss, nothing is in doubt.
+        self.assertEqual(self.tagrid("encode", "labels.nii", "--rm", "-f").returncode, 0)
+        self.assertFalse((self.folder / "labels.nii").exists())
+
+
+@unittest.skipIf(numpy is None, "there is no numpy on this machine")
+class VerdictsOfPrograms(ReaderTest):
+    """The same table for the formats that programs read."""
+
+    def assert_unreadable(self, path, text, axis=None, options=()):
+        """A warning quotes the text, and the spacing along the axis is unknown."""
+        _, info = self.encoded(path, *options)
+        self.assertIn(text, self.messages)
+        self.assertIn("warning", self.messages)
+        spacing = info["geometry"]["spacing"]
+        self.assertTrue(spacing is None or spacing[axis] is None, spacing)
+        return info
+
+    def assert_in_doubt(self, path, text):
+        self.encoded(path)
+        self.assertIn(text, self.messages)
+        self.assertIn(text, self.assert_refused(64, "--max-error", "encode", path, "--max-error", "5", "-o", "b.tag"))
+
+    def write_dicom(self, data=None, **texts):
+        """One slice; texts replace those of elements, without any check."""
+        from pydicom.dataset import Dataset, FileMetaDataset
+        from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
+
+        meta, slice = FileMetaDataset(), Dataset()
+        meta.TransferSyntaxUID, meta.MediaStorageSOPClassUID, meta.MediaStorageSOPInstanceUID = ExplicitVRLittleEndian, CTImageStorage, generate_uid()
+        slice.file_meta, slice.is_little_endian, slice.is_implicit_VR = meta, True, False
+        slice.SOPClassUID, slice.SOPInstanceUID, slice.SeriesInstanceUID, slice.Modality = CTImageStorage, meta.MediaStorageSOPInstanceUID, generate_uid(), "CT"
+        slice.Rows, slice.Columns, slice.BitsAllocated, slice.BitsStored, slice.HighBit, slice.PixelRepresentation = 7, 9, 16, 16, 15, 1
+        slice.SamplesPerPixel, slice.PhotometricInterpretation = 1, "MONOCHROME2"
+        elements = {"PixelSpacing": "0.500\\0.600", "ImagePositionPatient": "10.00\\12.00\\-30.0", "ImageOrientationPatient": "1\\0\\0\\0\\1\\0",
+                    "RescaleSlope": "2.00", "RescaleIntercept": "-100", "SliceThickness": "2"}
+        for element, text in elements.items():
+            setattr(slice, element, text.split("\\"))
+        slice.PixelData = volume()[0].tobytes() if data is None else data
+        slice.save_as(self.folder / "a.dcm", write_like_original=False)
+        content = (self.folder / "a.dcm").read_bytes()
+        for element, text in texts.items():
+            old = pydicom.dcmread(self.folder / "a.dcm")[element]
+            raw = "\\".join(map(str, old.value if old.VM > 1 else [old.value])).encode()
+            raw += b" " * (len(raw) % 2)
+            new = text.encode() + b" " * (len(text) % 2)
+            head = struct.pack("<HH2sH", old.tag.group, old.tag.element, old.VR.encode(), len(raw))
+            self.assertIn(head + raw, content)
+            content = content.replace(head + raw, head[:6] + struct.pack("<H", len(new)) + new)
+        (self.folder / "a.dcm").write_bytes(content)
+        return "a.dcm"
+
+    @unittest.skipIf(pydicom is None, "there is no pydicom on this machine")
+    def test_dicom(self):
+        data = volume()[0].tobytes()
+        self.encoded(self.write_dicom())
+        self.assertNotIn("warning", self.messages)
+        with self.subTest("missing bytes"):
+            message = self.assert_refused(65, str(len(data)), "encode", self.write_dicom(data[:-2]))
+            self.assertIn(str(len(data) - 2), message)
+        with self.subTest("bytes after the samples"):
+            self.assert_same(self.encoded(self.write_dicom(data + b"notes!"))[0], volume()[:1])
+            self.assertIn("6 bytes follow the samples", self.messages)
+        with self.subTest("spacing"):
+            self.assert_unreadable(self.write_dicom(PixelSpacing="x\\0.5"), "x", 1)
+        with self.subTest("spacing of 0"):
+            self.assert_unreadable(self.write_dicom(PixelSpacing="0\\0.5"), "0", 1)
+        with self.subTest("decimal commas"):
+            info = self.encoded(self.write_dicom(PixelSpacing="0,5\\0,75", RescaleSlope="2,50"))[1]
+            self.assertEqual(info["geometry"]["spacing"][:2], [0.75, 0.5])
+            self.assertEqual(float(info["source"]["pairs"]["rescale_slope"]), 2.5)
+            self.assertIn("2,50", self.messages)
+        with self.subTest("position"):
+            self.assertIsNone(self.encoded(self.write_dicom(ImagePositionPatient="1\\x\\3"))[1]["geometry"]["origin"])
+            self.assertIn("warning", self.messages)
+        with self.subTest("directions"):
+            self.encoded(self.write_dicom(ImageOrientationPatient="1\\0\\0\\1\\0\\0"))
+            self.assertIn("warning", self.messages)
+        for fields in ({"RescaleSlope": ""}, {"RescaleSlope": "1,024"}, {"RescaleIntercept": "x"}):
+            with self.subTest(fields):
+                self.assert_in_doubt(self.write_dicom(**fields), *(text or "empty" for text in fields.values()))
+
+    @unittest.skipIf(tifffile is None, "there is no tifffile on this machine")
+    def test_tiff(self):
+        def write(samples=volume(), **options):
+            tifffile.imwrite(self.folder / "a.tif", samples, photometric="minisblack", **options)
+            return "a.tif"
+
+        self.assert_same(self.encoded(write())[0], volume())
+        with self.subTest("missing bytes"):
+            # Samples lie at the end of the file.
+            with tifffile.TiffFile(self.folder / write(volume()[0], metadata=None)) as file:
+                end = max(page.dataoffsets[-1] + page.databytecounts[-1] for page in file.pages)
+            content = (self.folder / "a.tif").read_bytes()
+            self.assertEqual(end, len(content))
+            (self.folder / "a.tif").write_bytes(content[:-1])
+            self.assert_refused(65, "a.tif", "encode", "a.tif")
+        for text in ("x", "inf", "0", "-1"):
+            with self.subTest("spacing", text=text):
+                write(imagej=True, metadata={"spacing": 2.5, "unit": "mm", "axes": "ZYX"}, resolution=(2, 2))
+                content = (self.folder / "a.tif").read_bytes()
+                self.assertIn(b"spacing=2.5", content)
+                (self.folder / "a.tif").write_bytes(content.replace(b"spacing=2.5", b"spacing=" + text.encode().ljust(3)))
+                self.assert_unreadable("a.tif", text, 2)
+        with self.subTest("decimal comma"):
+            write(imagej=True, metadata={"spacing": 2.5, "unit": "mm", "axes": "ZYX"}, resolution=(2, 2))
+            (self.folder / "a.tif").write_bytes((self.folder / "a.tif").read_bytes().replace(b"spacing=2.5", b"spacing=2,5"))
+            self.assertEqual(self.encoded("a.tif")[1]["geometry"]["spacing"][2], 2.5)
+            self.assertIn("2,5", self.messages)
+
+    @unittest.skipIf(h5py is None, "there is no h5py on this machine")
+    def test_hdf5(self):
+        def write(**attributes):
+            with h5py.File(self.folder / "a.h5", "w") as file:
+                data = file.create_dataset("volume", data=volume())
+                for key, value in attributes.items():
+                    data.attrs[key] = value
+            return "a.h5"
+
+        self.assert_same(self.encoded(write(spacing=[0.5, 0.6, 2.5]))[0], volume())
+        for text, value in (("nan", NAN), ("inf", float("inf")), ("0", 0.0)):
+            with self.subTest("spacing", text=text):
+                self.assert_unreadable(write(spacing=[0.5, value, 2.5]), text, 1)
+        with self.subTest("spacing that is a text"):
+            self.assert_unreadable(write(spacing="0.5 x 2.5"), "0.5 x 2.5", 1)
+        with self.subTest("position"):
+            self.assertIsNone(self.encoded(write(spacing=[1.0, 1, 1], origin=[1.0, NAN, 3.0]))[1]["geometry"]["origin"])
+            self.assertIn("nan", self.messages)
+        with self.subTest("directions"):
+            self.encoded(write(spacing=[1.0, 1, 1], directions=[1.0, 0, 0, 1, 0, 0, 0, 0, 1]))
+            self.assertIn("warning", self.messages)
+        for slope, text in ((NAN, "nan"), ("2;5", "2;5")):
+            with self.subTest("slope", text=text):
+                self.assert_in_doubt(write(rescale_slope=slope), text)
+
+    @unittest.skipIf(pillow is None, "there is no Pillow on this machine")
+    def test_bmp(self):
+        truth = numpy.arange(63, dtype="uint8").reshape(7, 9)
+        pillow.fromarray(truth).save(self.folder / "a.bmp")
+        content = (self.folder / "a.bmp").read_bytes()
+        self.assert_same(self.encoded("a.bmp")[0], truth[None])
+        with self.subTest("missing bytes"):
+            (self.folder / "a.bmp").write_bytes(content[:-1])
+            self.assert_refused(65, str(len(content) - 1), "encode", "a.bmp")
+        with self.subTest("bytes after the samples"):
+            (self.folder / "a.bmp").write_bytes(content + b"notes")
+            self.assert_same(self.encoded("a.bmp")[0], truth[None])
+            self.assertIn("5 bytes follow the samples", self.messages)
+
+
+if __name__ == "__main__":
+    other_readers.main()
