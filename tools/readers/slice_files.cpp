@@ -34,16 +34,27 @@ std::vector<std::string> files_in(const std::string& folder, const std::vector<s
 
 }  // namespace
 
-NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
-                          const ReaderOptions& options) {
-  std::vector<NumberedFiles> series = numbered_files(files_in(folder, extensions));
-  std::vector<Choice> choices;
-  for (const NumberedFiles& files : series)
-    choices.push_back(
-        {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())});
-  NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
+std::vector<NumberedFiles> series_of_slices(const std::string& folder,
+                                            const std::vector<std::string>& extensions) {
+  return numbered_files(files_in(folder, extensions));
+}
+
+Choice choice_of(const NumberedFiles& files) {
+  return {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())};
+}
+
+void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options) {
   if (files.gap && option(options, "gaps-ok").empty())
     throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
+}
+
+NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
+                          const ReaderOptions& options) {
+  std::vector<NumberedFiles> series = series_of_slices(folder, extensions);
+  std::vector<Choice> choices;
+  for (const NumberedFiles& files : series) choices.push_back(choice_of(files));
+  NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
+  require_no_gap(folder, files, options);
   return std::move(files);
 }
 

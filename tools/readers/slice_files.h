@@ -9,9 +9,20 @@
 
 namespace tagrid {
 
-/// The files of one series in a folder, in the order of their numbers. Only names with one of the extensions (in lower case:
-/// ".tif") count, none that begins with a dot, and not the preview beside a SkyScan reconstruction. Of several series, the option "series" chooses one. Throws BrokenInput
-/// if there are no such files, or if numbers are missing without the option "gaps-ok"; SeveralVolumes, UsageError, WorldError.
+/// The files in a folder as series by the numbers in their names. Only names with one of the extensions (in lower case:
+/// ".tif") count, none that begins with a dot, and not the preview beside a SkyScan reconstruction. Throws BrokenInput if
+/// there are no such files; WorldError.
+std::vector<NumberedFiles> series_of_slices(const std::string& folder,
+                                            const std::vector<std::string>& extensions);
+
+/// One of several series, for the user.
+Choice choice_of(const NumberedFiles& files);
+
+/// Throws BrokenInput if numbers are missing, without the option "gaps-ok".
+void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options);
+
+/// The files of one series in a folder, in the order of their numbers; of several series, that which the option "series"
+/// chooses. Throws as the functions above; SeveralVolumes, UsageError.
 NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
                           const ReaderOptions& options);
 
