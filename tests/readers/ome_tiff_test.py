@@ -173,6 +173,16 @@ class OmeTiff(ReaderTest):
             self.assert_same(self.encoded(path)[0], truth[0], path)
         self.assert_found({"p0.ome.tif": truth[0]})
 
+    def test_only_the_first_file_of_a_set_may_have_a_description(self):
+        truth = self.volume((1, 6, 16, 24))
+        names = ("a_MMStack.ome.tif", "a_MMStack_1.ome.tif")
+        planes = [(names[z // 3], z % 3, z, 0) for z in range(6)]
+        self.write(f"set/{names[0]}", truth[0, :3], f'<OME {SCHEMA} UUID="{uuid_of(names[0])}">{image(planes, truth.shape)}</OME>')
+        tifffile.imwrite(self.folder / "set" / names[1], truth[0, 3:], photometric="minisblack", metadata=None, ome=False)
+        for path in ("set", f"set/{names[0]}", f"set/{names[1]}"):
+            self.assert_same(self.encoded(path)[0], truth[0], path)
+        self.assert_found({names[0]: truth[0]})
+
     def test_names_in_the_xml_do_not_lead_out_of_the_folder(self):
         truth = self.volume()
         tifffile.imwrite(self.folder / "secret.tif", truth[0, 0])
@@ -254,7 +264,9 @@ class OmeTiff(ReaderTest):
         for z in range(3):
             name = f"s{z}.ome.tif"
             self.write(f"set/{name}", [truth[0, z]], f'<OME {SCHEMA} UUID="{uuid_of(name)}">{image([(name, 0, 0, 0)], (1, 1, 16, 24))}</OME>')
-        self.assert_same(self.encoded("set")[0], truth[0])
+        samples, info = self.encoded("set")
+        self.assert_same(samples, truth[0])
+        self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, None])  # a slice knows no other
         self.assert_found({"s#.ome.tif": truth[0]})
 
     def test_damaged_xml_is_an_error_and_no_more(self):

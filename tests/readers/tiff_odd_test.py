@@ -244,6 +244,31 @@ class OddTiff(ReaderTest):
         self.write([page(truth[2], image_j("", 3), rows=12)], "s/2.tif")
         self.assert_refused(65, "2.tif: TIFF file: its description speaks of several images", "encode", "s")
 
+    def test_two_slices_with_the_same_number_are_refused_and_the_advice_helps(self):
+        truth = self.volume()
+        for z, name in enumerate(("a1", "a2", "a3")):
+            self.write([page(truth[z])], f"s/{name}.tif")
+        self.write([page(truth[0])], "s/a01.tif")
+        for options in ((), ("--gaps-ok",)):
+            message = self.assert_refused(65, "a01.tif and a1.tif have the same number", "encode", "s", *options)
+            self.assertNotIn("--gaps-ok", message)
+        self.assertIn("move one of them into another folder", message)
+        run = self.tagrid("convert", "--find", "s")
+        self.assertIn("# not listed: ", run.stdout)
+        (self.folder / "t").mkdir()
+        (self.folder / "s/a01.tif").rename(self.folder / "t/a01.tif")
+        self.assert_same(self.encoded("s")[0], truth)
+
+    def test_slices_have_the_spacing_within_them_that_all_of_them_give(self):
+        truth = self.volume()
+        for z in range(3):
+            self.write([page(truth[z], {282: (RATIONAL, [(4, 1)]), 283: (RATIONAL, [(2, 1)])} | image_j("unit=mm\nspacing=7\n", 1))], f"s/{z}.tif")
+        self.assertEqual(self.encoded("s")[1]["geometry"]["spacing"], [0.25, 0.5, None])
+        self.assertNotIn("warning", self.messages)
+        self.write([page(truth[2], {282: (RATIONAL, [(4, 1)]), 283: (RATIONAL, [(4, 1)])} | image_j("unit=mm\n", 1))], "s/2.tif")
+        self.assertIsNone(self.encoded("s")[1]["geometry"]["spacing"])
+        self.assertIn("s: its slices have different spacings, so none is known", self.messages)
+
     def test_stacks_whose_slices_share_a_page_are_refused_by_name(self):
         self.write([page(self.volume()[0], {33629: (RATIONAL, [(1, 1)] * 5)})])
         self.assert_refused(65, "is a stack of MetaMorph (STK) with 5 slices in one page", "encode", "a.tif")

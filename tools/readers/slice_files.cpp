@@ -45,6 +45,7 @@ Choice choice_of(const NumberedFiles& files) {
 }
 
 void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options) {
+  if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
   if (files.gap && option(options, "gaps-ok").empty())
     throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
 }

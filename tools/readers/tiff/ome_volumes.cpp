@@ -13,6 +13,7 @@
 #include "io/files/errors.h"
 #include "io/files/natural_order.h"
 #include "io/files/text.h"
+#include "io/files/visible_files.h"
 
 namespace tagrid {
 namespace {
@@ -92,8 +93,8 @@ class SetOfFiles {
     }
     say_working();
     TiffFile tiff(path);
+    const std::string uuid = uuid_of_ome(tiff.description());
     std::vector<TiffPage> pages = tiff.pages();
-    const std::string uuid = uuid_of_ome(pages.front().description);
     if (!uuid.empty() && !data.uuid.empty() && uuid != data.uuid)
       remarks_.miss(fmt::format("OME-XML means another file than the one that is called {} (by their UUIDs)",
                                 quoted_name(name)));
@@ -219,6 +220,28 @@ std::string beside(const std::string& path, const std::string& name) {
     throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its folder",
                                   path, quoted_name(name)));
   return (fs::path(path).parent_path() / name).string();
+}
+
+std::string file_that_names(const std::string& path) {
+  const auto is_ome = [](const std::string& name) {
+    return lower_case(name).ends_with(".ome.tif") || lower_case(name).ends_with(".ome.tiff");
+  };
+  if (!is_ome(path)) return "";
+  const std::string folder = fs::path(path).parent_path();
+  for (const std::string& other : visible_files(folder.empty() ? "." : folder)) {
+    const std::string name = fs::path(other).filename();
+    if (!is_ome(name) || name == fs::path(path).filename()) continue;
+    try {
+      const auto xml = ome_xml_of(TiffFile(beside(path, name)).description());
+      if (!xml) continue;
+      for (const OmeImage& image : xml->images)
+        for (const OmeData& data : image.data)
+          if (data.file == fs::path(path).filename()) return beside(path, name);
+    } catch (const Error&) {
+      // It is no file of this set, or is refused when it is opened.
+    }
+  }
+  return "";
 }
 
 void add_ome(const std::string& path, const std::vector<TiffPage>& pages, const OmeXml& xml, bool has_xml,

@@ -19,6 +19,10 @@ void add_ome(const std::string& path, const std::vector<TiffPage>& pages, const 
 /// The file of this name beside `path`: a description is untrusted input. Throws BrokenInput for a name that leads elsewhere.
 std::string beside(const std::string& path, const std::string& name);
 
+/// For a file without OME-XML that is called as if it had some: the file beside it whose OME-XML names it, "" if there is none.
+/// Some programs describe a set in its first file only.
+std::string file_that_names(const std::string& path);
+
 /// The name of a channel and a moment, where there are several.
 Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time, std::int64_t times);
 

@@ -19,17 +19,13 @@ namespace {
 constexpr std::uint16_t tag_of_pixel_scale = 33550, tag_of_transformation = 34264;  // GeoTIFF
 constexpr std::uint32_t tag_of_stk = 33629;
 
-/// Tags whose programs keep channels, moments or a scale in ways that are not read here.
-struct Unread {
+/// Tags of programs that keep there which pages are channels and moments.
+struct OwnOrder {
   std::uint32_t tag;
-  const char* sentence;
+  const char* program;
 };
-constexpr std::array unread = {
-    Unread{34412, "it is a file of Zeiss LSM, and what that says of channels and moments is not read"},
-    Unread{34361, "it is a file of FluoView, and what that says of channels and moments is not read"},
-    Unread{51123, "it is a file of Micro-Manager, and what that says of channels and moments is not read"},
-    Unread{291, "GrayResponseCurve gives its samples optical densities, which are not read"},
-};
+constexpr std::array own_orders = {OwnOrder{34412, "Zeiss LSM"}, OwnOrder{34361, "FluoView"},
+                                   OwnOrder{51123, "Micro-Manager"}};
 
 /// The values of a tag of which libtiff knows no more than its type: how many there are, and the bytes of all.
 struct Values {
@@ -118,10 +114,14 @@ void look_at_values(TIFF* tiff, TiffPage& page, TiffRemarks& remarks) {
   if (const auto text = text_of(tiff, TIFFTAG_GDAL_NODATA)) read_no_data(*text, page, remarks);
 }
 
-void look_at_other_tags(const TiffDirectory& directory, const TiffPage& page, TiffRemarks& remarks) {
+void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRemarks& remarks) {
   for (const TiffField& field : directory.fields) {
-    for (const Unread& one : unread)
-      if (one.tag == field.tag) remarks.miss(one.sentence);
+    for (const OwnOrder& one : own_orders)
+      if (one.tag == field.tag)
+        page.unread_order = fmt::format(
+            "it is a file of {}, and what that says of channels and moments is not read", one.program);
+    if (field.tag == TIFFTAG_GRAYRESPONSECURVE)
+      remarks.miss("GrayResponseCurve gives its samples optical densities, which are not read");
     if (field.tag == tag_of_stk && field.count > 1)
       throw BrokenInput(
           fmt::format("is a stack of MetaMorph (STK) with {} slices in one page, which is not read; save it "

@@ -13,8 +13,8 @@ namespace tagrid {
 /// (https://gdal.org/drivers/raster/gtiff.html).
 void look_at_values(TIFF* tiff, TiffPage& page, TiffRemarks& remarks);
 
-/// Says what the tags of other programs may change, and those that libtiff passes over. `page` is what is known of the image
+/// Says what the tags of other programs may change, and those that libtiff passes over. `page` is the image
 /// with this directory. Throws BrokenInput, without the name of a file, if samples would be left out.
-void look_at_other_tags(const TiffDirectory& directory, const TiffPage& page, TiffRemarks& remarks);
+void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRemarks& remarks);
 
 }  // namespace tagrid

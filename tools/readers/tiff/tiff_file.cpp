@@ -82,6 +82,12 @@ std::vector<TiffPage> TiffFile::pages() {
   return pages;
 }
 
+std::string TiffFile::description() const {
+  const char* text = nullptr;
+  const bool has_one = TIFFGetField(tiff_.get(), TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr;
+  return has_one ? text : "";
+}
+
 TiffPage TiffFile::size_of_page() const {
   TiffPage page;
   page.directory = TIFFCurrentDirOffset(tiff_.get());
@@ -120,7 +126,7 @@ void TiffFile::look_at_left_out(const std::vector<TiffPage>& pages, const std::v
 }
 
 /// Pages are alike in their tags but for values of their own.
-void TiffFile::look_at_tags(const TiffPage& first) {
+void TiffFile::look_at_tags(TiffPage& first) {
   try {
     look_at_other_tags(TiffDirectories(path_).at(first.directory), first, remarks_);
   } catch (const NoPlainTiff& broken) {
@@ -167,9 +173,7 @@ TiffPage TiffFile::current_page() {
   page.zero_is_white =
       value_of<std::uint16_t>(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK) == PHOTOMETRIC_MINISWHITE;
   page.orientation = value_of<std::uint16_t>(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
-  const char* description = nullptr;
-  if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &description) == 1 && description != nullptr)
-    page.description = description;
+  page.description = description();
   if (float x = 0; TIFFGetField(tiff, TIFFTAG_XRESOLUTION, &x) == 1) page.x_resolution = x;
   if (float y = 0; TIFFGetField(tiff, TIFFTAG_YRESOLUTION, &y) == 1) page.y_resolution = y;
   look_at_values(tiff, page, remarks_);

@@ -26,6 +26,8 @@ class TiffFile {
   /// All pages but previews and masks, in the order of the file. Throws BrokenInput for a page that is broken, or whose
   /// samples are not single numbers of a type that tagrid knows.
   std::vector<TiffPage> pages();
+  /// ImageDescription of the current page: before pages(), of the first one. "" if there is none.
+  std::string description() const;
   /// What users should know of the pages that pages() gave.
   const TiffRemarks& remarks() const { return remarks_; }
 
@@ -46,7 +48,7 @@ class TiffFile {
   void check_pieces(TiffPage& page) const;
   std::vector<std::uint64_t> replaced_counts(const TiffPage& page) const;
   void require_all_places(const TiffPage& page) const;
-  void look_at_tags(const TiffPage& first);
+  void look_at_tags(TiffPage& first);
   void look_at_sub_images(const TiffPage& page);
   void look_at_left_out(const std::vector<TiffPage>& pages, const std::vector<TiffPage>& left_out);
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;

@@ -28,6 +28,8 @@ struct TiffPage {
   /// Pixels in a unit, which TIFF files of volumes rarely name; 0 and less cannot be meant.
   std::optional<double> x_resolution, y_resolution;
   Rescale rescale;  ///< what tags say that samples mean
+  /// A sentence if tags of another program say which pages are channels and moments; "" if none do.
+  std::string unread_order;
   bool zero_is_white = false;
   /// Where its first row and column are to be shown; 1: at the top and at the left.
   std::uint16_t orientation = 1;

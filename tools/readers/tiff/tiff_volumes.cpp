@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "io/files/errors.h"
@@ -83,6 +84,7 @@ void add_pages(const TiffFile& file, std::vector<TiffPage> pages, const std::str
         shape.text, pages.size()));
   if (description.starts_with("state.") || description.find("scanimage.SI") != description.npos)
     volumes.remarks.miss("it is a file of ScanImage, and what that says of channels and moments is not read");
+  volumes.remarks.miss(pages.front().unread_order);
   volumes.list.emplace_back();
   for (TiffPage& page : pages) volumes.list.back().planes.push_back({0, std::move(page)});
 }
@@ -139,7 +141,7 @@ TiffVolumes volumes_described_in(const std::string& name, const std::string& pat
     volumes.files.push_back(metadata_file);
     return volumes;
   }
-  const std::string description = TiffFile(metadata_file).pages().front().description;
+  const std::string description = TiffFile(metadata_file).description();
   if (const auto xml = ome_xml_of(description); !xml || !xml->metadata_file.empty())
     throw BrokenInput(
         fmt::format("{}: has no OME-XML, although the OME-XML in {} says so", metadata_file, path));
@@ -163,6 +165,8 @@ TiffVolumes described_volumes(const std::string& path, bool gaps_ok) {
       return volumes_described_in(xml->metadata_file, path, pages, gaps_ok, std::move(volumes));
     else if (xml)
       add_ome(path, pages, *xml, true, gaps_ok, volumes);
+    else if (const std::string described_in = file_that_names(path); !described_in.empty())
+      return described_volumes(described_in, gaps_ok);
     else
       add_pages(file, std::move(pages), description, volumes);
   } catch (const BrokenInput& error) {
@@ -200,12 +204,33 @@ std::size_t images_in(const std::string& description) {
   return shape.is_truncated ? shape.images : 1;
 }
 
+/// The spacing within a slice. What its file says of the distance to others, of which it knows nothing, does not count.
+Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
+  Geometry geometry;
+  if (const auto image_j = image_j_of(page.description)) {
+    geometry = spacing_of(*image_j, page, remarks);
+  } else if (const auto xml = ome_xml_of(page.description); xml && !xml->images.empty()) {
+    geometry = xml->images.front().geometry;
+    remarks.add(xml->images.front().remarks);
+  }
+  geometry.spacing[2] = Geometry::unknown;
+  geometry.has_spacing = !std::isnan(geometry.spacing[0]) || !std::isnan(geometry.spacing[1]);
+  if (!geometry.has_spacing) geometry.units = {};
+  return geometry;
+}
+
+bool are_same(const Geometry& a, const Geometry& b) {
+  const auto is_same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return is_same(a.spacing[0], b.spacing[0]) && is_same(a.spacing[1], b.spacing[1]) && a.units == b.units;
+}
+
 }  // namespace
 
 TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
   TiffVolumes volumes;
   volumes.files = paths;
   volumes.list.emplace_back();
+  bool differs = false;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     say_working();
     TiffFile file(paths[i]);
@@ -215,7 +240,13 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
       throw BrokenInput(
           fmt::format("{}: TIFF file: has {} pages, but is one of {} files that are a slice each", paths[i],
                       pages.size(), paths.size()));
+    volumes.remarks.miss(pages.front().unread_order);
     const std::string& description = pages.front().description;
+    const Geometry geometry = geometry_of_slice(pages.front(), volumes.remarks);
+    if (i == 0)
+      volumes.list.front().geometry = geometry;
+    else if (!are_same(geometry, volumes.list.front().geometry))
+      differs = true;
     if (images_in(description) > 1)
       throw BrokenInput(fmt::format(
           "{}: TIFF file: its description speaks of several images, but it is one of {} files that are a "
@@ -229,6 +260,10 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
           paths[i], paths.front()));
     pages.front().description = {};
     volumes.list.back().planes.push_back({i, std::move(pages.front())});
+  }
+  if (differs) {
+    volumes.list.front().geometry = {};
+    volumes.remarks.warn("its slices have different spacings, so none is known");
   }
   require_alike(volumes, volumes.list.front());
   return volumes;
