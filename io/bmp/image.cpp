@@ -48,6 +48,14 @@ void require_greys(const ByteSource& file, std::uint64_t palette, int colors, st
   }
 }
 
+/// The byte after a color profile, which the largest header may name; 0 without one.
+std::uint64_t end_of_profile(std::span<const std::byte> header) {
+  constexpr std::uint32_t with_profile = 124;
+  if (header.size() != file_header + with_profile) return 0;
+  const auto size = number<std::uint32_t>(header, file_header + 116);
+  return size == 0 ? 0 : std::uint64_t{file_header} + number<std::uint32_t>(header, file_header + 112) + size;
+}
+
 }  // namespace
 
 bool begins_bmp(std::string_view bytes) {
@@ -89,6 +97,8 @@ BmpImage bmp_image(const ByteSource& file) {
   if (file.size() < image.offset || file.size() - image.offset < bytes)
     refuse(file, fmt::format("has {} bytes, but {} x {} samples should end at byte {}", file.size(),
                              image.width, image.height, image.offset + bytes));
+  const std::uint64_t end = std::max(image.offset + bytes, end_of_profile(header));
+  image.after = file.size() - std::min(end, file.size());
   return image;
 }
 

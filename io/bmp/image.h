@@ -15,6 +15,7 @@ struct BmpImage {
   bool is_top_down = false;  ///< The first row in the file is the upper one; usually it is the lower one.
   std::uint64_t offset = 0;  ///< of the first row in the file
   int greys = 256;           ///< Samples are less than this.
+  std::uint64_t after = 0;   ///< bytes of the file after the samples, and after a color profile behind them
 
   /// Rows are filled up to multiples of four bytes.
   std::uint64_t row_bytes() const { return (static_cast<std::uint64_t>(width) + 3) / 4 * 4; }

@@ -47,12 +47,21 @@ std::int64_t step_between(std::string_view a, std::string_view b) {
   return std::stoll(std::string(b)) - std::stoll(std::string(a));
 }
 
+bool is_same_number(std::string_view a, std::string_view b) {
+  a.remove_prefix(std::min(a.find_first_not_of('0'), a.size()));
+  b.remove_prefix(std::min(b.find_first_not_of('0'), b.size()));
+  return a == b;
+}
+
 void find_gap(NumberedFiles& files, std::size_t at) {
   std::vector<std::int64_t> steps;
   const auto number = [&](std::size_t i) { return pieces_of(name_of_path(files.paths[i]))[at]; };
   for (std::size_t i = 1; i < files.paths.size(); ++i)
     steps.push_back(step_between(number(i - 1), number(i)));
   if (steps.empty()) return;
+  for (std::size_t i = 0; i < steps.size() && !files.same; ++i)
+    if (is_same_number(number(i), number(i + 1))) files.same = {files.paths[i], files.paths[i + 1]};
+  if (files.same) return;
   const std::int64_t least = std::ranges::min(steps);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i] == least) continue;
@@ -75,6 +84,12 @@ bool is_preview(const std::string& path) {
 std::string gap_in_words(const NumberedFiles& files) {
   return "between " + name_of_path(files.gap->first) + " and " + name_of_path(files.gap->second) +
          ", slices are missing by their numbers" + (files.missing.empty() ? "" : ": " + files.missing);
+}
+
+std::string same_in_words(const NumberedFiles& files) {
+  return name_of_path(files.same->first) + " and " + name_of_path(files.same->second) +
+         " have the same number, so which of them is the slice is not known; move one of them into another "
+         "folder";
 }
 
 std::string number_pattern(std::string_view name) {

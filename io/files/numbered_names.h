@@ -15,6 +15,8 @@ struct NumberedFiles {
   std::vector<std::string> paths;
   /// Two neighbours between which numbers are missing, by the steps between the others; nothing if none are.
   std::optional<std::pair<std::string, std::string>> gap;
+  /// Two files with the same number, such as a1.tif and a01.tif; nothing if there are none.
+  std::optional<std::pair<std::string, std::string>> same;
   std::string missing;  ///< all numbers that are missing by the same rule: "4, 7 to 9"
 };
 
@@ -24,6 +26,9 @@ std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
 /// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.
 std::string gap_in_words(const NumberedFiles& files);
+
+/// "a1.tif and a01.tif have the same number". REQUIRES: `same`.
+std::string same_in_words(const NumberedFiles& files);
 
 /// A name with # for each of its numbers: "a#b#.tif".
 std::string number_pattern(std::string_view name);

@@ -78,6 +78,44 @@ class Bmp(ReaderTest):
         self.assertEqual(self.tagrid("restore", "b.tag", "-o", "s").returncode, 0)
         self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}, before)
 
+    def test_bytes_after_the_samples_are_said_and_come_back(self):
+        truth = self.volume((3, 19, 24))
+        for z, slice in enumerate(truth):
+            path = self.write(f"s/a{z}.bmp", slice)
+            if z > 0:
+                path.write_bytes(path.read_bytes() + b"notes" * z)
+        self.assert_same(self.encoded("s")[0], truth)
+        self.assertIn("a1.bmp: 5 bytes follow the samples; they are not part of the volume; likewise in another file", self.messages)
+        before = {path.name: path.read_bytes() for path in (self.folder / "s").iterdir()}
+        run = self.tagrid("encode", "s", "-o", "b.tag", "--rm", "--max-error", "5")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(self.tagrid("restore", "b.tag", "-o", "s").returncode, 0)
+        for name, whole in before.items():
+            self.assertEqual((self.folder / "s" / name).read_bytes()[1078 + 19 * 24:], whole[1078 + 19 * 24:])
+        # A color profile lies there, too, and is no surprise.
+        plain = self.write("a.bmp", truth[0]).read_bytes()
+        header = bytearray(124)
+        header[:40] = struct.pack("<I", 124) + plain[18:54]
+        profile, end = b"profile!", 14 + 124 + 1024 + 19 * 24
+        header[112:120] = struct.pack("<II", end - 14, len(profile))
+        start = plain[:10] + struct.pack("<I", 14 + 124 + 1024)
+        (self.folder / "a.bmp").write_bytes(start + header + plain[54:] + profile)
+        with Image.open(self.folder / "a.bmp") as image:
+            self.assertTrue((numpy.asarray(image) == truth[0]).all())
+        self.assert_same(self.encoded("a.bmp")[0], truth[:1])
+        self.assertNotIn("follow the samples", self.messages)
+
+    def test_numbers_of_a_log_that_cannot_be_read_are_said(self):
+        for z, slice in enumerate(self.volume((3, 8, 8))):
+            self.write(f"s/a{z}.bmp", slice)
+        for size, step, spacing, said in (("17,25", "1", [17.25] * 3, "with a decimal comma; it is read as 17.25"), ("abc", "1", None, 'Pixel Size (um) is "abc", which is not a number; the spacing is unknown'),
+                                          ("", "1", None, "Pixel Size (um) is empty"), ("0", "1", None, "Pixel Size (um) is 0; the spacing is unknown"), ("-2", "1", None, "Pixel Size (um) is -2"),
+                                          ("17.25", "two", [17.25, 17.25, None], "Section to Section Step is \"two\""), ("17.25", "0", [17.25, 17.25, None], "the distance between slices is unknown")):
+            (self.folder / "s" / "a.log").write_text(f"[Reconstruction]\nPixel Size (um)={size}\nSection to Section Step={step}\n")
+            self.assertEqual(self.encoded("s")[1]["geometry"]["spacing"], spacing, size)
+            self.assertIn(said, self.messages)
+            self.assertIn("a.log: ", self.messages)
+
     def test_the_upper_row_may_come_first(self):
         truth = self.volume((3, 19, 24))
         for z, slice in enumerate(truth):

@@ -4,6 +4,7 @@
 """
 
 import shutil
+import struct
 import subprocess
 import unittest
 
@@ -62,6 +63,68 @@ class Jpeg2000(ReaderTest):
         whole = (self.folder / "s" / "2.jp2").read_bytes()
         (self.folder / "short.jp2").write_bytes(whole[:len(whole) // 2])
         self.assert_refused(65, "short.jp2: ", "encode", "short.jp2")
+
+    def parts(self):
+        """A file of one slice: its samples, its boxes before that of the code stream, and the code stream."""
+        truth = self.volume(12)[0]
+        self.compress(truth, "a.jp2", bits=12)
+        whole = (self.folder / "a.jp2").read_bytes()
+        at = whole.index(b"jp2c") - 4
+        return truth.astype("uint16"), whole[:at], whole[at + 8:]
+
+    def judged(self, name):
+        """The samples that opj_decompress gives."""
+        run = subprocess.run(["opj_decompress", "-i", name, "-o", "judged.rawl"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.assertEqual(run.returncode, 0, run.stdout)
+        return numpy.fromfile(self.folder / "judged.rawl", "<u2").reshape(1, 40, 50)
+
+    def test_boxes_say_their_length_in_three_ways(self):
+        truth, boxes, stream = self.parts()
+        for head in (struct.pack(">I4s", len(stream) + 8, b"jp2c"), struct.pack(">I4s", 0, b"jp2c"), struct.pack(">I4sQ", 1, b"jp2c", len(stream) + 16)):
+            (self.folder / "b.jp2").write_bytes(boxes + head + stream)
+            samples, _ = self.encoded("b.jp2")
+            self.assert_same(samples[0], truth)
+            self.assertEqual(samples.tolist(), self.judged("b.jp2").tolist())
+            self.assertNotIn("warning", self.messages)
+
+    def test_bytes_after_the_image_and_further_images_are_said(self):
+        truth, boxes, stream = self.parts()
+        box = struct.pack(">I4s", len(stream) + 8, b"jp2c") + stream
+        for name, content, said in (("b.j2k", stream + b"notes", "b.j2k: 5 bytes follow the samples"), ("b.jp2", boxes + box + b"notes", "b.jp2: 5 bytes follow the samples"),
+                                    ("b.jp2", boxes + struct.pack(">I4s", len(stream) + 17, b"jp2c") + stream + bytes(9), "b.jp2: 9 bytes follow the samples"),
+                                    ("b.jp2", boxes + box + box, "b.jp2: the file has 2 images, of which only the first one is read")):
+            (self.folder / name).write_bytes(content)
+            self.assert_same(self.encoded(name)[0][0], truth)
+            self.assertIn(said, self.messages)
+        for z in range(3):
+            (self.folder / "s").mkdir(exist_ok=True)
+            (self.folder / f"s/{z}.j2k").write_bytes(stream + b"notes")
+        self.encoded("s")
+        self.assertIn("0.j2k: 5 bytes follow the samples; they are not part of the volume; likewise in 2 other files", self.messages)
+        # A file that has none of these says nothing.
+        (self.folder / "b.j2k").write_bytes(stream)
+        self.encoded("b.j2k")
+        self.assertNotIn("warning", self.messages)
+
+    def test_a_palette_is_refused(self):
+        _, boxes, stream = self.parts()
+        at = boxes.index(b"jp2h") - 4
+        length = struct.unpack_from(">I", boxes, at)[0]
+        colors = b"".join(bytes([255 - i, i, 7]) for i in range(256))
+        palette = struct.pack(">I4sHB3B", 8 + 6 + len(colors), b"pclr", 256, 3, 7, 7, 7) + colors
+        maps = struct.pack(">I4s", 20, b"cmap") + b"".join(struct.pack(">HBB", 0, 1, i) for i in range(3))
+        header = boxes[at:at + length] + palette + maps
+        header = struct.pack(">I", len(header)) + header[4:]
+        (self.folder / "b.jp2").write_bytes(boxes[:at] + header + boxes[at + length:] + struct.pack(">I4s", 0, b"jp2c") + stream)
+        self.assert_refused(65, "b.jp2: JPEG 2000 file: its samples are colors of a palette", "encode", "b.jp2")
+
+    def test_extensions_of_the_standard_are_said(self):
+        truth, _, stream = self.parts()
+        (self.folder / "b.j2k").write_bytes(stream[:6] + struct.pack(">H", 0x8000) + stream[8:])
+        run = self.tagrid("encode", "b.j2k", "-o", "b.tag", "-f")
+        self.assertIn(run.returncode, (0, 65))
+        if run.returncode == 0:
+            self.assertIn("it says that it needs extensions of JPEG 2000 (part 2)", run.stderr)
 
     def test_damaged_files_are_errors_or_other_samples_and_no_more(self):
         self.compress(self.volume(12)[0], "a.jp2", bits=12)

@@ -165,16 +165,26 @@ class Finder {
         look_at_folder_of_dicom(folder, files, options, format);
       return;
     }
-    for (const NumberedFiles& one : numbered_files(files)) {
-      if (one.paths.size() == 1 || has_slices(one.paths.front())) {
-        for (const std::string& path : one.paths) look_at_volume(path, {}, format);
-        continue;
+    std::vector<NumberedFiles> series = numbered_files(files);
+    for (std::size_t i = 0; i < series.size(); ++i) {
+      NumberedFiles one = series[i];
+      if (std::erase_if(one.paths, [&](const std::string& path) { return is_in_a_set(path); }) > 0) {
+        // What a set leaves has other steps between its numbers.
+        std::vector<NumberedFiles> left = numbered_files(std::move(one.paths));
+        series.insert(series.end(), left.begin(), left.end());
+      } else if (one.paths.size() == 1 || has_slices(one.paths.front())) {
+        for (const std::string& path : one.paths)
+          if (!is_in_a_set(path)) look_at_volume(path, {}, format);
+      } else {
+        OptionTexts own = options;
+        own["series"] = one.pattern;
+        look_at_volume(folder, own, format);
       }
-      OptionTexts own = options;
-      own["series"] = one.pattern;
-      look_at_volume(folder, own, format);
     }
   }
+
+  /// True for a file of a volume that was listed by the name of another one of its files.
+  bool is_in_a_set(const std::string& path) const { return files_of_sets_.contains(path); }
 
   /// Files that no series has are passed over.
   void look_at_folder_of_dicom(const fs::path& folder, const std::vector<std::string>& files,
@@ -197,6 +207,8 @@ class Finder {
       return open_volume(path, options_.run.limited({}))->info().dims.z > 1;
     } catch (const UsageError& error) {
       return !error.detail().choices.empty();  // several volumes
+    } catch (const BrokenInput& error) {
+      return error.detail().problem == Problem::slices_missing;
     } catch (const Error&) {
       return false;
     }
@@ -206,7 +218,7 @@ class Finder {
   void look_at_volume(const fs::path& path, OptionTexts options, const Format& format) {
     try {
       const auto volume = open_volume(path, encoding_of(options, options_.run).source);
-      if (is_known(*volume, format)) return;
+      if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
         options.emplace("series", uid);  // another one may come into the folder
@@ -235,6 +247,20 @@ class Finder {
     } catch (const Error& error) {
       lines_.give_broken(path, options, error);
     }
+  }
+
+  /// Notes the files of a volume that was found by the name of a file. True if those are files of a set that was listed, so
+  /// that `path` is a file which only says so.
+  bool is_of_a_listed_set(const std::string& path, const VolumeSource& volume) {
+    const std::vector<std::string>& files = volume.files();
+    if (files.size() < 2 || is_folder(path)) return false;
+    const bool is_own = std::ranges::find(files, path) != files.end();
+    if (!is_own && std::ranges::all_of(files, [&](const std::string& file) { return is_in_a_set(file); })) {
+      passed_over_.add(path, "belongs to a set of files that is listed, but is none of them");
+      return true;
+    }
+    files_of_sets_.insert(files.begin(), files.end());
+    return false;
   }
 
   /// Volumes of one file that follow each other, all of one size: opening each would take long where the file is compressed.
@@ -282,6 +308,7 @@ class Finder {
   const std::function<void(const FoundVolume&)>& use_;
   FoundLines lines_;
   PassedOver passed_over_;
+  std::set<std::string> files_of_sets_;      // that are volumes together
   std::set<std::string> listed_images_;      // those of all DICOMDIRs
   std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at
   std::set<std::string>* used_images_ =

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/files/foreign_number.h"
 #include "io/files/text.h"
 #include "io/files/visible_files.h"
 #include "io/vendors/sections.h"
@@ -34,22 +35,44 @@ std::vector<std::string> files_in(const std::string& folder, const std::vector<s
 
 }  // namespace
 
-NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
-                          const ReaderOptions& options) {
-  std::vector<NumberedFiles> series = numbered_files(files_in(folder, extensions));
-  std::vector<Choice> choices;
-  for (const NumberedFiles& files : series)
-    choices.push_back(
-        {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())});
-  NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
+std::vector<NumberedFiles> series_of_slices(const std::string& folder,
+                                            const std::vector<std::string>& extensions) {
+  return numbered_files(files_in(folder, extensions));
+}
+
+Choice choice_of(const NumberedFiles& files) {
+  return {files.pattern, files.paths.size() == 1 ? "1 file" : fmt::format("{} files", files.paths.size())};
+}
+
+void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options) {
+  if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
   if (files.gap && option(options, "gaps-ok").empty())
     throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
+}
+
+NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
+                          const ReaderOptions& options) {
+  std::vector<NumberedFiles> series = series_of_slices(folder, extensions);
+  std::vector<Choice> choices;
+  for (const NumberedFiles& files : series) choices.push_back(choice_of(files));
+  NumberedFiles& files = series[chosen(folder, "series", option(options, "series"), choices)];
+  require_no_gap(folder, files, options);
   return std::move(files);
 }
 
 void add_warning_of_gaps(const std::string& folder, const NumberedFiles& files,
                          std::vector<std::string>& warnings) {
   if (files.gap) warnings.push_back(fmt::format("{}: {}", folder, gap_in_words(files)));
+}
+
+void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings) {
+  if (files.empty()) return;
+  const std::string others = files.size() == 2 ? "; likewise in another file"
+                             : files.size() > 2
+                                 ? fmt::format("; likewise in {} other files", files.size() - 1)
+                                 : "";
+  warnings.push_back(fmt::format("{}: {} bytes follow the samples; they are not part of the volume{}",
+                                 files.front().path, files.front().bytes, others));
 }
 
 namespace {
@@ -59,18 +82,33 @@ std::optional<SliceLog> read_log(const std::string& path) {
   FileBytes file(path);
   if (file.size().value_or(0) > longest_log) return std::nullopt;
   const Sections sections = read_sections(file);
-  const auto size = sections.find("reconstruction/pixel size (um)");
-  const auto number = size == sections.end() ? std::nullopt : number_of(size->second);
-  if (!number || !std::isfinite(*number) || *number <= 0) return std::nullopt;
+  const auto field = [&](const char* key) {
+    const auto found = sections.find(key);
+    return found == sections.end() ? ForeignNumber{} : foreign_number(std::string_view(found->second));
+  };
+  const ForeignNumber size = field("reconstruction/pixel size (um)");
+  if (size.is_absent()) return std::nullopt;
   SliceLog log;
   log.path = path;
-  log.geometry.spacing.fill(*number);
+  const auto is_good = [&](const ForeignNumber& number, const char* name, double least, const char* unknown) {
+    if (number.is_unreadable() || number.decimal_comma)
+      log.warnings.push_back(remark_on(number, name, unknown));
+    if (number.is_number() && number.value < least)
+      log.warnings.push_back(fmt::format("{} is {}; {}", name, number.text, unknown));
+    return number.is_number() && number.value >= least;
+  };
+  constexpr double tiny = std::numeric_limits<double>::min();
+  const bool has_size = is_good(size, "Pixel Size (um)", tiny, "the spacing is unknown");
   // Not all sections may have been saved.
-  if (const auto step = sections.find("reconstruction/section to section step"); step != sections.end())
-    if (const auto sections_apart = number_of(step->second); sections_apart && *sections_apart >= 1)
-      log.geometry.spacing[2] *= *sections_apart;
-  log.geometry.has_spacing = true;
-  log.geometry.units.fill("um");
+  const ForeignNumber step = field("reconstruction/section to section step");
+  const bool has_step = step.is_absent() ||
+                        is_good(step, "Section to Section Step", 1, "the distance between slices is unknown");
+  if (has_size) {
+    log.geometry.spacing.fill(size.value);
+    log.geometry.spacing[2] = has_step ? size.value * step.value_or(1) : Geometry::unknown;
+  }
+  log.geometry.has_spacing = has_size;
+  if (has_size) log.geometry.units.fill("um");
   for (const auto& [key, value] : sections)
     if (!value.empty()) log.pairs.emplace_back("skyscan_" + key, value);
   return log;
@@ -95,8 +133,11 @@ SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices) {
   return own == nullptr ? SliceLog{} : *own;
 }
 
-void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files) {
+void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,
+         std::vector<std::string>& warnings) {
   if (log.path.empty()) return;
+  for (const std::string& sentence : log.warnings)
+    warnings.push_back(fmt::format("{}: {}", log.path, sentence));
   geometry = std::move(log.geometry);
   pairs.insert(pairs.end(), log.pairs.begin(), log.pairs.end());
   files.push_back(std::move(log.path));

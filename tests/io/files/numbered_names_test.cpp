@@ -52,6 +52,16 @@ TEST(NaturalOrder, IsAnOrderOfAllTexts) {
     }
 }
 
+TEST(NumberedFiles, TwoWithTheSameNumberAreNamedAndAreNoGap) {
+  const auto series = numbered_files({"d/a1.tif", "d/a01.tif", "d/a2.tif"});
+  ASSERT_EQ(series.size(), 1u);
+  ASSERT_TRUE(series[0].same);
+  EXPECT_FALSE(series[0].gap);
+  EXPECT_THAT(same_in_words(series[0]), testing::HasSubstr("have the same number"));
+  EXPECT_FALSE(numbered_files({"a9.tif", "a10.tif", "a90.tif"})[0].same);
+  EXPECT_TRUE(numbered_files({"a0.tif", "a00.tif"})[0].same);
+}
+
 TEST(NumberedFiles, AreASeriesByTheirLastNumber) {
   const auto series = numbered_files({"d/s10.tif", "d/s2.tif", "d/s1.tif", "d/s3.tif"});
   ASSERT_EQ(series.size(), 1u);

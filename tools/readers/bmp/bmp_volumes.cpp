@@ -17,11 +17,13 @@ class BmpSlices final : public ServedVolume {
   explicit BmpSlices(std::vector<std::string> paths) : slices_(paths.size()) {
     files = std::move(paths);
     bool is_plain = true;
+    std::vector<BytesAfter> after;
     for (std::size_t z = 0; z < slices_; ++z) {
       say_working();
       const BmpImage image = bmp_image(FileSource(files[z]));
       if (z == 0) first_ = image;
       require_like_first(z, image);
+      if (image.after > 0) after.push_back({files[z], image.after});
       // Samples of a shorter palette are checked as they are read.
       is_plain = is_plain && image.greys == 256;
       SliceRun run{z, image.offset, 1, image.row_bytes() * static_cast<std::uint64_t>(image.height)};
@@ -30,6 +32,7 @@ class BmpSlices final : public ServedVolume {
       places.push_back(run);
     }
     if (!is_plain) places.clear();
+    add_bytes_after(after, warnings);
     dims = {first_.width, first_.height, static_cast<std::int64_t>(slices_)};
     type = SampleType::uint8;
     memory = 2 * first_.row_bytes() * static_cast<std::uint64_t>(first_.height);
@@ -68,7 +71,7 @@ std::unique_ptr<ServedVolume> open_bmp(const std::string& path, const ReaderOpti
   auto volume = std::make_unique<BmpSlices>(std::move(files.paths));
   volume->pairs.push_back(names);
   volume->warnings.insert(volume->warnings.end(), gaps.begin(), gaps.end());
-  add(std::move(log), volume->geometry, volume->pairs, volume->files);
+  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
   return volume;
 }
 

@@ -135,8 +135,12 @@ Jpeg2000Image decode(Source& source, std::int64_t width, std::int64_t height, bo
   if (!with_samples) return result;
   require(opj_decode(codec.get(), stream.get(), image.get()));
   require(opj_end_decompress(codec.get(), stream.get()));
-  require(component.data != nullptr);
-  result.samples.assign(component.data, component.data + static_cast<std::size_t>(component.w) * component.h);
+  // A palette makes several components of one, in other memory.
+  if (image->numcomps != 1 || image->comps[0].w != result.width || image->comps[0].h != result.height)
+    throw BrokenInput("the JPEG 2000 stream has other components than its header says");
+  const opj_image_comp_t& decoded = image->comps[0];
+  require(decoded.data != nullptr);
+  result.samples.assign(decoded.data, decoded.data + static_cast<std::size_t>(decoded.w) * decoded.h);
   return result;
 }
 

@@ -6,8 +6,10 @@
 #include <filesystem>
 
 #include "io/bytes/little_endian.h"
+#include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "tools/readers/codecs/jpeg2000.h"
+#include "tools/readers/jp2/outline.h"
 #include "tools/readers/slice_files.h"
 
 namespace tagrid {
@@ -32,6 +34,7 @@ class Jp2Slices final : public ServedVolume {
     bool is_lossless = true;
     for (const std::string& path : files) {
       say_working();
+      look_at_outline(path);
       const Jpeg2000Image image = jpeg2000_header(path);
       is_lossless = is_lossless && image.is_lossless;
       if (path == files.front()) {
@@ -46,6 +49,7 @@ class Jp2Slices final : public ServedVolume {
     memory = static_cast<std::uint64_t>(first_.width * first_.height) * 16;
     // A loss is not undone by a lossless copy.
     if (!is_lossless) pairs.emplace_back(lossy_source_key, "JPEG 2000, irreversible wavelet (9-7)");
+    add_bytes_after(after_, warnings);
   }
 
   void read_slice(std::int64_t z, std::byte* out) override {
@@ -73,7 +77,24 @@ class Jp2Slices final : public ServedVolume {
                                     files.front(), in_words(first_)));
   }
 
+  void look_at_outline(const std::string& path) {
+    const Jp2Outline outline = jp2_outline(FileSource(path));
+    if (outline.has_palette)
+      throw BrokenInput(path +
+                        ": JPEG 2000 file: its samples are colors of a palette, not single numbers; convert "
+                        "it to grayscale "
+                        "first, in the program that knows what the colors mean");
+    if (outline.images > 1)
+      not_understood.push_back(fmt::format("{}: the file has {} images, of which only the first one is read",
+                                           path, outline.images));
+    if (outline.has_extensions)
+      not_understood.push_back(
+          path + ": it says that it needs extensions of JPEG 2000 (part 2), which may change samples");
+    if (outline.after > 0) after_.push_back({path, outline.after});
+  }
+
   Jpeg2000Image first_;
+  std::vector<BytesAfter> after_;
 };
 
 }  // namespace
@@ -89,7 +110,7 @@ std::unique_ptr<ServedVolume> open_jp2(const std::string& path, const ReaderOpti
   auto volume = std::make_unique<Jp2Slices>(std::move(files.paths));
   volume->pairs.push_back(names);
   volume->warnings.insert(volume->warnings.end(), gaps.begin(), gaps.end());
-  add(std::move(log), volume->geometry, volume->pairs, volume->files);
+  add(std::move(log), volume->geometry, volume->pairs, volume->files, volume->warnings);
   return volume;
 }
 

@@ -1,9 +1,13 @@
 #include "tools/readers/tiff/image_j.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
+#include <cmath>
 
 #include "io/files/errors.h"
 #include "io/files/text.h"
+#include "tools/readers/tiff/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -17,15 +21,16 @@ std::int64_t count_from(std::string_view text) {
   return count;
 }
 
-}  // namespace
-
-std::string plain_unit(std::string_view unit) {
-  // The micro sign and the Greek letter, in UTF-8, in Latin-1, and as ImageJ escapes them.
-  for (const std::string_view micro :
-       {"micron", "microns", "um", "\xc2\xb5m", "\xce\xbcm", "\xb5m", "\\u00B5m", "\\u03BCm"})
-    if (unit == micro) return "um";
-  return std::string(unit);
+/// Pixels in a unit, as a length.
+ForeignNumber length_of(const std::optional<double>& resolution) {
+  if (!resolution) return {};
+  ForeignNumber length = foreign_number(1 / *resolution);
+  if (!(*resolution > 0)) length.outcome = ForeignNumber::Outcome::unreadable;
+  length.text = fmt::format("{}", *resolution);
+  return length;
 }
+
+}  // namespace
 
 std::optional<ImageJ> image_j_of(std::string_view description) {
   if (!description.starts_with("ImageJ=")) return std::nullopt;
@@ -43,8 +48,11 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
       found.slices = count_from(value);
       has_slices = true;
     }
-    if (key == "spacing") found.spacing = number_of(value).value_or(0);
-    if (key == "unit") found.unit = plain_unit(value);
+    if (key == "spacing") found.spacing = foreign_number(value);
+    if (key == "unit") found.unit.fill(plain_unit(value));
+    // They come after the unit, and only if they differ from it.
+    if (key == "yunit") found.unit[1] = plain_unit(value);
+    if (key == "zunit") found.unit[2] = plain_unit(value);
   }
   if (!has_slices) found.slices = found.images / (found.channels * found.frames);
   if (found.channels > found.images || found.frames > found.images || found.slices > found.images ||
@@ -55,6 +63,21 @@ std::optional<ImageJ> image_j_of(std::string_view description) {
                       std::to_string(found.slices) + " slices and " + std::to_string(found.frames) +
                       " frames");
   return found;
+}
+
+Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& remarks) {
+  const std::string& unit = image_j.unit[0];
+  if (unit.empty() || unit == "pixel" || unit == "pixels") return {};
+  ForeignNumber between = image_j.spacing;
+  // ImageJ reads it so, too.
+  if (between.is_number() && between.value < 0) {
+    between.value = -between.value;
+    remarks.warn(fmt::format("ImageJ's spacing is {}; it is read as {}", between.text, between.value));
+  }
+  return spacing_of({{{"XResolution", length_of(first.x_resolution), unit},
+                      {"YResolution", length_of(first.y_resolution), image_j.unit[1]},
+                      {"ImageJ's spacing", between, image_j.unit[2]}}},
+                    remarks);
 }
 
 }  // namespace tagrid

@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <pugixml.hpp>
 
 #include "io/files/errors.h"
-#include "tools/readers/tiff/image_j.h"
+#include "io/files/text.h"
 
 namespace tagrid {
 namespace {
@@ -25,102 +26,60 @@ std::vector<pugi::xml_node> children_of(const pugi::xml_node& node, std::string_
   return found;
 }
 
-std::int64_t count_of(const pugi::xml_node& node, const char* name, std::int64_t otherwise) {
-  const std::int64_t count = node.attribute(name).as_llong(otherwise);
+/// A number that says which samples there are: nothing if it is absent.
+std::optional<std::int64_t> count_of(const pugi::xml_node& node, const char* name) {
+  const pugi::xml_attribute attribute = node.attribute(name);
+  if (attribute.empty()) return std::nullopt;
+  const auto count = whole_number_of(trimmed(attribute.as_string()));
   constexpr std::int64_t most = std::int64_t{1} << 31;
-  if (count < 0 || count > most) fail(fmt::format("{} is {}", name, count));
+  if (!count || *count < 0 || *count > most)
+    fail(fmt::format("{} is {}, which is no count", name, quoted(std::string_view(attribute.as_string()))));
   return count;
 }
 
-/// Of units of length in the OME model; 0 for others.
-double micrometres_in(std::string_view unit) {
-  const std::string plain = plain_unit(unit);
-  if (plain == "nm") return 1e-3;
-  if (plain == "um") return 1;
-  if (plain == "mm") return 1e3;
-  if (plain == "cm") return 1e4;
-  if (plain == "m") return 1e6;
-  return 0;
+GivenDistance distance_of(const pugi::xml_node& pixels, const char* axis) {
+  GivenDistance distance;
+  distance.name = fmt::format("PhysicalSize{}", axis);
+  distance.unit = plain_unit(pixels.attribute((distance.name + "Unit").c_str()).as_string("um"));
+  if (const auto size = pixels.attribute(distance.name.c_str()))
+    distance.number = foreign_number(std::string_view(size.as_string()));
+  return distance;
 }
 
-void read_spacing(const pugi::xml_node& pixels, OmeImage& image) {
-  image.unit = plain_unit(pixels.attribute("PhysicalSizeXUnit").as_string("um"));
-  constexpr std::array axes = {"X", "Y", "Z"};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::string name = fmt::format("PhysicalSize{}", axes[axis]);
-    const std::string unit = plain_unit(pixels.attribute((name + "Unit").c_str()).as_string("um"));
-    const double size = pixels.attribute(name.c_str()).as_double(0);
-    const double factor = unit == image.unit ? 1
-                          : micrometres_in(image.unit) == 0
-                              ? 0
-                              : micrometres_in(unit) / micrometres_in(image.unit);
-    if (size > 0 && factor > 0) image.spacing[axis] = size * factor;
+OmeData data_of(const pugi::xml_node& node, const OmeImage& image) {
+  OmeData data;
+  data.z = count_of(node, "FirstZ").value_or(0);
+  data.c = count_of(node, "FirstC").value_or(0);
+  data.t = count_of(node, "FirstT").value_or(0);
+  if (data.z >= image.slices || data.c >= image.channels || data.t >= image.times)
+    fail("TiffData begins outside its image");
+  for (const pugi::xml_node& id : children_of(node, "UUID")) {
+    data.file = id.attribute("FileName").as_string();
+    data.uuid = std::string(trimmed(id.text().as_string()));
   }
+  const auto page = count_of(node, "IFD");
+  data.page = page.value_or(0);
+  data.count = count_of(node, "PlaneCount");
+  if (!data.count) data.count = count_of(node, "NumPlanes");  // its name before 2008
+  if (!data.count && page) data.count = 1;
+  return data;
 }
 
-/// The planes as pages follow each other.
-class Order {
- public:
-  Order(const std::string& names, const OmeImage& image) : image_(image) {
-    if (names.size() != 5 || !names.starts_with("XY")) fail(fmt::format("DimensionOrder is {}", names));
-    for (std::size_t i = 0; i < 3; ++i) {
-      names_[i] = names[i + 2];
-      sizes_[i] = size_along(names_[i]);
-    }
-    if (std::string_view("ZCT").find_first_of(names_[0]) == std::string_view::npos ||
-        names_[0] == names_[1] || names_[1] == names_[2] || names_[0] == names_[2])
-      fail(fmt::format("DimensionOrder is {}", names));
-  }
-  std::int64_t number_of(std::int64_t z, std::int64_t c, std::int64_t t) const {
-    return z + image_.slices * (c + image_.channels * t);
-  }
-  /// Moves to the plane of the next page; false after the last one.
-  bool next(std::int64_t& z, std::int64_t& c, std::int64_t& t) const {
-    for (std::size_t i = 0; i < 3; ++i) {
-      std::int64_t& at = names_[i] == 'Z' ? z : names_[i] == 'C' ? c : t;
-      if (++at < sizes_[i]) return true;
-      at = 0;
-    }
-    return false;
-  }
-
- private:
-  std::int64_t size_along(char name) const {
-    if (name == 'Z') return image_.slices;
-    if (name == 'C') return image_.channels;
-    if (name == 'T') return image_.times;
-    fail(fmt::format("DimensionOrder has an axis {}", name));
-  }
-
-  const OmeImage& image_;
-  std::array<char, 3> names_ = {};
-  std::array<std::int64_t, 3> sizes_ = {};
-};
-
-void place(const pugi::xml_node& data, const Order& order, std::int64_t pages, OmeImage& image) {
-  std::int64_t z = count_of(data, "FirstZ", 0), c = count_of(data, "FirstC", 0),
-               t = count_of(data, "FirstT", 0);
-  if (z >= image.slices || c >= image.channels || t >= image.times) fail("TiffData begins outside its image");
-  std::string file;
-  for (const pugi::xml_node& id : children_of(data, "UUID")) file = id.attribute("FileName").as_string();
-  const bool names_page = !data.attribute("IFD").empty();
-  std::int64_t page = count_of(data, "IFD", 0);
-  std::int64_t count = count_of(data, "PlaneCount", names_page ? 1 : pages);
-  for (; count > 0; --count, ++page) {
-    image.planes[static_cast<std::size_t>(order.number_of(z, c, t))] = {file, page};
-    if (!order.next(z, c, t)) return;
-  }
+void check_order(const std::string& order) {
+  std::string axes = order.size() == 5 && order.starts_with("XY") ? order.substr(2) : "";
+  std::ranges::sort(axes);
+  if (axes != "CTZ") fail(fmt::format("DimensionOrder is {}", quoted(std::string_view(order))));
 }
 
-OmeImage image_of(const pugi::xml_node& node, std::int64_t pages) {
+OmeImage image_of(const pugi::xml_node& node) {
   OmeImage image;
   image.name = node.attribute("Name").as_string();
   const auto all = children_of(node, "Pixels");
   if (all.size() != 1) fail("an image does not have one element Pixels");
   const pugi::xml_node& pixels = all.front();
-  image.slices = count_of(pixels, "SizeZ", 1);
-  image.channels = count_of(pixels, "SizeC", 1);
-  image.times = count_of(pixels, "SizeT", 1);
+  image.slices = count_of(pixels, "SizeZ").value_or(1);
+  image.channels = count_of(pixels, "SizeC").value_or(1);
+  image.times = count_of(pixels, "SizeT").value_or(1);
   // Planes are pages of files: not more than can be in a text of them.
   constexpr std::int64_t most = std::int64_t{1} << 20;
   if (image.slices < 1 || image.channels < 1 || image.times < 1 || image.channels > most ||
@@ -128,26 +87,88 @@ OmeImage image_of(const pugi::xml_node& node, std::int64_t pages) {
       image.slices * image.channels * image.times > most)
     fail(fmt::format("an image has {} slices, {} channels and {} moments", image.slices, image.channels,
                      image.times));
-  image.planes.resize(static_cast<std::size_t>(image.slices * image.channels * image.times));
-  read_spacing(pixels, image);
-  const Order order(pixels.attribute("DimensionOrder").as_string("XYZCT"), image);
-  for (const pugi::xml_node& data : children_of(pixels, "TiffData")) place(data, order, pages, image);
+  const auto width = count_of(pixels, "SizeX"), height = count_of(pixels, "SizeY");
+  if (width && height) image.size = fmt::format("{} x {}", *width, *height);
+  image.type = pixels.attribute("Type").as_string();
+  image.order = pixels.attribute("DimensionOrder").as_string("XYZCT");
+  check_order(image.order);
+  image.geometry = spacing_of(
+      {{distance_of(pixels, "X"), distance_of(pixels, "Y"), distance_of(pixels, "Z")}}, image.remarks);
+  for (const pugi::xml_node& data : children_of(pixels, "TiffData"))
+    image.data.push_back(data_of(data, image));
   return image;
+}
+
+/// Annotations may split an axis into two, such as slices into slices and angles.
+bool has_modulo(const pugi::xml_node& root) {
+  return !root.find_node([](const pugi::xml_node& node) {
+                return has_name(node, "ModuloAlongZ") || has_name(node, "ModuloAlongC") ||
+                       has_name(node, "ModuloAlongT");
+              })
+              .empty();
 }
 
 }  // namespace
 
-std::optional<std::vector<OmeImage>> ome_images_of(std::string_view description, std::int64_t pages) {
-  if (description.find("<OME") == description.npos && description.find(":OME") == description.npos)
-    return std::nullopt;
+std::optional<OmeXml> ome_xml_of(std::string_view text) {
+  if (text.find("<OME") == text.npos && text.find(":OME") == text.npos) return std::nullopt;
   pugi::xml_document document;
-  if (const auto result = document.load_buffer(description.data(), description.size()); !result)
+  if (const auto result = document.load_buffer(text.data(), text.size()); !result)
     fail(fmt::format("{} at byte {}", result.description(), result.offset));
-  std::vector<OmeImage> images;
-  for (const pugi::xml_node& image : children_of(document.document_element(), "Image"))
-    images.push_back(image_of(image, pages));
-  if (images.empty()) return std::nullopt;
-  return images;
+  const pugi::xml_node root = document.document_element();
+  if (!has_name(root, "OME")) return std::nullopt;
+  OmeXml xml;
+  xml.uuid = root.attribute("UUID").as_string();
+  for (const pugi::xml_node& elsewhere : children_of(root, "BinaryOnly")) {
+    xml.metadata_file = elsewhere.attribute("MetadataFile").as_string();
+    if (xml.metadata_file.empty()) fail("BinaryOnly names no MetadataFile");
+  }
+  for (const pugi::xml_node& image : children_of(root, "Image")) xml.images.push_back(image_of(image));
+  if (xml.images.empty() && xml.metadata_file.empty()) return std::nullopt;
+  if (has_modulo(root))
+    for (OmeImage& image : xml.images)
+      image.remarks.miss("OME-XML splits an axis of its images in two (Modulo), which is not read");
+  return xml;
+}
+
+std::vector<OmePlane> planes_of(const OmeImage& image,
+                                const std::function<std::int64_t(const OmeData&)>& pages_of) {
+  std::vector<OmePlane> planes(static_cast<std::size_t>(image.slices * image.channels * image.times));
+  for (const OmeData& data : image.data) {
+    std::int64_t z = data.z, c = data.c, t = data.t;
+    // To the plane of the next page; false after the last one.
+    const auto next = [&] {
+      for (const char axis : image.order.substr(2)) {
+        std::int64_t& at = axis == 'Z' ? z : axis == 'C' ? c : t;
+        if (++at < (axis == 'Z' ? image.slices : axis == 'C' ? image.channels : image.times)) return true;
+        at = 0;
+      }
+      return false;
+    };
+    const std::int64_t count = data.count ? *data.count : pages_of(data);
+    bool is_there = true;
+    for (std::int64_t i = 0; i < count && is_there; ++i) {
+      OmePlane& plane = planes[static_cast<std::size_t>(z + image.slices * (c + image.channels * t))];
+      const OmePlane found{&data, data.page + i};
+      if (plane.data != nullptr && (plane.data->file != data.file || plane.page != found.page))
+        fail(fmt::format("slice {} of channel {} and moment {} is in two places", z + 1, c + 1, t + 1));
+      plane = found;
+      is_there = next();
+    }
+  }
+  return planes;
+}
+
+std::string uuid_of_ome(std::string_view text) {
+  std::size_t root = text.find("<OME");
+  if (root == text.npos) root = text.find(":OME");
+  if (root == text.npos) return "";
+  const std::string_view element = text.substr(root, text.find('>', root) - root);
+  const std::size_t name = element.find("UUID=");
+  if (name == element.npos || name + 6 >= element.size()) return "";
+  const std::string_view value = element.substr(name + 5);
+  const std::size_t end = value.find(value.front(), 1);
+  return end == value.npos ? "" : std::string(value.substr(1, end - 1));
 }
 
 }  // namespace tagrid

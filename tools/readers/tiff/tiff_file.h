@@ -10,37 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "stages/volume/sample_type.h"
+#include "tools/readers/tiff/remarks.h"
+#include "tools/readers/tiff/tiff_page.h"
 
 namespace tagrid {
-
-/// An image in a TIFF file: one slice.
-struct TiffPage {
-  std::uint64_t directory = 0;  ///< byte of the file at which its description lies
-  std::uint32_t width = 0, height = 0;
-  SampleType type = SampleType::uint8;
-  int packed_bits =
-      0;  ///< of a sample, if they are packed: they are widened to `type`; 0 if samples have its size
-  bool is_lossy = false;  ///< compressed with a loss
-  std::string storage;    ///< how its samples are stored, for users: "LZW"
-  /// The byte at which its samples begin, if they lie there plainly, in raster order.
-  std::optional<std::uint64_t> plain;
-  std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for
-  double x_resolution = 0,
-         y_resolution = 0;  ///< pixels in a unit, which TIFF files of volumes rarely name; 0: not given
-  bool zero_is_white = false;
-  /// Where its first row and column are to be shown; 1: at the top and at the left.
-  std::uint16_t orientation = 1;
-  bool big_endian = false;
-  std::uint64_t memory = 0;  ///< bytes that reading takes, besides the samples
-
-  /// Bytes of a row as it is stored, uncompressed.
-  std::uint64_t row_in_file() const {
-    return packed_bits == 0 ? width * size_of(type)
-                            : (std::uint64_t{width} * static_cast<std::uint64_t>(packed_bits) + 7) / 8;
-  }
-  std::uint64_t bytes() const { return std::uint64_t{width} * height * size_of(type); }
-};
 
 class TiffFile {
  public:
@@ -50,9 +23,13 @@ class TiffFile {
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
-  /// All pages, in the order of the file. Throws BrokenInput for a page that is broken, or whose samples are not
-  /// single numbers of a type that tagrid knows.
+  /// All pages but previews and masks, in the order of the file. Throws BrokenInput for a page that is broken, or whose
+  /// samples are not single numbers of a type that tagrid knows.
   std::vector<TiffPage> pages();
+  /// ImageDescription of the current page: before pages(), of the first one. "" if there is none.
+  std::string description() const;
+  /// What users should know of the pages that pages() gave.
+  const TiffRemarks& remarks() const { return remarks_; }
 
   /// Reads the samples of a page, in the byte order of memory. Throws BrokenInput.
   void read(const TiffPage& page, std::byte* out);
@@ -62,11 +39,21 @@ class TiffFile {
     SampleType type;
     int packed_bits = 0;
   };
+  TiffPage size_of_page() const;
+  bool is_preview_or_mask(const TiffPage& page, const std::vector<TiffPage>& slices) const;
   TiffPage current_page();
   void require_readable(const TiffPage& page) const;
-  Samples kind_of_samples() const;
+  void require_single_numbers() const;
+  Samples kind_of_samples();
+  void check_pieces(TiffPage& page) const;
+  std::vector<std::uint64_t> replaced_counts(const TiffPage& page) const;
+  void require_all_places(const TiffPage& page) const;
+  void look_at_tags(TiffPage& first);
+  void look_at_sub_images(const TiffPage& page);
+  void look_at_left_out(const std::vector<TiffPage>& pages, const std::vector<TiffPage>& left_out);
   std::optional<std::uint64_t> plain_place(const TiffPage& page) const;
   std::uint64_t memory_for_page() const;
+  bool is_unwritten(std::uint32_t piece) const;
   void read_strips(const TiffPage& page, std::byte* out);
   void read_tiles(const TiffPage& page, std::byte* out);
   [[noreturn]] void fail(const std::string& why) const;
@@ -76,6 +63,7 @@ class TiffFile {
   };
   std::string path_;
   std::uint64_t size_ = 0;
+  TiffRemarks remarks_;
   std::unique_ptr<TIFF, Close> tiff_;
 };
 

@@ -34,11 +34,13 @@ std::vector<SliceRun> places_of(const std::vector<TiffPlane>& planes) {
 class TiffSlices final : public ServedVolume {
  public:
   TiffSlices(TiffVolumes volumes, std::size_t number) : planes_(std::move(volumes.list[number].planes)) {
+    const TiffVolume& volume = volumes.list[number];
     const TiffPage& first = planes_.front().page;
     dims = {first.width, first.height, static_cast<std::int64_t>(planes_.size())};
     type = first.type;
     name_ = std::move(volumes.name);
-    geometry = volumes.geometry;
+    geometry = volume.geometry;
+    rescale = first.rescale;
     pairs = std::move(volumes.pairs);
     files = std::move(volumes.files);
     warnings = std::move(volumes.warnings);
@@ -52,7 +54,11 @@ class TiffSlices final : public ServedVolume {
           "{}: its pages are to be shown mirrored or turned (Orientation {}); rows and columns are kept as "
           "they are stored",
           name_, turned->page.orientation));
-    if (volumes.calibration) calibrate(*volumes.calibration);
+    TiffRemarks remarks = std::move(volumes.remarks);
+    remarks.add(volume.remarks);
+    add_unwritten(remarks);
+    if (volumes.calibration) calibrate(*volumes.calibration, remarks);
+    add(remarks);
     for (const TiffPlane& plane : planes_) memory = std::max(memory, plane.page.memory);
     memory += first.bytes();
     places = places_of(planes_);
@@ -118,14 +124,37 @@ class TiffSlices final : public ServedVolume {
     runs.push_back({z, run});
   }
 
-  void calibrate(const ImageJCalibration& calibration) {
+  void add_unwritten(TiffRemarks& remarks) const {
+    std::uint64_t all = 0, unwritten = 0;
+    for (const TiffPlane& plane : planes_) {
+      all += plane.page.pieces;
+      unwritten += plane.page.unwritten;
+    }
+    if (unwritten > 0)
+      remarks.warn(
+          fmt::format("{} of its {} strips or tiles were never written; their samples are read as {}",
+                      unwritten, all, planes_.front().page.fill));
+  }
+
+  void calibrate(const ImageJCalibration& calibration, TiffRemarks& remarks) {
+    if (rescale != Rescale{}) remarks.doubt("values have a scale by ImageJ and another one by GDAL");
     CalibratedSamples samples = calibrated(calibration, type);
     type = samples.type;
     stored_.add = samples.add;
     rescale = samples.rescale;
     if (!rescale.units.empty() && rescale.slope == 1 && rescale.intercept == 0)
       pairs.emplace_back("rescale_units", rescale.units);
-    if (!samples.warning.empty()) warnings.push_back(fmt::format("{}: {}", name_, samples.warning));
+    remarks.warn(std::move(samples.warning));
+    remarks.miss(std::move(samples.not_understood));
+    remarks.doubt(std::move(samples.scale_doubt));
+  }
+
+  /// Sentences, with the name of the volume.
+  void add(const TiffRemarks& remarks) {
+    for (const std::string& sentence : remarks.warnings) warnings.push_back(name_ + ": " + sentence);
+    for (const std::string& sentence : remarks.not_understood)
+      not_understood.push_back(name_ + ": " + sentence);
+    if (!remarks.scale_doubt.empty()) scale_doubt = name_ + ": " + remarks.scale_doubt;
   }
 
   std::vector<TiffPlane> planes_;

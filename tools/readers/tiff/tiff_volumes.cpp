@@ -2,31 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
-#include <map>
-#include <set>
 
 #include "io/files/errors.h"
+#include "io/files/file_bytes.h"
 #include "io/files/text.h"
-#include "tools/readers/slice_files.h"
 #include "tools/readers/tiff/image_j.h"
-#include "tools/readers/tiff/ome.h"
-#include "tools/readers/tiff/tiff_slices.h"
+#include "tools/readers/tiff/ome_volumes.h"
+#include "tools/readers/tiff/shapes.h"
 
 namespace tagrid {
-namespace {
 
 namespace fs = std::filesystem;
 
 std::string in_words(const TiffPage& page) {
-  return fmt::format("{} x {} {}", page.width, page.height, name_of(page.type));
+  return fmt::format("{} x {} {}{}", page.width, page.height, name_of(page.type),
+                     page.zero_is_white ? " (WhiteIsZero)" : "");
 }
 
-bool are_alike(const TiffPage& a, const TiffPage& b) {
-  return a.width == b.width && a.height == b.height && a.type == b.type && a.zero_is_white == b.zero_is_white;
-}
-
-/// The name of a channel and a moment, where there are several.
 Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time, std::int64_t times) {
   Choice choice;
   if (channels > 1) {
@@ -40,19 +34,24 @@ Choice choice_of(std::int64_t channel, std::int64_t channels, std::int64_t time,
   return choice;
 }
 
-/// ImageJ writes a stack of more than 4 GiB as one page, whose samples those of all other images follow.
-std::vector<TiffPage> pages_of_image_j(const TiffFile& file, std::vector<TiffPage> pages,
-                                       const ImageJ& image_j) {
-  const auto count = static_cast<std::uint64_t>(image_j.images);
+namespace {
+
+bool are_alike(const TiffPage& a, const TiffPage& b) {
+  return a.width == b.width && a.height == b.height && a.type == b.type && a.zero_is_white == b.zero_is_white;
+}
+
+/// Some programs write one page, whose samples those of all other images follow: ImageJ if there are more than 4 GiB. `who`
+/// says that there are `count` images.
+std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage> pages, std::uint64_t count,
+                                     const char* who) {
   if (pages.size() == count) return pages;
   if (pages.size() != 1 || !pages.front().plain)
-    throw BrokenInput(fmt::format("{}: TIFF file: ImageJ's description says {} images, but it has {}",
-                                  file.path(), count, pages.size()));
+    throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but it has {}", file.path(),
+                                  who, count, pages.size()));
   const TiffPage first = pages.front();
   if ((file.size() - *first.plain) / first.bytes() < count)
-    throw BrokenInput(
-        fmt::format("{}: TIFF file: ImageJ's description says {} images, but there are bytes for {}",
-                    file.path(), count, (file.size() - *first.plain) / first.bytes()));
+    throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but there are bytes for {}",
+                                  file.path(), who, count, (file.size() - *first.plain) / first.bytes()));
   pages.resize(count, first);
   for (std::size_t i = 1; i < count; ++i) pages[i].plain = *first.plain + i * first.bytes();
   return pages;
@@ -60,121 +59,128 @@ std::vector<TiffPage> pages_of_image_j(const TiffFile& file, std::vector<TiffPag
 
 void add_image_j(const TiffFile& file, std::vector<TiffPage> pages, const ImageJ& image_j,
                  TiffVolumes& volumes) {
-  pages = pages_of_image_j(file, std::move(pages), image_j);
-  const TiffPage& first = pages.front();
+  pages = pages_of_stack(file, std::move(pages), static_cast<std::uint64_t>(image_j.images), "ImageJ's");
+  const Geometry geometry = spacing_of(image_j, pages.front(), volumes.remarks);
   for (std::int64_t t = 0; t < image_j.frames; ++t)
     for (std::int64_t c = 0; c < image_j.channels; ++c) {
-      TiffVolume volume{choice_of(c, image_j.channels, t, image_j.frames), {}};
+      TiffVolume volume{choice_of(c, image_j.channels, t, image_j.frames), {}, geometry, {}};
       for (std::int64_t z = 0; z < image_j.slices; ++z)
         volume.planes.push_back(
             {0, pages[static_cast<std::size_t>(c + image_j.channels * (z + image_j.slices * t))]});
       volumes.list.push_back(std::move(volume));
     }
-  // Without a unit, resolutions are those of paper.
-  const bool has_unit = !image_j.unit.empty() && image_j.unit != "pixel" && image_j.unit != "pixels";
-  if (!has_unit || !(first.x_resolution > 0) || !(first.y_resolution > 0)) return;
-  volumes.geometry.spacing = {1 / first.x_resolution, 1 / first.y_resolution,
-                              image_j.spacing != 0 ? image_j.spacing : Geometry::unknown};
-  volumes.geometry.has_spacing = image_j.spacing > 0;
-  volumes.geometry.units.fill(image_j.unit);
 }
 
-void add_ome(const std::string& path, std::vector<TiffPage> own_pages, const std::vector<OmeImage>& images,
-             TiffVolumes& volumes) {
-  std::map<std::string, std::pair<std::size_t, std::vector<TiffPage>>> known;
-  known[""] = {0, own_pages};
-  // If only one file is named, it is this one, which may have another name by now.
-  std::set<std::string> names;
-  for (const OmeImage& image : images)
-    for (const OmePlane& plane : image.planes)
-      if (!plane.file.empty()) names.insert(plane.file);
-  if (names.size() == 1) known[*names.begin()] = {0, own_pages};
-  known[fs::path(path).filename().string()] = {0, std::move(own_pages)};
-  const auto pages_of = [&](const std::string& name) -> const auto& {
-    const auto found = known.find(name);
-    if (found != known.end()) return found->second;
-    // A description is untrusted input: it names files beside it, and no others.
-    if (name == ".." || name.find('/') != name.npos)
-      throw BrokenInput(fmt::format("{}: TIFF file: OME-XML names the file {}, which is not in its folder",
-                                    path, tagrid::quoted(std::string_view(name))));
-    const std::string beside = (fs::path(path).parent_path() / name).string();
-    volumes.files.push_back(beside);
-    return known[name] = {volumes.files.size() - 1, TiffFile(beside).pages()};
-  };
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const OmeImage& image = images[i];
-    for (std::int64_t t = 0; t < image.times; ++t)
-      for (std::int64_t c = 0; c < image.channels; ++c) {
-        TiffVolume volume{choice_of(c, image.channels, t, image.times), {}};
-        if (images.size() > 1) {
-          volume.choice.name = fmt::format("i{}{}", i + 1, volume.choice.name);
-          volume.choice.text = fmt::format("image {}{}{}", tagrid::quoted(std::string_view(image.name)),
-                                           volume.choice.text.empty() ? "" : ", ", volume.choice.text);
-        }
-        for (std::int64_t z = 0; z < image.slices; ++z) {
-          const OmePlane& plane =
-              image.planes[static_cast<std::size_t>(z + image.slices * (c + image.channels * t))];
-          const auto& [file, pages] = pages_of(plane.file);
-          if (plane.page < 0 || static_cast<std::size_t>(plane.page) >= pages.size())
-            throw BrokenInput(fmt::format("{}: TIFF file: OME-XML: slice {} of {} has no page", path, z + 1,
-                                          volume.choice.text.empty() ? "the image" : volume.choice.text));
-          volume.planes.push_back({file, pages[static_cast<std::size_t>(plane.page)]});
-        }
-        volumes.list.push_back(std::move(volume));
-      }
-  }
-  const OmeImage& first = images.front();
-  if (!(first.spacing[0] > 0) || !(first.spacing[1] > 0)) return;
-  volumes.geometry.spacing = first.spacing;
-  volumes.geometry.has_spacing = first.spacing[2] > 0;
-  volumes.geometry.units.fill(first.unit);
+/// The pages as they follow each other.
+void add_pages(const TiffFile& file, std::vector<TiffPage> pages, const std::string& description,
+               TiffVolumes& volumes) {
+  const TiffShape shape = shape_in(description);
+  if (shape.images > 1 && shape.images != pages.size() && shape.is_truncated)
+    pages = pages_of_stack(file, std::move(pages), shape.images, "tifffile's");
+  if (shape.images == pages.size() && !shape.is_of_slices)
+    volumes.remarks.miss(fmt::format(
+        "its description says that its pages are an array of {}, so some axis may be channels or moments; "
+        "they are read as {} slices",
+        shape.text, pages.size()));
+  if (description.starts_with("state.") || description.find("scanimage.SI") != description.npos)
+    volumes.remarks.miss("it is a file of ScanImage, and what that says of channels and moments is not read");
+  volumes.remarks.miss(pages.front().unread_order);
+  volumes.list.emplace_back();
+  for (TiffPage& page : pages) volumes.list.back().planes.push_back({0, std::move(page)});
 }
 
 void require_alike(const TiffVolumes& volumes, const TiffVolume& volume) {
   const TiffPlane& first = volume.planes.front();
   for (std::size_t z = 1; z < volume.planes.size(); ++z) {
     const TiffPlane& plane = volume.planes[z];
-    if (are_alike(plane.page, first.page)) continue;
-    throw BrokenInput(fmt::format("{}: TIFF file: slice {} of {} is {}, but the first one is {}{}",
-                                  volumes.files[plane.file], z + 1, volume.planes.size(),
-                                  in_words(plane.page), in_words(first.page),
-                                  plane.file == first.file ? "" : " (" + volumes.files[first.file] + ")"));
+    const std::string of_first = plane.file == first.file ? "" : " (" + volumes.files[first.file] + ")";
+    if (!are_alike(plane.page, first.page))
+      throw BrokenInput(fmt::format("{}: TIFF file: slice {} of {} is {}, but the first one is {}{}",
+                                    volumes.files[plane.file], z + 1, volume.planes.size(),
+                                    in_words(plane.page), in_words(first.page), of_first));
+    if (plane.page.rescale != first.page.rescale)
+      throw BrokenInput(fmt::format(
+          "{}: TIFF file: slice {} of {} has another scale of values (GDAL) than the first one{}, so their "
+          "values cannot be one volume",
+          volumes.files[plane.file], z + 1, volume.planes.size(), of_first));
   }
 }
 
-TiffVolumes volumes_in_folder(const std::string& folder, const ReaderOptions& options) {
-  const NumberedFiles files = slice_files(folder, {".tif", ".tiff"}, options);
-  if (files.paths.size() == 1) return volumes_of_file(files.paths.front());
-  TiffVolumes volumes = volume_of_files(files.paths);
-  volumes.pairs.push_back(pair_of(files));
-  add_warning_of_gaps(folder, files, volumes.warnings);
-  add(log_of_slices(folder, files), volumes.geometry, volumes.pairs, volumes.files);
+/// The OME-XML that lies in another file, which may be TIFF, too.
+OmeXml xml_elsewhere(const std::string& path, const std::string& metadata_file) {
+  FileBytes file(metadata_file);
+  constexpr std::uint64_t most = std::uint64_t{64} << 20;
+  if (file.size().value_or(0) > most)
+    throw BrokenInput(fmt::format("{}: has more than 64 MiB, which is not read as OME-XML", metadata_file));
+  std::string text(file.size().value_or(0), '\0');
+  text.resize(file.read(reinterpret_cast<std::byte*>(text.data()), text.size()));
+  std::optional<OmeXml> xml = ome_xml_of(text);
+  if (!xml || !xml->metadata_file.empty())
+    throw BrokenInput(
+        fmt::format("{}: is not OME-XML, although the OME-XML in {} says so", metadata_file, path));
+  return *std::move(xml);
+}
+
+bool begins_tiff(const std::string& path) {
+  const std::string begin(FileBytes(path).peek(2));
+  return begin == "II" || begin == "MM";
+}
+
+TiffVolumes described_volumes(const std::string& path, bool gaps_ok);
+
+/// The volumes that are described in another file (BinaryOnly), which is called `name`.
+TiffVolumes volumes_described_in(const std::string& name, const std::string& path,
+                                 const std::vector<TiffPage>& pages, bool gaps_ok, TiffVolumes volumes) {
+  const std::string metadata_file = beside(path, name);
+  std::error_code unknown;
+  if (!fs::exists(metadata_file, unknown))
+    throw BrokenInput(fmt::format("{}: TIFF file: its OME-XML is in the file {}, which is missing", path,
+                                  tagrid::quoted(std::string_view(name))));
+  if (!begins_tiff(metadata_file)) {
+    add_ome(path, pages, xml_elsewhere(path, metadata_file), false, gaps_ok, volumes);
+    volumes.files.push_back(metadata_file);
+    return volumes;
+  }
+  const std::string description = TiffFile(metadata_file).description();
+  if (const auto xml = ome_xml_of(description); !xml || !xml->metadata_file.empty())
+    throw BrokenInput(
+        fmt::format("{}: has no OME-XML, although the OME-XML in {} says so", metadata_file, path));
+  return described_volumes(metadata_file, gaps_ok);
+}
+
+/// The volumes as the description of the file has them.
+TiffVolumes described_volumes(const std::string& path, bool gaps_ok) {
+  TiffVolumes volumes;
+  volumes.files = {path};
+  TiffFile file(path);
+  std::vector<TiffPage> pages = file.pages();
+  volumes.remarks = file.remarks();
+  const std::string description = pages.front().description;
+  for (TiffPage& page : pages) page.description = {};
+  volumes.calibration = calibration_of(description);
+  try {
+    if (const auto image_j = image_j_of(description))
+      add_image_j(file, std::move(pages), *image_j, volumes);
+    else if (const auto xml = ome_xml_of(description); xml && !xml->metadata_file.empty())
+      return volumes_described_in(xml->metadata_file, path, pages, gaps_ok, std::move(volumes));
+    else if (xml)
+      add_ome(path, pages, *xml, true, gaps_ok, volumes);
+    else if (const std::string described_in = file_that_names(path); !described_in.empty())
+      return described_volumes(described_in, gaps_ok);
+    else
+      add_pages(file, std::move(pages), description, volumes);
+  } catch (const BrokenInput& error) {
+    const std::string_view why = error.what();
+    if (!why.starts_with("TIFF file:")) throw;
+    throw BrokenInput(fmt::format("{}: {}", path, why), error.detail().problem);
+  }
   return volumes;
 }
 
 }  // namespace
 
-TiffVolumes volumes_of_file(const std::string& path) {
-  TiffVolumes volumes;
-  volumes.files = {path};
-  TiffFile file(path);
-  std::vector<TiffPage> pages = file.pages();
-  const std::string description = pages.front().description;
-  for (TiffPage& page : pages) page.description = {};
-  volumes.calibration = calibration_of(description);
-  try {
-    if (const auto image_j = image_j_of(description)) {
-      add_image_j(file, std::move(pages), *image_j, volumes);
-    } else if (const auto images = ome_images_of(description, static_cast<std::int64_t>(pages.size()))) {
-      add_ome(path, std::move(pages), *images, volumes);
-    } else {
-      volumes.list.emplace_back();
-      for (TiffPage& page : pages) volumes.list.back().planes.push_back({0, std::move(page)});
-    }
-  } catch (const BrokenInput& error) {
-    const std::string_view why = error.what();
-    throw BrokenInput(why.starts_with(path) ? std::string(why) : fmt::format("{}: {}", path, why));
-  }
+TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok) {
+  TiffVolumes volumes = described_volumes(path, gaps_ok);
   for (TiffVolume& volume : volumes.list) {
     require_alike(volumes, volume);
     const TiffPage& first = volume.planes.front().page;
@@ -184,18 +190,69 @@ TiffVolumes volumes_of_file(const std::string& path) {
   return volumes;
 }
 
+namespace {
+
+/// How many images the description of a file speaks of, which has one page.
+std::size_t images_in(const std::string& description) {
+  if (const auto image_j = image_j_of(description)) return static_cast<std::size_t>(image_j->images);
+  const auto xml = ome_xml_of(description);
+  std::int64_t images = xml && !xml->metadata_file.empty() ? 2 : 0;
+  if (xml)
+    for (const OmeImage& image : xml->images) images += image.slices * image.channels * image.times;
+  if (images > 1) return static_cast<std::size_t>(images);
+  const TiffShape shape = shape_in(description);
+  return shape.is_truncated ? shape.images : 1;
+}
+
+/// The spacing within a slice. What its file says of the distance to others, of which it knows nothing, does not count.
+Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
+  Geometry geometry;
+  if (const auto image_j = image_j_of(page.description)) {
+    geometry = spacing_of(*image_j, page, remarks);
+  } else if (const auto xml = ome_xml_of(page.description); xml && !xml->images.empty()) {
+    geometry = xml->images.front().geometry;
+    remarks.add(xml->images.front().remarks);
+  }
+  geometry.spacing[2] = Geometry::unknown;
+  geometry.has_spacing = !std::isnan(geometry.spacing[0]) || !std::isnan(geometry.spacing[1]);
+  if (!geometry.has_spacing) geometry.units = {};
+  return geometry;
+}
+
+bool are_same(const Geometry& a, const Geometry& b) {
+  const auto is_same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return is_same(a.spacing[0], b.spacing[0]) && is_same(a.spacing[1], b.spacing[1]) && a.units == b.units;
+}
+
+}  // namespace
+
 TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
   TiffVolumes volumes;
   volumes.files = paths;
   volumes.list.emplace_back();
+  bool differs = false;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     say_working();
-    std::vector<TiffPage> pages = TiffFile(paths[i]).pages();
+    TiffFile file(paths[i]);
+    std::vector<TiffPage> pages = file.pages();
+    volumes.remarks.add(file.remarks());
     if (pages.size() != 1)
       throw BrokenInput(
           fmt::format("{}: TIFF file: has {} pages, but is one of {} files that are a slice each", paths[i],
                       pages.size(), paths.size()));
-    const auto calibration = calibration_of(pages.front().description);
+    volumes.remarks.miss(pages.front().unread_order);
+    const std::string& description = pages.front().description;
+    const Geometry geometry = geometry_of_slice(pages.front(), volumes.remarks);
+    if (i == 0)
+      volumes.list.front().geometry = geometry;
+    else if (!are_same(geometry, volumes.list.front().geometry))
+      differs = true;
+    if (images_in(description) > 1)
+      throw BrokenInput(fmt::format(
+          "{}: TIFF file: its description speaks of several images, but it is one of {} files that are a "
+          "slice each",
+          paths[i], paths.size()));
+    const auto calibration = calibration_of(description);
     if (i == 0) volumes.calibration = calibration;
     if (calibration != volumes.calibration)
       throw BrokenInput(fmt::format(
@@ -204,20 +261,12 @@ TiffVolumes volume_of_files(const std::vector<std::string>& paths) {
     pages.front().description = {};
     volumes.list.back().planes.push_back({i, std::move(pages.front())});
   }
+  if (differs) {
+    volumes.list.front().geometry = {};
+    volumes.remarks.warn("its slices have different spacings, so none is known");
+  }
   require_alike(volumes, volumes.list.front());
   return volumes;
-}
-
-std::unique_ptr<ServedVolume> open_tiff(const std::string& path, const ReaderOptions& options) {
-  std::error_code unknown;
-  const bool is_folder = fs::is_directory(path, unknown);
-  TiffVolumes volumes = is_folder ? volumes_in_folder(path, options) : volumes_of_file(path);
-  volumes.name = path;
-  std::vector<Choice> choices;
-  for (const TiffVolume& volume : volumes.list) choices.push_back(volume.choice);
-  // In a folder, --series has named the files.
-  const std::size_t number = chosen(path, "series", is_folder ? "" : option(options, "series"), choices);
-  return slices_of(std::move(volumes), number);
 }
 
 }  // namespace tagrid
