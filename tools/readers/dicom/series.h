@@ -6,13 +6,9 @@
 
 #include "io/programs/serve_reader.h"
 #include "tools/readers/dicom/dicom_file.h"
+#include "tools/readers/dicom/parts.h"
 
 namespace tagrid {
-
-/// A frame of a file, by their numbers.
-struct DicomSlice {
-  std::size_t file = 0, frame = 0;
-};
 
 /// The slices of a volume, from front to back.
 struct DicomSeries {
@@ -21,7 +17,7 @@ struct DicomSeries {
 };
 
 /// Sorts all frames into series: by the UID of the series, size, type of samples, orientation and spacing; and if that puts
-/// several images at one place, also by moment, echo or acquisition. The slices of a series are sorted by their positions
+/// several images at one place, also by moment, echo, acquisition and others. No two choices have equal texts. The slices of a series are sorted by their positions
 /// along the normal of the images, or by their numbers if they have no positions.
 std::vector<DicomSeries> series_of(const std::vector<DicomFile>& files);
 
