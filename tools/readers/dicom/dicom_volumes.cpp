@@ -369,6 +369,18 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   return warnings;
 }
 
+/// Says that a file is a slice of a larger volume; "" if it is not.
+std::string about_siblings(const std::string& path, const DicomSeries& series, const Files& images) {
+  std::error_code unknown;
+  const DicomFile& image = images[series.slices.front().file];
+  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path, unknown)) return "";
+  const std::string sibling = sibling_of(image);
+  if (sibling.empty()) return "";
+  return fmt::format(
+      "{}: is one image of a series, and {} is another one; give their folder to have all of them", path,
+      sibling);
+}
+
 }  // namespace
 
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
@@ -376,7 +388,9 @@ std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOp
   std::vector<DicomSeries> all = series_of(files.images);
   const auto wanted = options.find("series");
   DicomSeries& series = all[number_of(path, wanted == options.end() ? "" : wanted->second, all)];
-  const std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
+  std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
+  if (std::string text = about_siblings(path, series, files.images); !text.empty())
+    warnings.push_back(std::move(text));
   auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;

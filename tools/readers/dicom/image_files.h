@@ -32,6 +32,10 @@ ImageFiles image_files_at(const std::string& path);
 /// names of its files, or unlike the names of all images.
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
 
+/// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are like its name is one.
+/// Looks into few of them.
+std::string sibling_of(const DicomFile& image);
+
 /// "a.dcm (is empty), b.dcm (...) and 3 more".
 std::string listed(const std::vector<UnreadableImage>& images);
 /// "a.txt, b.txt and 3 more".
