@@ -3,10 +3,12 @@
     dicom_odd_test.py PROGRAM
 """
 
+import pathlib
 import shutil
 import struct
 import subprocess
 import unittest
+import warnings
 
 import other_readers
 from dicom_test import BIG, CT, IMPLICIT, LITTLE, data_set, volume
@@ -14,6 +16,9 @@ from other_readers import ReaderTest
 
 numpy = other_readers.library("numpy", "python3-numpy")
 pydicom = other_readers.library("pydicom", "python3-pydicom")
+
+if pydicom is not None:
+    from pydicom.pixel_data_handlers.util import apply_modality_lut
 
 ENCAPSULATED, DEFLATED = "1.2.840.10008.1.2.1.98", "1.2.840.10008.1.2.1.99"
 JPEG_LS, RLE, J2K = "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.90"
@@ -118,14 +123,16 @@ class DicomOdd(ReaderTest):
     def test_attributes_whose_representation_is_lost_are_read(self):
         """Archives store what they do not know as UN."""
         truth = volume()[:1]
-        file = data_set(truth[0])
-        for tag, content in ((0x00281053, b"2.5 "), (0x00281052, b"-100"), (0x00280030, b"0.5\\0.25")):
-            del file[tag]
-            file.add_new(tag, "UN", content)
-        self.save("a.dcm", file)
+        self.save("a.dcm", data_set(truth[0], RescaleSlope="2.5", RescaleIntercept="-100", position=("1", "2", "3")))
+        content = (self.folder / "a.dcm").read_bytes()
+        for tag, length in ((b"\x28\0\x53\x10", 4), (b"\x28\0\x52\x10", 4), (b"\x28\0\x30\0", 8), (b"\x20\0\x32\0", 6)):
+            old = tag + b"DS" + struct.pack("<H", length)
+            self.assertEqual(content.count(old), 1, tag)
+            content = content.replace(old, tag + b"UN\0\0" + struct.pack("<I", length))
+        (self.folder / "a.dcm").write_bytes(content)
         values, info = self.values("a.dcm")
         numpy.testing.assert_array_equal(values, truth * 2.5 - 100)
-        self.assertEqual(info["geometry"]["spacing"][:2], [0.25, 0.5])
+        self.assertEqual((info["geometry"]["directions"][:2], info["geometry"]["origin"]), ([[0.25, 0, 0], [0, 0.5, 0]], [1, 2, 3]))
         self.assertEqual(self.messages, "")
 
     def test_an_unreadable_place_is_said_and_is_no_place(self):
@@ -254,6 +261,108 @@ class DicomOdd(ReaderTest):
         run = self.tagrid("encode", "b.dcm", "-o", "b.tag")
         self.assertIn("its pixels", run.stderr)
         self.assert_stays("b.dcm", "its pixels")
+
+    def assert_as_pydicom(self, path, what=""):
+        """The values are those of pydicom, if it can read the file. Returns the exit code, and notes what is said."""
+        run = self.tagrid("encode", path, "-o", "out.tag", "-f")
+        self.messages = run.stderr
+        self.assertIn(run.returncode, (0, 64, 65), run.stderr)
+        if run.returncode == 0:
+            values, _ = self.values(path)
+            file = pydicom.dcmread(self.folder / path)
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    truth = apply_modality_lut(file.pixel_array, file)
+            except (RuntimeError, NotImplementedError, AttributeError):
+                return 0  # it has no decoder for it
+            numpy.testing.assert_allclose(values, truth.reshape((-1, *truth.shape[-2:])) * file.get("DoseGridScaling", 1), rtol=1e-9, err_msg=f"{path} {what}")
+        return run.returncode
+
+    def test_what_is_read_is_what_pydicom_reads(self):
+        frames = volume(shape=(2, 6, 10))
+        for exit, attributes, said in (
+                (0, {}, ""), (0, {"RescaleSlope": "-2.5"}, ""), (0, {"RescaleSlope": "1.0E+01 "}, ""), (0, {"RescaleSlope": "+2.5"}, ""),
+                (0, {"RescaleSlope": None, "RescaleIntercept": None}, ""), (0, {"HighBit": None}, ""), (0, {"PixelRepresentation": 1, "BitsStored": 16, "HighBit": 15}, ""),
+                (0, {"BitsStored": None, "HighBit": None}, "BitsStored is absent; it is taken as 16"), (0, {"NumberOfFrames": 2}, ""),
+                (0, {"SamplesPerPixel": 1, "PlanarConfiguration": 1}, ""), (0, {"WindowCenter": "40"}, ""), (0, {"PixelPaddingValue": 0}, ""),
+                (0, {"PresentationLUTShape": "INVERSE"}, "PresentationLUTShape INVERSE"), (0, {"PhotometricInterpretation": "MONOCHROME1"}, "MONOCHROME1"),
+                (65, {"PixelRepresentation": 2}, "PixelRepresentation is 2"), (65, {"BitsAllocated": 1, "BitsStored": 1, "HighBit": 0}, "samples of 1 bits"),
+                (65, {"BitsAllocated": 12}, "samples of 12 bits"), (65, {"BitsAllocated": 24, "BitsStored": 24, "HighBit": 23}, "samples of 24 bits"),
+                (65, {"BitsAllocated": 64, "BitsStored": 64, "HighBit": 63}, "samples of 64 bits"), (65, {"SamplesPerPixel": 3}, "colors"), (65, {"HighBit": 15}, "number 15"),
+                (65, {"PixelData": None, "FloatPixelData": frames.astype("<f4").tobytes()}, "FloatPixelData, which is not supported"),
+                (65, {"PixelData": None, "DoubleFloatPixelData": frames.astype("<f8").tobytes()}, "DoubleFloatPixelData"), (65, {"PixelData": None}, "its pixels cannot be found")):
+            for syntax in (LITTLE, IMPLICIT) if exit == 0 and "RescaleSlope" in attributes else (LITTLE,):
+                file = data_set(frames, syntax=syntax)
+                for name, value in attributes.items():
+                    if value is None:
+                        delattr(file, name)
+                    else:
+                        setattr(file, name, value)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    self.save("a.dcm", file)
+                self.assertEqual(self.assert_as_pydicom("a.dcm", attributes), exit, (attributes, self.messages))
+                self.assertIn(said, self.messages)
+                if exit == 0 and not said:
+                    self.assertEqual(self.messages, "", attributes)
+
+    def test_files_of_pydicom_are_read_as_it_reads_them(self):
+        folder = pathlib.Path(pydicom.__file__).parent / "data" / "test_files"
+        read = 0
+        for path in other_readers.some(sorted(folder.glob("*.dcm")), 2):
+            shutil.copy(path, self.folder / "a.dcm")
+            (self.folder / "a.dcm").chmod(0o644)
+            read += self.assert_as_pydicom("a.dcm", path.name) == 0
+        if not read:
+            print("skipped: pydicom's files are not on this machine")
+
+    def test_samples_that_are_no_plain_numbers_are_said_and_stay(self):
+        truth = volume()[0]
+        def of(**attributes):
+            one = pydicom.Dataset()
+            for name, value in attributes.items():
+                setattr(one, name, value)
+            return pydicom.Sequence([one])
+        table = of(LUTDescriptor=[4096, 0, 16], ModalityLUTType="OD", LUTData=numpy.arange(4096, dtype="<u2").tobytes())
+        table[0]["LUTDescriptor"].VR, table[0]["LUTData"].VR = "US", "OW"
+        for attributes, said in (
+                ({"ModalityLUTSequence": table, "RescaleSlope": None, "RescaleIntercept": None}, "by a table (ModalityLUTSequence), which is not applied"),
+                ({"RealWorldValueMappingSequence": of(RealWorldValueLUTData=[1.0, 4.0])}, "a table of real world values (RealWorldValueLUTData)"),
+                ({"RealWorldValueMappingSequence": of(RealWorldValueSlope=0.5, RealWorldValueIntercept=1.0)}, "real world values are 0.5 * sample + 1 (Real"),
+                ({"PixelPresentation": "MIXED"}, "numbers of colors"), ({"PixelRepresentation": None}, "PixelRepresentation is absent; it is taken as 0"),
+                ({"OverlayRows": 4}, "an overlay in bits of its pixels")):
+            file = data_set(truth, **{name: value for name, value in attributes.items() if not name.startswith("Overlay")})
+            if "OverlayRows" in attributes:
+                for element, vr, value in ((0x10, "US", 20), (0x11, "US", 31), (0x40, "CS", "G"), (0x50, "SS", [1, 1]), (0x100, "US", 16), (0x102, "US", 12)):
+                    file.add_new((0x6000, element), vr, value)
+            self.save("a.dcm", file)
+            samples, _ = self.encoded("a.dcm")
+            self.assertIn(said, self.messages)
+            self.assert_stays("a.dcm", said)
+            if "ModalityLUTSequence" in attributes:
+                self.assert_same(samples, truth[None].astype("int16"))
+                self.assert_refused(64, said, "encode", "a.dcm", "-o", "b.tag", "-f", "--max-error", "5")
+        # The same as the slope is nothing new.
+        self.save("a.dcm", data_set(truth, RealWorldValueMappingSequence=of(RealWorldValueSlope=1.0, RealWorldValueIntercept=-1024.0)))
+        self.encoded("a.dcm")
+        self.assertEqual(self.messages, "")
+
+    def test_gaps_are_advised_only_where_slices_are_left(self):
+        truth = volume(shape=(3, 5, 6))
+        for z in range(3):
+            self.save(f"s/{z}.dcm", data_set(truth[z], instance=f"1.2.3.{z}", position=(0, 0, z)))
+        cut = self.folder / "s" / "1.dcm"
+        cut.write_bytes(cut.read_bytes()[:-10])
+        self.assertIn("--gaps-ok", self.assert_refused(65, "ends too soon, within its pixels", "encode", "s"))
+        self.assert_same(self.encoded("s", "--gaps-ok")[0], (truth[[0, 2]] - 1024).astype("int16"))
+        for z in (0, 2):
+            other = self.folder / "s" / f"{z}.dcm"
+            other.write_bytes(other.read_bytes()[:-10])
+        self.assertNotIn("--gaps-ok", self.assert_refused(65, "ends too soon, within its pixels", "encode", "s"))
+        self.save("a.dcm", data_set(truth))
+        (self.folder / "a.dcm").write_bytes((self.folder / "a.dcm").read_bytes()[:-10])
+        self.assertNotIn("--gaps-ok", self.assert_refused(65, "ends too soon, within its pixels", "encode", "a.dcm"))
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ std::string uid_of(const VolumeInfo& info) {
   return "";
 }
 
-/// What tells a series of DICOM from others, behind its size, as it is in the choice: ", CT, Lung, EchoTime 2.46".
+/// What tells a series of DICOM from others, as it is in the choice behind its size: ", CT, EchoTime 2.46".
 std::string told_by(const Choice& choice) {
   const std::size_t comma = choice.text.find(", ");
   return comma == std::string::npos ? "" : choice.text.substr(comma);

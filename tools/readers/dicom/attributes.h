@@ -46,12 +46,13 @@ struct ForeignNumbers {
   bool are_numbers() const { return outcome == ForeignNumber::Outcome::number; }
 };
 
-/// `count` numbers, or any count of them if it is 0. An empty attribute is unreadable, but worth no remark: it means that a value is
-/// not known.
+/// `count` numbers, or any count of them if it is 0. An empty attribute is unreadable, but worth no remark:
+/// it means that a value is not known.
 ForeignNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count,
                           std::string_view consequence, DicomNotes& notes);
 
-/// A whole number that describes the samples; nothing if it is absent or empty. Throws BrokenInput if it is something else.
+/// A whole number that describes the samples; nothing if it is absent or empty. Throws BrokenInput if it is
+/// something else.
 std::optional<std::int64_t> integer_in(DcmItem& item, const DcmTagKey& tag);
 
 }  // namespace tagrid

@@ -125,8 +125,8 @@ void read_concatenation(DcmDataset& dataset, DicomFile& file) {
     file.concatenated = integer_in(dataset, DCM_InConcatenationTotalNumber).value_or(0);
 }
 
-/// Finds the places of samples, as far as they are to be found. `offset` is the byte behind the head of the pixels; of a deflated
-/// file, among those that are inflated.
+/// Finds the places of samples, as far as they are to be found. `offset` is the byte behind the head of the
+/// pixels; of a deflated file, among those that are inflated.
 void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
   DicomPixels& pixels = file.pixels;
   if (!pixels.unsupported.empty()) return;

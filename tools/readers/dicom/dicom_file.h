@@ -47,16 +47,19 @@ struct DicomPixels {
   /// The byte of the file at which samples lie plainly; nothing if they must be decoded, or lie in pieces.
   std::optional<std::uint64_t> offset;
   std::uint64_t step = 0;  ///< from the begin of a frame to that of the next one, if samples lie plainly
-  /// Pieces of the file that hold all frames, one after the other, if they lie plainly in pieces of other sizes than frames.
+  /// Pieces of the file that hold all frames, one after the other, if they lie plainly in pieces of other
+  /// sizes than frames.
   std::vector<Stretch> stretches;
   /// The byte at which fragments begin that hold them; nothing if there are none.
   std::optional<std::uint64_t> encapsulated;
-  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is not deflated.
+  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is
+  /// not deflated.
   std::optional<std::uint64_t> inflated;
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
   bool is_cut = false;      ///< that is why: the file does not have all of them
-  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not known.
+  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not
+  /// known.
   std::string lossy;
 
   std::uint64_t frame_bytes() const {
@@ -92,8 +95,8 @@ class BrokenDicomFile : public BrokenInput {
   std::string series;  ///< the UID of its series, if it could be read so far; otherwise ""
 };
 
-/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an image, such as a
-/// report. Throws BrokenDicomFile and WorldError.
+/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an
+/// image, such as a report. Throws BrokenDicomFile and WorldError.
 std::optional<DicomFile> read_dicom_file(const std::string& path);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.

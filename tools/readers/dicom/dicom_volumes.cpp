@@ -47,7 +47,8 @@ struct Meaning {
   std::vector<std::string> warnings;
 };
 
-/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such integers.
+/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such
+/// integers.
 std::optional<SampleType> type_of_values(const std::vector<DicomSlice>& slices, const Files& files) {
   double least = 0, most = 0;
   for (const DicomSlice& slice : slices) {
@@ -335,8 +336,8 @@ std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are left out with
-/// `gaps_ok`. Throws BrokenInput without it.
+/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are
+/// left out with `gaps_ok`. Throws BrokenInput without it.
 std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok) {
   std::vector<std::string> warnings;

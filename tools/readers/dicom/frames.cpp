@@ -80,8 +80,8 @@ std::int64_t order_in(DcmItem& item, const DcmTagKey& tag, std::int64_t otherwis
              : otherwise;
 }
 
-/// Changes `frame` as far as the item says something about it. The attributes of an enhanced image are in sequences, those
-/// of others in the data set itself.
+/// Changes `frame` as far as the item says something about it. The attributes of an enhanced image are in
+/// sequences, those of others in the data set itself.
 void read_frame(DcmItem& item, DicomFrame& frame, Moments& moments, DicomNotes& notes) {
   read_place(item, frame, notes);
   read_distances(item, frame, notes);

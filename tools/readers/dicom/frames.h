@@ -6,7 +6,8 @@
 
 namespace tagrid {
 
-/// Sets file.frames, file.moments, and notes on what cannot be read. `most` frames can be in the file. Throws BrokenInput.
+/// Sets file.frames, file.moments, and notes on what cannot be read. `most` frames can be in the file. Throws
+/// BrokenInput.
 void read_frames(DcmDataset& dataset, std::uint64_t most, DicomFile& file);
 
 /// True for doses of radiotherapy, which have a scale of their own.

@@ -26,7 +26,8 @@ bool grows_from_slice_to_slice(std::size_t number);
 void read_moments(DcmItem& item, Moments& moments);
 void set_moment(Moments& moments, std::size_t number, std::string value);
 
-/// The values that a file with many frames lists for them in vectors, such as EnergyWindowVector: of frame `frame` of `frames`.
+/// The values that a file with many frames lists for them in vectors, such as EnergyWindowVector: of frame
+/// `frame` of `frames`.
 void read_vectors(DcmItem& dataset, std::vector<Moments*> frames);
 
 /// The value; "" if there is none.

@@ -7,8 +7,8 @@
 
 namespace tagrid {
 
-/// A sentence without a full stop and without the name of the file. Files of a series mostly have the same ones; those about one
-/// thing are said once.
+/// A sentence without a full stop and without the name of the file. Files of a series mostly have the same
+/// ones; those about one thing are said once.
 struct DicomNote {
   std::string about;  ///< "RescaleSlope"
   std::string text;   ///< "RescaleSlope is empty; ..."

@@ -69,8 +69,8 @@ struct Places {
   std::size_t most_images = 0;  ///< at one place
 };
 
-/// True if every part is a volume without two slices at one place, and if they are not just the slices of one volume. Of an attribute
-/// that grows, a value should be that of a whole volume.
+/// True if every part is a volume without two slices at one place, and if they are not just the slices of one
+/// volume. Of an attribute that grows, a value should be that of a whole volume.
 bool are_volumes(const Parts& parts, const Files& files, const Places& places, bool grows) {
   if (parts.size() < 2) return false;
   for (const DicomPart& part : parts)
@@ -96,8 +96,8 @@ Parts parted_by(const std::vector<std::size_t>& moments, const Slices& slices, c
   return parts;
 }
 
-/// The first image of each place by an attribute that grows, the second one, and so on; nothing if the attribute does not order the
-/// images of every place, or if places have different numbers of images.
+/// The first image of each place by an attribute that grows, the second one, and so on; nothing if the
+/// attribute does not order the images of every place, or if places have different numbers of images.
 std::optional<Parts> parted_by_order(std::size_t moment, const Slices& slices, const Files& files) {
   std::vector<Slices> places = by_place(slices, files);
   Parts parts(places.front().size());

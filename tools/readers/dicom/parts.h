@@ -31,7 +31,8 @@ std::size_t first_of_two(const std::vector<DicomSlice>& slices, const std::vecto
 /// Sorted slices, parted by what tells images at one place from each other; in one part if nothing does.
 std::vector<DicomPart> parted(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
 
-/// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there are none.
+/// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there
+/// are none.
 std::string differences(const DicomSlice& a, const DicomSlice& b, const std::vector<DicomFile>& files);
 
 }  // namespace tagrid

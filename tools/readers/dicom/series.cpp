@@ -230,7 +230,8 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
       steps.push_back(along_normal(frame_of(files, slices[i])) -
                       along_normal(frame_of(files, slices[i - 1])));
     const double usual = median(steps);
-    // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against each other.
+    // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against
+    // each other.
     const Vector3 whole = minus(*frame_of(files, slices.back()).position, *first.position);
     geometry.directions[2] = scaled(whole, usual / dot(whole, normal));
     bool is_even = true;
