@@ -24,7 +24,7 @@ bool is_doubtful(const ForeignNumber& number, const DcmTagKey& tag, bool may_be_
   return true;
 }
 
-void note_missing(const DcmTagKey& tag, const DcmTagKey& other, const char* taken_as, DicomNotes& notes) {
+void note_missing(const DcmTagKey& tag, const DcmTagKey& other, double taken_as, DicomNotes& notes) {
   DicomNotes::add(notes.not_understood, name_of(tag),
                   fmt::format("{} is absent although there is a {}; it is taken as {}", name_of(tag),
                               name_of(other), taken_as));
@@ -46,10 +46,10 @@ void read_rescale(DcmItem& item, Rescale& rescale, DicomNotes& notes) {
   }
   remark(slope, DCM_RescaleSlope, "", notes);
   remark(intercept, DCM_RescaleIntercept, "", notes);
-  if (slope.is_absent()) note_missing(DCM_RescaleSlope, DCM_RescaleIntercept, "1", notes);
-  if (intercept.is_absent()) note_missing(DCM_RescaleIntercept, DCM_RescaleSlope, "0", notes);
-  rescale.slope = slope.value_or(1);
-  rescale.intercept = intercept.value_or(0);
+  if (slope.is_absent()) note_missing(DCM_RescaleSlope, DCM_RescaleIntercept, rescale.slope, notes);
+  if (intercept.is_absent()) note_missing(DCM_RescaleIntercept, DCM_RescaleSlope, rescale.intercept, notes);
+  rescale.slope = slope.value_or(rescale.slope);
+  rescale.intercept = intercept.value_or(rescale.intercept);
 }
 
 Rescale rescale_of_dose(DcmDataset& dataset, DicomNotes& notes) {
