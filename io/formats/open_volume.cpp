@@ -274,12 +274,7 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
     throw UsageError(sentence, std::move(choices));
   }
   NumberedFiles& files = series.front();
-<<<<<<< HEAD
-=======
   if (files.same) throw BrokenInput(fmt::format("{}: {}", folder, same_in_words(files)));
-  if (files.gap && !source.gaps_ok)
-    throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
->>>>>>> h/tiff
   const auto count = static_cast<std::int64_t>(files.paths.size());
   if (!sample_bytes(raw.dims, raw.type) || raw.dims.z % count != 0)
     throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,

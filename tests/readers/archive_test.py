@@ -93,7 +93,7 @@ class Archive(ReaderTest):
         lines = [line.split("\t") for line in run.stdout.splitlines() if not line.startswith("#")]
         outputs = {line[-1].removeprefix("output=") for line in lines}
         self.assertEqual(outputs, set(volumes))
-        self.assertIn("# 11 x 9 x 4 int16, DICOM\n", run.stdout)
+        self.assertIn("# 11 x 9 x 4 int16, DICOM, CT, begins with 1.2.3-0\n", run.stdout)
         self.assertEqual(run.stdout.count("# not listed: "), len(broken))
         for name in broken:
             self.assertIn(str(self.folder / "archive" / name), run.stderr)

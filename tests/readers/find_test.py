@@ -4,6 +4,7 @@
 """
 
 import importlib
+import itertools
 import json
 import os
 import shutil
@@ -258,6 +259,40 @@ class Find(ReaderTest):
         _, comments = self.find()
         self.assertEqual([line for line in comments if "DICOM" in line],
                          ["# 11 x 9 x 5 int16, DICOM; slices lie at unequal distances, or some are missing", "# 11 x 9 x 4 int16, DICOM"])
+
+    def test_volumes_of_one_series_are_told_apart(self):
+        """The same ones as of their folder, each once."""
+        from dicom_test import data_set
+
+        for echo, z in itertools.product((2, 5), range(3)):
+            file = data_set(self.volume(echo)[z], series="1.2.3", instance=f"1.{echo}.{z}", position=(0, 0, z), EchoTime=str(echo), SeriesDescription="T2\nmap")
+            file.save_as(self.path(f"s/{echo}{z}.dcm"), write_like_original=False)
+        found, comments = self.find()
+        self.assertEqual({name: line[1:] for name, line in found.items()},
+                         {"s/1.2.3%3A1": ["series=1.2.3:1"], "s/1.2.3%3A2": ["series=1.2.3:2"]})
+        self.assertEqual([line for line in comments if "DICOM" in line],
+                         [f"# 11 x 9 x 3 int16, DICOM, CT, T2 map, EchoTime {echo}" for echo in (2, 5)])
+        self.convert("-q")
+        for number, echo in ((1, 2), (2, 5)):
+            self.tagrid("decode", f"out/s/1.2.3%3A{number}.tag", "-o", "x.raw", "-f")
+            self.assertEqual((self.folder / "x.raw").read_bytes(), ((self.volume(echo)[:3] & 0xFFFF).astype("int64") - 1024).astype("int16").tobytes())
+
+    def test_parts_of_a_series_in_several_folders_are_named(self):
+        self.dicom("x", "1.2.3", 1)
+        for z in range(4):
+            self.path(f"{'ab'[z // 2]}/{z}.dcm").write_bytes(self.path(f"x/1.2.3-{z}.dcm").read_bytes())
+        shutil.rmtree(self.folder / "a" / "x")
+        found, comments = self.find()
+        self.assertEqual(set(found), {"a/1.2.3", "b/1.2.3"})
+        self.assertEqual([line for line in comments if "DICOM" in line],
+                         ["# 11 x 9 x 2 int16, DICOM", "# 11 x 9 x 2 int16, DICOM; a has images of the same series, too: copies, or parts of one volume, "
+                          "for which all must be in one folder"])
+        # In one folder, they are one volume.
+        for z in range(2):
+            self.path(f"a/{z}.dcm").rename(self.path(f"b/{z}.dcm"))
+        found, comments = self.find()
+        self.assertEqual(set(found), {"b/1.2.3"})
+        self.assertIn("# 11 x 9 x 4 int16, DICOM", comments)
 
     def test_names_of_outputs_are_those_that_shares_allow(self):
         with h5py.File(self.path("a.h5"), "w") as file:

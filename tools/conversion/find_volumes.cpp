@@ -38,11 +38,17 @@ bool are_numbered(const std::vector<Choice>& choices) {
   return true;
 }
 
-/// The UID of the only series of a folder.
+/// The UID of a series of DICOM.
 std::string uid_of(const VolumeInfo& info) {
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
     if (key == "dicom_SeriesInstanceUID") return value;
   return "";
+}
+
+/// What tells a series of DICOM from others, as it is in the choice behind its size: ", CT, EchoTime 2.46".
+std::string told_by(const Choice& choice) {
+  const std::size_t comma = choice.text.find(", ");
+  return comma == std::string::npos ? "" : choice.text.substr(comma);
 }
 
 /// What a user should look at before the volume is converted: "; slices lie at unequal distances, ...".
@@ -215,7 +221,9 @@ class Finder {
   }
 
   /// If the path holds several volumes, each of them.
-  void look_at_volume(const fs::path& path, OptionTexts options, const Format& format) {
+  /// `details` are those of the choice that the options make.
+  void look_at_volume(const fs::path& path, OptionTexts options, const Format& format,
+                      const std::string& details = "") {
     try {
       const auto volume = open_volume(path, encoding_of(options, options_.run).source);
       if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
@@ -223,7 +231,8 @@ class Finder {
       if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
         options.emplace("series", uid);  // another one may come into the folder
       std::string text =
-          fmt::format("{}, {}{}", described(info.dims, info.type), format.help, oddity_of(info));
+          fmt::format("{}, {}{}{}", described(info.dims, info.type), format.help, details, oddity_of(info));
+      if (format.name == "dicom") text += about_other_folder(path, info);
       // What is missing from the volume, although it may be.
       if (options.contains("gaps-ok"))
         for (const std::string& warning : all_warnings(volume->facts())) text += "; " + warning;
@@ -236,14 +245,14 @@ class Finder {
       for (const Choice& choice : choices) {
         OptionTexts own = options;
         own[option] = choice.name;
-        look_at_volume(path, own, format);
+        look_at_volume(path, own, format, format.name == "dicom" ? told_by(choice) : "");
       }
     } catch (const BrokenInput& error) {
       const bool may_have_gaps = options_.gaps_ok && !options.contains("gaps-ok");
       if (error.detail().problem != Problem::slices_missing || !may_have_gaps)
         return lines_.give_broken(path, options, error);
       options["gaps-ok"] = "true";
-      look_at_volume(path, options, format);
+      look_at_volume(path, options, format, details);
     } catch (const Error& error) {
       lines_.give_broken(path, options, error);
     }
@@ -261,6 +270,18 @@ class Finder {
     }
     files_of_sets_.insert(files.begin(), files.end());
     return false;
+  }
+
+  /// Says that a series has images in a folder that came before.
+  std::string about_other_folder(const fs::path& path, const VolumeInfo& info) {
+    const std::string uid = uid_of(info), folder = path.lexically_relative(root_).string();
+    if (uid.empty()) return "";
+    const auto& [known, is_new] = folders_of_series_.emplace(uid, folder);
+    if (is_new || known->second == folder) return "";
+    return fmt::format(
+        "; {} has images of the same series, too: copies, or parts of one volume, for which all must be in "
+        "one folder",
+        known->second);
   }
 
   /// Volumes of one file that follow each other, all of one size: opening each would take long where the file is compressed.
@@ -308,9 +329,10 @@ class Finder {
   const std::function<void(const FoundVolume&)>& use_;
   FoundLines lines_;
   PassedOver passed_over_;
-  std::set<std::string> files_of_sets_;      // that are volumes together
-  std::set<std::string> listed_images_;      // those of all DICOMDIRs
-  std::set<std::string>* images_ = nullptr;  // those of the DICOMDIR that is being looked at
+  std::map<std::string, std::string> folders_of_series_;  // the first one of each series of DICOM
+  std::set<std::string> files_of_sets_;                   // that are volumes together
+  std::set<std::string> listed_images_;                   // those of all DICOMDIRs
+  std::set<std::string>* images_ = nullptr;               // those of the DICOMDIR that is being looked at
   std::set<std::string>* used_images_ =
       nullptr;  // names of those in series of the folder that is being looked at
 };

@@ -136,6 +136,8 @@ DicomDecoder::~DicomDecoder() = default;
 
 const DicomFile& DicomDecoder::file() const { return state_->file; }
 
+std::uint64_t DicomDecoder::bytes_of_samples() const { return state_->pixels->getLength(); }
+
 int DicomDecoder::read_frame(std::size_t frame, std::byte* out) {
   const E_TransferSyntax syntax = state_->format.getDataset()->getOriginalXfer();
   const bool is_jpeg2000 = syntax == EXS_JPEG2000 || syntax == EXS_JPEG2000LosslessOnly;

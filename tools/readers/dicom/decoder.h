@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -17,8 +18,11 @@ class DicomDecoder {
   ~DicomDecoder();
 
   const DicomFile& file() const;
-  /// Decodes a frame to the machine's byte order, as it is stored: file().pixels.frame_bytes() bytes. Returns the number of
-  /// bits that count, which a code stream may say differently than the file. Throws BrokenInput.
+  /// The bytes of samples, of a file that is not encapsulated.
+  std::uint64_t bytes_of_samples() const;
+  /// Decodes a frame to the machine's byte order, as it is stored: file().pixels.frame_bytes() bytes. Returns
+  /// the number of bits that count, which a code stream may say differently than the file. Throws
+  /// BrokenInput.
   int read_frame(std::size_t frame, std::byte* out);
 
  private:

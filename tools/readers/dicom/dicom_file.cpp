@@ -7,14 +7,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <filesystem>
 #include <fstream>
 
+#include "io/files/byte_source.h"
 #include "io/files/errors.h"
-#include "io/files/system_call.h"
 #include "io/files/text.h"
-#include "tools/readers/dicom/code_stream.h"
+#include "tools/readers/dicom/attributes.h"
+#include "tools/readers/dicom/frames.h"
+#include "tools/readers/dicom/pixel_element.h"
+#include "tools/readers/dicom/pixel_facts.h"
+#include "tools/readers/dicom/transfer_syntax.h"
 
 namespace tagrid {
 namespace {
@@ -25,225 +29,6 @@ namespace fs = std::filesystem;
 constexpr Uint32 longest_value = 65536;
 /// Longer texts are not kept as key-value pairs.
 constexpr std::size_t longest_text = 1024;
-
-std::optional<std::string> text_of(DcmItem& item, const DcmTagKey& tag) {
-  OFString text;
-  if (item.findAndGetOFStringArray(tag, text).bad()) return std::nullopt;
-  std::string trimmed(text.c_str(), text.size());
-  trimmed.erase(trimmed.find_last_not_of(" \0") + 1);
-  return trimmed;
-}
-
-std::vector<std::string_view> values_of(std::string_view text) {
-  std::vector<std::string_view> values;
-  for (;;) {
-    const std::size_t end = std::min(text.find('\\'), text.size());
-    values.push_back(text.substr(0, end));
-    if (end == text.size()) return values;
-    text.remove_prefix(end + 1);
-  }
-}
-
-/// Decimal numbers; nothing if there are not `n` finite ones.
-template <std::size_t n>
-std::optional<std::array<double, n>> numbers_of(DcmItem& item, const DcmTagKey& tag) {
-  const auto text = text_of(item, tag);
-  if (!text) return std::nullopt;
-  const auto values = values_of(*text);
-  if (values.size() != n) return std::nullopt;
-  std::array<double, n> numbers;
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto words = words_of(values[i]);
-    const auto number = words.size() == 1 ? number_of(words[0]) : std::nullopt;
-    if (!number || !std::isfinite(*number)) return std::nullopt;
-    numbers[i] = *number;
-  }
-  return numbers;
-}
-
-double number_in(DcmItem& item, const DcmTagKey& tag, double otherwise) {
-  const auto number = numbers_of<1>(item, tag);
-  return number ? (*number)[0] : otherwise;
-}
-
-std::int64_t integer_in(DcmItem& item, const DcmTagKey& tag, std::int64_t otherwise) {
-  const double number = number_in(item, tag, static_cast<double>(otherwise));
-  return std::abs(number) < 1e15 ? static_cast<std::int64_t>(number) : otherwise;
-}
-
-/// The first item of a sequence; nullptr if there is none.
-DcmItem* item_in(DcmItem& item, const DcmTagKey& tag) {
-  DcmItem* found = nullptr;
-  return item.findAndGetSequenceItem(tag, found, 0).good() ? found : nullptr;
-}
-
-/// Changes `frame` as far as the item says something about it. The attributes of an enhanced image are in sequences, those
-/// of others in the data set itself.
-void read_frame(DcmItem& item, DicomFrame& frame) {
-  if (const auto position = numbers_of<3>(item, DCM_ImagePositionPatient)) frame.position = *position;
-  if (const auto o = numbers_of<6>(item, DCM_ImageOrientationPatient))
-    frame.orientation = {{{(*o)[0], (*o)[1], (*o)[2]}, {(*o)[3], (*o)[4], (*o)[5]}}};
-  // The distance between rows comes first.
-  if (const auto spacing = numbers_of<2>(item, DCM_PixelSpacing))
-    frame.spacing = {{(*spacing)[1], (*spacing)[0]}};
-  const double thickness = number_in(item, DCM_SliceThickness, frame.thickness);
-  frame.thickness = std::abs(number_in(item, DCM_SpacingBetweenSlices, thickness));
-  frame.step = number_in(item, DCM_SpacingBetweenSlices, frame.step);
-  frame.rescale.slope = number_in(item, DCM_RescaleSlope, frame.rescale.slope);
-  frame.rescale.intercept = number_in(item, DCM_RescaleIntercept, frame.rescale.intercept);
-  if (frame.rescale.slope == 0) frame.rescale = {};  // it would mean that all values are equal
-  if (auto type = text_of(item, DCM_RescaleType); type && *type != "US") frame.rescale.units = *type;
-  const std::array moments = {DCM_TemporalPositionIdentifier, DCM_EchoNumbers, DCM_AcquisitionNumber};
-  for (std::size_t i = 0; i < moments.size(); ++i)
-    frame.moments[i] = integer_in(item, moments[i], frame.moments[i]);
-  frame.moments[0] = integer_in(item, DCM_TemporalPositionIndex, frame.moments[0]);
-  frame.number = integer_in(item, DCM_InstanceNumber, frame.number);
-  frame.number = integer_in(item, DCM_InStackPositionNumber, frame.number);
-}
-
-void read_functional_groups(DcmItem& groups, DicomFrame& frame) {
-  for (const DcmTagKey& tag :
-       {DCM_PlanePositionSequence, DCM_PlaneOrientationSequence, DCM_PixelMeasuresSequence,
-        DCM_PixelValueTransformationSequence, DCM_FrameContentSequence, DCM_MREchoSequence})
-    if (DcmItem* group = item_in(groups, tag)) read_frame(*group, frame);
-}
-
-std::vector<DicomFrame> frames_of(DcmDataset& dataset) {
-  DicomFrame common;
-  read_frame(dataset, common);
-  if (DcmItem* shared = item_in(dataset, DCM_SharedFunctionalGroupsSequence))
-    read_functional_groups(*shared, common);
-  const std::int64_t count = std::max<std::int64_t>(integer_in(dataset, DCM_NumberOfFrames, 1), 1);
-  // A frame has at least a byte; more cannot be in a file.
-  if (count > std::int64_t{1} << 31) throw BrokenInput(fmt::format("has {} frames, which cannot be", count));
-  DcmSequenceOfItems* groups = nullptr;
-  dataset.findAndGetSequence(DCM_PerFrameFunctionalGroupsSequence, groups);
-  if (groups != nullptr && static_cast<std::int64_t>(groups->card()) != count)
-    throw BrokenInput(fmt::format("has {} frames, but describes {} of them", count, groups->card()));
-  if (groups == nullptr && count > std::int64_t{1} << 20)
-    throw BrokenInput(fmt::format("has {} frames without their places", count));
-  std::vector<DicomFrame> frames(static_cast<std::size_t>(count), common);
-  if (groups != nullptr) {
-    DcmObject* item = nullptr;
-    for (DicomFrame& frame : frames) {
-      item = groups->nextInContainer(item);
-      read_functional_groups(dynamic_cast<DcmItem&>(*item), frame);
-    }
-    return frames;
-  }
-  if (count == 1) return frames;
-  // Frames without places of their own lie behind each other; the distances may be given (dose).
-  std::vector<double> offsets;
-  if (const auto text = text_of(dataset, DCM_GridFrameOffsetVector))
-    for (const std::string_view value : values_of(*text)) offsets.push_back(number_of(value).value_or(NAN));
-  // Offsets that do not begin with 0 are coordinates along z, of images at right angles to it.
-  if (!offsets.empty() && offsets[0] != 0 && common.orientation) {
-    const double z = normal_of(common)[2];
-    for (double& offset : offsets) offset *= std::abs(z) > 0.999 ? std::copysign(1, z) : NAN;
-  }
-  // The sign says in which direction they follow each other.
-  const double step = common.step != 0 ? common.step : common.thickness;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    frames[i].number = static_cast<std::int64_t>(i) + 1;
-    const double along =
-        offsets.size() == frames.size() ? offsets[i] - offsets[0] : step * static_cast<double>(i);
-    if (!common.position || !common.orientation || !std::isfinite(along) ||
-        (common.thickness == 0 && offsets.empty())) {
-      frames[i].position.reset();
-      continue;
-    }
-    const Vector3 normal = normal_of(common);
-    for (std::size_t axis = 0; axis < 3; ++axis) (*frames[i].position)[axis] += along * normal[axis];
-  }
-  return frames;
-}
-
-/// Checks the header of the pixels in front of `offset`, and that the file has all of them.
-void require_plain_pixels(const DicomFile& file, bool is_explicit, std::uint64_t offset) {
-  std::ifstream stream(file.path, std::ios::binary);
-  std::array<unsigned char, 12> head = {};
-  const std::uint64_t bytes = is_explicit ? 12 : 8;
-  if (offset < bytes) throw BrokenInput("its pixels have no header");
-  stream.seekg(static_cast<std::streamoff>(offset - bytes));
-  stream.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(bytes));
-  const auto number = [&](std::size_t at, std::size_t count) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      value = value << 8 | head[file.pixels.big_endian ? at + i : at + count - 1 - i];
-    return value;
-  };
-  const std::uint64_t length = number(bytes - 4, 4);
-  if (!stream || number(0, 2) != 0x7fe0 || number(2, 2) != 0x0010)
-    throw BrokenInput("its pixels cannot be found");
-  const std::uint64_t frames = file.frames.size(), wanted = frames * file.pixels.frame_bytes();
-  if (length < wanted)
-    throw BrokenInput(
-        fmt::format("its pixels have {} bytes, but {} x {} samples of {} bits in {} frame{} have {}", length,
-                    file.pixels.columns, file.pixels.rows, file.pixels.allocated, frames,
-                    frames == 1 ? "" : "s", wanted));
-  const auto status = status_of(file.path);
-  if (!status || static_cast<std::uint64_t>(status->st_size) < offset + wanted)
-    throw BrokenInput(
-        fmt::format("ends too soon, within its pixels: {} bytes are missing",
-                    offset + wanted - (status ? static_cast<std::uint64_t>(status->st_size) : 0)));
-}
-
-bool is_dose(DcmDataset& dataset) {
-  return text_of(dataset, DCM_SOPClassUID).value_or("") == UID_RTDoseStorage;
-}
-
-/// The dose that one is.
-Rescale rescale_of_dose(DcmDataset& dataset) {
-  std::string units = text_of(dataset, DCM_DoseUnits).value_or("");
-  if (units == "GY") units = "Gy";
-  return {number_in(dataset, DCM_DoseGridScaling, 1), 0, lower_case(units) == "relative" ? "" : units};
-}
-
-std::string unsupported(DcmDataset& dataset, const DicomPixels& pixels, const DcmXfer& syntax) {
-  if (integer_in(dataset, DCM_SamplesPerPixel, 1) != 1 || pixels.photometric == "PALETTE COLOR")
-    return fmt::format("has colors ({}), not one value a sample", pixels.photometric);
-  if (pixels.allocated != 8 && pixels.allocated != 16 && pixels.allocated != 32)
-    return fmt::format("has samples of {} bits, which are not supported", pixels.allocated);
-  if (is_dose(dataset) && number_in(dataset, DCM_DoseGridScaling, 0) == 0)
-    return "has doses without a scale (DoseGridScaling), so what its samples mean is not known";
-  const std::int64_t high = integer_in(dataset, DCM_HighBit, pixels.stored - 1);
-  if (pixels.stored < 1 || pixels.stored > pixels.allocated || high != pixels.stored - 1)
-    return fmt::format(
-        "has samples of {} of {} bits, the highest of which is number {}; that is not supported",
-        pixels.stored, pixels.allocated, high);
-  switch (syntax.getXfer()) {
-    case EXS_LittleEndianImplicit:
-    case EXS_LittleEndianExplicit:
-    case EXS_BigEndianExplicit:
-    case EXS_DeflatedLittleEndianExplicit:
-    case EXS_JPEGProcess1:
-    case EXS_JPEGProcess2_4:
-    case EXS_JPEGProcess14:
-    case EXS_JPEGProcess14SV1:
-    case EXS_JPEGLSLossless:
-    case EXS_JPEGLSLossy:
-    case EXS_JPEG2000LosslessOnly:
-    case EXS_JPEG2000:
-    case EXS_RLELossless:
-      return "";
-    default:
-      return fmt::format("has samples in {}, which is not supported", syntax.getXferName());
-  }
-}
-
-/// What DicomPixels::lossy is. It does not name the syntax, so that it is the same of a file that was decoded.
-std::string lossy_compression(DcmDataset& dataset, const DicomFile& file, E_TransferSyntax syntax) {
-  const std::string said = text_of(dataset, DCM_LossyImageCompression).value_or("");
-  bool is_lossy = said == "01" || syntax == EXS_JPEGProcess1 || syntax == EXS_JPEGProcess2_4;
-  if (!is_lossy && file.pixels.encapsulated) {
-    // These syntaxes may hold images without a loss, too.
-    const bool may_be = said != "00" && (syntax == EXS_JPEGLSLossy || syntax == EXS_JPEG2000);
-    is_lossy = has_lossy_stream(file.path, file.pixels).value_or(may_be);
-  }
-  if (!is_lossy) return "";
-  const std::string method = text_of(dataset, DCM_LossyImageCompressionMethod).value_or("");
-  return method.empty() ? "DICOM" : "DICOM, " + method;
-}
 
 /// Attributes of the data set itself that are texts or numbers, by their names.
 std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
@@ -267,11 +52,8 @@ std::map<std::string, std::string> texts_of(DcmDataset& dataset) {
     }
     DcmTag tag = element->getTag();
     const char* name = tag.getTagName();
-    OFString value;
-    if (tag.isPrivate() || element->getOFStringArray(value).bad() || value.empty()) continue;
-    std::string text(value.c_str(), value.size());
-    text.erase(text.find_last_not_of(" \0") + 1);
-    if (!text.empty()) texts.emplace(name, std::move(text));
+    if (tag.isPrivate()) continue;
+    if (std::string text = text_of(*element); !text.empty()) texts.emplace(name, std::move(text));
   }
   // They are told in other ways.
   for (const char* name :
@@ -317,6 +99,67 @@ std::string in_words(const OFCondition& failure) {
   return failure.text();
 }
 
+/// The UID of the transfer syntax: the one that the file gives, otherwise the one that its bytes look like.
+std::string syntax_of(DcmFileFormat& format, DicomFile& file) {
+  if (auto given = text_of(*format.getMetaInfo(), DCM_TransferSyntaxUID); given && !given->empty())
+    return *given;
+  const DcmXfer found(format.getDataset()->getOriginalXfer());
+  if (!format.getMetaInfo()->isEmpty())
+    DicomNotes::add(
+        file.notes.not_understood, "TransferSyntaxUID",
+        fmt::format("it does not give its transfer syntax; it is read as {}", found.getXferName()));
+  return found.getXferID();
+}
+
+/// More frames cannot be in the file: a frame has at least a byte, or the head of a fragment.
+std::uint64_t most_frames(const std::string& path, const DicomFile& file) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 31;
+  return transfer_syntax(file.pixels.syntax).use == SyntaxUse::deflated
+             ? most
+             : std::min(most, FileSource(path).size());
+}
+
+void read_concatenation(DcmDataset& dataset, DicomFile& file) {
+  file.concatenation = text_of(dataset, DCM_ConcatenationUID).value_or("");
+  if (!file.concatenation.empty())
+    file.concatenated = integer_in(dataset, DCM_InConcatenationTotalNumber).value_or(0);
+}
+
+/// Finds the places of samples, as far as they are to be found. `offset` is the byte behind the head of the
+/// pixels; of a deflated file, among those that are inflated.
+void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
+  DicomPixels& pixels = file.pixels;
+  if (!pixels.unsupported.empty()) return;
+  const TransferSyntax syntax = transfer_syntax(pixels.syntax);
+  if (syntax.use == SyntaxUse::deflated) {
+    pixels.inflated = offset;
+    return;
+  }
+  try {
+    const FileSource bytes(file.path);
+    const PixelHead head = pixel_head(bytes, offset, found.isExplicitVR(), pixels.big_endian);
+    if (head.has_fragments && syntax.has_fragments()) {
+      if (syntax.use == SyntaxUse::plain_fragments) return find_plain_fragments(file, bytes, offset);
+      pixels.encapsulated = offset;
+      return check_streams(file, bytes, offset);
+    }
+    if (head.has_fragments != syntax.has_fragments()) {
+      pixels.unsupported =
+          fmt::format("has samples {} fragments, which is not possible in its transfer syntax, {}",
+                      head.has_fragments ? "in" : "without", in_words(syntax, pixels.syntax));
+      return;
+    }
+    check_native_pixels(file, bytes, head, offset);
+    // Bytes in words of another byte order are swapped in pairs; the library puts them right.
+    if (pixels.big_endian && pixels.allocated == 8) return;
+    pixels.offset = offset;
+    pixels.step = pixels.frame_bytes();
+  } catch (const BrokenInput& error) {
+    pixels.unsupported = error.what();  // another series of the folder may be whole
+    pixels.is_cut = true;
+  }
+}
+
 /// `series` receives the UID as soon as it is known.
 std::optional<DicomFile> read(const std::string& path, std::string& series) {
   const std::string beginning = beginning_of(path);
@@ -344,51 +187,17 @@ std::optional<DicomFile> read(const std::string& path, std::string& series) {
   file.instance = text_of(dataset, DCM_SOPInstanceUID).value_or("");
   const std::string image_type = text_of(dataset, DCM_ImageType).value_or("");
   if (const auto values = values_of(image_type); values.size() > 2) file.image_type = values[2];
-  DicomPixels& pixels = file.pixels;
-  pixels.columns = integer_in(dataset, DCM_Columns, 0);
-  pixels.rows = integer_in(dataset, DCM_Rows, 0);
-  pixels.allocated =
-      static_cast<int>(std::clamp<std::int64_t>(integer_in(dataset, DCM_BitsAllocated, 0), 0, 64));
-  pixels.stored = static_cast<int>(
-      std::clamp<std::int64_t>(integer_in(dataset, DCM_BitsStored, pixels.allocated), 0, 64));
-  pixels.is_signed = integer_in(dataset, DCM_PixelRepresentation, 0) == 1;
-  pixels.photometric = text_of(dataset, DCM_PhotometricInterpretation).value_or("MONOCHROME2");
-  const DcmXfer syntax(dataset.getOriginalXfer());
-  pixels.syntax = syntax.getXferID();
-  pixels.syntax_name = syntax.getXferName();
-  pixels.big_endian = syntax.getXfer() == EXS_BigEndianExplicit;
-  pixels.unsupported = unsupported(dataset, pixels, syntax);
-  if (pixels.columns < 1 || pixels.rows < 1)
-    throw BrokenInput(fmt::format("has {} x {} samples", pixels.columns, pixels.rows));
-  file.frames = frames_of(dataset);
-  if (is_dose(dataset))
-    for (DicomFrame& frame : file.frames) frame.rescale = rescale_of_dose(dataset);
-  if (syntax.isEncapsulated()) pixels.encapsulated = offset;
-  pixels.lossy = lossy_compression(dataset, file, syntax.getXfer());
-  // The library counts the bytes that it inflates.
-  if (syntax.getXfer() == EXS_DeflatedLittleEndianExplicit) pixels.inflated = offset;
-  // Bytes in words of another byte order are swapped in pairs; the library puts them right.
-  const bool is_plain = !syntax.isEncapsulated() && syntax.getStreamCompression() == ESC_none &&
-                        !(pixels.big_endian && pixels.allocated == 8);
-  if (is_plain && pixels.unsupported.empty()) {
-    try {
-      require_plain_pixels(file, syntax.isExplicitVR(), offset);
-      pixels.offset = offset;
-    } catch (const BrokenInput& error) {
-      pixels.unsupported = error.what();  // another series of the folder may be whole
-      pixels.is_cut = true;
-    }
-  }
+  read_pixel_facts(dataset, syntax_of(format, file), file);
+  read_frames(dataset, most_frames(path, file), file);
+  read_concatenation(dataset, file);
+  require_readable(dataset, file);
+  find_samples(DcmXfer(dataset.getOriginalXfer()), offset, file);
+  file.pixels.lossy = lossy_compression(dataset, file);
   file.texts = texts_of(dataset);
   return file;
 }
 
 }  // namespace
-
-Vector3 normal_of(const DicomFrame& frame) {
-  const auto& [r, c] = *frame.orientation;
-  return {r[1] * c[2] - r[2] * c[1], r[2] * c[0] - r[0] * c[2], r[0] * c[1] - r[1] * c[0]};
-}
 
 std::optional<DicomFile> read_dicom_file(const std::string& path) {
   std::string series;

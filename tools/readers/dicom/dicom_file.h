@@ -10,6 +10,8 @@
 
 #include "io/files/errors.h"
 #include "io/volume/volume_info.h"
+#include "tools/readers/dicom/moments.h"
+#include "tools/readers/dicom/notes.h"
 
 namespace tagrid {
 
@@ -24,8 +26,7 @@ struct DicomFrame {
   double thickness = 0;                          ///< or the distance of slices, if that is said; 0: unknown
   double step = 0;                               ///< the distance of slices with its sign; 0: unknown
   Rescale rescale;
-  /// Numbers that tell images at one place from each other: moment, echo, acquisition.
-  std::array<std::int64_t, 3> moments = {};
+  Moments moments;          ///< besides those of its file
   std::int64_t number = 0;  ///< of the image in its series
 };
 
@@ -34,21 +35,31 @@ Vector3 normal_of(const DicomFrame& frame);
 
 /// How the samples of a file are stored.
 struct DicomPixels {
+  struct Stretch {
+    std::uint64_t offset = 0, length = 0;
+  };
+
   std::int64_t columns = 0, rows = 0;
   int allocated = 0, stored = 0;  ///< bits of a sample, and those that count
   bool is_signed = false;
-  std::string photometric;  ///< "MONOCHROME2"
-  std::string syntax, syntax_name;
-  /// The byte of the file at which samples lie plainly; nothing if they must be decoded.
+  std::string photometric;          ///< "MONOCHROME2"
+  std::string syntax, syntax_name;  ///< the UID, and what people call it
+  /// The byte of the file at which samples lie plainly; nothing if they must be decoded, or lie in pieces.
   std::optional<std::uint64_t> offset;
+  std::uint64_t step = 0;  ///< from the begin of a frame to that of the next one, if samples lie plainly
+  /// Pieces of the file that hold all frames, one after the other, if they lie plainly in pieces of other
+  /// sizes than frames.
+  std::vector<Stretch> stretches;
   /// The byte at which fragments begin that hold them; nothing if there are none.
   std::optional<std::uint64_t> encapsulated;
-  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is not deflated.
+  /// The byte at which samples would lie plainly if the data set of the file were inflated; nothing if it is
+  /// not deflated.
   std::optional<std::uint64_t> inflated;
   bool big_endian = false;
   std::string unsupported;  ///< why the samples cannot be read: "has colors"; "" if they can
   bool is_cut = false;      ///< that is why: the file does not have all of them
-  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not known.
+  /// If samples were compressed with a loss, here or before: by what, "DICOM, ISO_10918_1"; "" if that is not
+  /// known.
   std::string lossy;
 
   std::uint64_t frame_bytes() const {
@@ -65,6 +76,11 @@ struct DicomFile {
   std::string image_type;        ///< the third value: "AXIAL", "LOCALIZER"
   DicomPixels pixels;
   std::vector<DicomFrame> frames;
+  Moments moments;  ///< of all frames
+  DicomNotes notes;
+  /// How many files a concatenation has of which this is one, and its UID; 0 if it is none.
+  std::int64_t concatenated = 0;
+  std::string concatenation;
   /// Texts by the standard's names of attributes, "PatientName", in UTF-8.
   std::map<std::string, std::string> texts;
 };
@@ -79,8 +95,8 @@ class BrokenDicomFile : public BrokenInput {
   std::string series;  ///< the UID of its series, if it could be read so far; otherwise ""
 };
 
-/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an image, such as a
-/// report. Throws BrokenDicomFile and WorldError.
+/// Reads the header of a file. Nothing if the file is not one of DICOM; no frames if it is one without an
+/// image, such as a report. Throws BrokenDicomFile and WorldError.
 std::optional<DicomFile> read_dicom_file(const std::string& path);
 
 /// The files of images to which a DICOMDIR refers; nothing if the file is none. Throws BrokenInput.

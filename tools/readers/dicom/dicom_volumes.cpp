@@ -15,7 +15,9 @@
 #include "tools/readers/dicom/decoder.h"
 #include "tools/readers/dicom/dicom_file.h"
 #include "tools/readers/dicom/image_files.h"
+#include "tools/readers/dicom/pixel_element.h"
 #include "tools/readers/dicom/plain_file.h"
+#include "tools/readers/dicom/said_of_files.h"
 #include "tools/readers/dicom/series.h"
 
 namespace tagrid {
@@ -24,10 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 using Files = std::vector<DicomFile>;
-
-const DicomFrame& frame_of(const Files& files, const DicomSlice& slice) {
-  return files[slice.file].frames[slice.frame];
-}
 
 SampleType stored_type(const DicomPixels& pixels) {
   switch (pixels.allocated) {
@@ -49,7 +47,8 @@ struct Meaning {
   std::vector<std::string> warnings;
 };
 
-/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such integers.
+/// The 16-bit type that holds the values of all slices; nothing if there is none, or if they are not such
+/// integers.
 std::optional<SampleType> type_of_values(const std::vector<DicomSlice>& slices, const Files& files) {
   double least = 0, most = 0;
   for (const DicomSlice& slice : slices) {
@@ -88,7 +87,9 @@ Meaning meaning_of(const std::vector<DicomSlice>& slices, const Files& files, co
     meaning.type = *type;
     for (std::size_t i = 0; i < slices.size(); ++i)
       meaning.added[i] = static_cast<std::int32_t>(intercept(slices[i]));
-    if (!first.units.empty()) meaning.pairs.emplace_back("rescale_units", first.units);
+    const bool have_units = std::ranges::all_of(
+        slices, [&](const DicomSlice& slice) { return frame_of(files, slice).rescale.units == first.units; });
+    if (!first.units.empty() && have_units) meaning.pairs.emplace_back("rescale_units", first.units);
     if (!is_one || first.intercept != 0)
       meaning.pairs.emplace_back("dicom_added_intercept",
                                  is_one ? fmt::format("{}", first.intercept) : listed(slices, intercept));
@@ -128,6 +129,7 @@ class DicomVolume final : public ServedVolume {
  public:
   DicomVolume(Files all, const DicomSeries& series, const std::string& name) {
     take_files(std::move(all), series);
+    add_notes(name);
     const DicomPixels& pixels = files_[slices_.front().file].pixels;
     dims = {pixels.columns, pixels.rows, static_cast<std::int64_t>(slices_.size())};
     DicomPlaces where = places_of({series.choice, slices_}, files_, name);
@@ -147,9 +149,6 @@ class DicomVolume final : public ServedVolume {
     const auto is_lossy = [](const DicomFile& file) { return !file.pixels.lossy.empty(); };
     if (const auto lossy = std::ranges::find_if(files_, is_lossy); lossy != files_.end())
       pairs.emplace_back(lossy_source_key, lossy->pixels.lossy);
-    if (pixels.photometric == "MONOCHROME1")
-      warnings.push_back(
-          name + ": small numbers mean white in these images (MONOCHROME1); numbers are kept as they are");
     add_places();
     fits_.resize(slices_.size());
     has_plain_form = places.empty() && std::ranges::all_of(files_, [](const DicomFile& file) {
@@ -171,7 +170,7 @@ class DicomVolume final : public ServedVolume {
         if (!fits_now(slice->second)) plain.why_not = "its code stream has larger numbers than it says";
     for (auto slice = begin; slice != end; ++slice) {
       const std::size_t z = slice->second;
-      const std::uint64_t bytes = file.pixels.frame_bytes();
+      const std::uint64_t bytes = file.pixels.offset ? file.pixels.step : file.pixels.frame_bytes();
       plain.places.push_back({static_cast<std::int64_t>(z),
                               {.file = number,
                                .offset = samples_at + slices_[z].frame * bytes,
@@ -184,6 +183,13 @@ class DicomVolume final : public ServedVolume {
 
   void read_slice(std::int64_t z, std::byte* out) override {
     const DicomSlice& slice = slices_[static_cast<std::size_t>(z)];
+    const DicomFile& file = files_[slice.file];
+    if (!file.pixels.stretches.empty()) {
+      read_from_stretches(file, slice.frame, out);
+      apply(stored_bits(static_cast<std::size_t>(z), file.pixels.stored), type, out,
+            static_cast<std::size_t>(dims.x * dims.y));
+      return;
+    }
     if (!decoder_ || &decoder_->file() != &files_[slice.file]) {
       decoder_.reset();
       decoder_.emplace(files_[slice.file]);
@@ -222,6 +228,23 @@ class DicomVolume final : public ServedVolume {
     return *fits_[z];
   }
 
+  /// What is to be said of the files. In doubt, no sample is changed.
+  void add_notes(const std::string& name) {
+    for (DicomFile& file : files_) {
+      if (!file.pixels.inflated) continue;
+      note_more_inflated_frames(file);
+      say_working();
+    }
+    warnings = said_of(files_, &DicomNotes::warnings, name);
+    for (std::string& text : about_concatenations(files_, name)) warnings.push_back(std::move(text));
+    not_understood = said_of(files_, &DicomNotes::not_understood, name);
+    for (const std::string& doubt : said_of(files_, &DicomNotes::scale_doubts, name))
+      scale_doubt += (scale_doubt.empty() ? "" : "; ") + doubt;
+    if (scale_doubt.empty()) return;
+    for (DicomFile& file : files_)
+      for (DicomFrame& frame : file.frames) frame.rescale = {};
+  }
+
   /// Keeps the files of the series only, in the order of its slices.
   void take_files(Files all, const DicomSeries& series) {
     std::map<std::size_t, std::size_t> numbers;
@@ -230,11 +253,14 @@ class DicomVolume final : public ServedVolume {
       if (is_new) files_.push_back(std::move(all[slice.file]));
       slices_.push_back({found->second, slice.frame});
     }
+    const auto is_whole = [](const DicomFile& file) { return !file.pixels.is_cut; };
     for (const DicomFile& file : files_)
       if (!file.pixels.unsupported.empty())
         throw BrokenInput(
             fmt::format("{}: DICOM file: {}{}", file.path, file.pixels.unsupported, role_of_file(series)),
-            file.pixels.is_cut && slices_.size() > 1 ? Problem::slices_missing : Problem::none);
+            // Without the files that are cut, slices must be left.
+            file.pixels.is_cut && std::ranges::any_of(files_, is_whole) ? Problem::slices_missing
+                                                                        : Problem::none);
   }
 
   /// To which series a file belongs, if it has others.
@@ -258,9 +284,9 @@ class DicomVolume final : public ServedVolume {
       memory = std::max(memory, 6 * pixels.frame_bytes() + (std::uint64_t{16} << 20));
       if (!pixels.offset) return;
       SliceRun run{slice.file,
-                   *pixels.offset + slice.frame * pixels.frame_bytes(),
+                   *pixels.offset + slice.frame * pixels.step,
                    1,
-                   pixels.frame_bytes(),
+                   pixels.step,
                    pixels.big_endian,
                    stored_bits(z, pixels.stored)};
       SliceRun* last = runs.empty() ? nullptr : &runs.back();
@@ -310,8 +336,8 @@ std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are left out with
-/// `gaps_ok`. Throws BrokenInput without it.
+/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are
+/// left out with `gaps_ok`. Throws BrokenInput without it.
 std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok) {
   std::vector<std::string> warnings;
@@ -344,6 +370,18 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   return warnings;
 }
 
+/// Says that a file is a slice of a larger volume; "" if it is not.
+std::string about_siblings(const std::string& path, const DicomSeries& series, const Files& images) {
+  std::error_code unknown;
+  const DicomFile& image = images[series.slices.front().file];
+  if (series.slices.size() > 1 || image.path != path || fs::is_directory(path, unknown)) return "";
+  const std::string sibling = sibling_of(image);
+  if (sibling.empty()) return "";
+  return fmt::format(
+      "{}: is one image of a series, and {} is another one; give their folder to have all of them", path,
+      sibling);
+}
+
 }  // namespace
 
 std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOptions& options) {
@@ -351,7 +389,9 @@ std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOp
   std::vector<DicomSeries> all = series_of(files.images);
   const auto wanted = options.find("series");
   DicomSeries& series = all[number_of(path, wanted == options.end() ? "" : wanted->second, all)];
-  const std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
+  std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
+  if (std::string text = about_siblings(path, series, files.images); !text.empty())
+    warnings.push_back(std::move(text));
   auto volume = std::make_unique<DicomVolume>(std::move(files.images), series, path);
   volume->warnings.insert(volume->warnings.end(), warnings.begin(), warnings.end());
   return volume;

@@ -152,6 +152,27 @@ std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const Imag
   return in_series;
 }
 
+std::string sibling_of(const DicomFile& image) {
+  constexpr std::size_t most_looks = 8;
+  if (image.series.empty() || image.instance.empty()) return "";
+  const NamesOfImages like = names_of({image});
+  const fs::path folder = fs::path(image.path).parent_path();
+  std::size_t looks = 0;
+  for (const std::string& path : visible_files(folder.empty() ? "." : folder.string())) {
+    const bool is_itself = file_name(path) == file_name(image.path);
+    if (is_itself || !like.are_like(path) || !status_of(path) || looks++ >= most_looks) continue;
+    try {
+      const auto other = read_dicom_file(path);
+      if (other && !other->frames.empty() && other->series == image.series &&
+          other->instance != image.instance)
+        return file_name(path);
+    } catch (const Error&) {
+      continue;  // a broken file tells nothing of this one
+    }
+  }
+  return "";
+}
+
 std::string listed(const std::vector<UnreadableImage>& images) {
   std::vector<std::string> names;
   for (const UnreadableImage& image : images)

@@ -22,15 +22,19 @@ struct ImageFiles {
   std::vector<std::string> others;  ///< names of files that have no image
 };
 
-/// Reads the headers of all files at `path`: a file, a folder, or a DICOMDIR. A file that cannot be read looks like an image
-/// if it is of DICOM, or if its name has the extension of DICOM or is like those of images: the same extension, or the same
-/// texts between numbers. If there is no image at all, the first unreadable file is the error. Throws BrokenInput and
-/// WorldError.
+/// Reads the headers of all files at `path`: a file, a folder, or a DICOMDIR. A file that cannot be read
+/// looks like an image if it is of DICOM, or if its name has the extension of DICOM or is like those of
+/// images: the same extension, or the same texts between numbers. If there is no image at all, the first
+/// unreadable file is the error. Throws BrokenInput and WorldError.
 ImageFiles image_files_at(const std::string& path);
 
-/// The unreadable files that may be images of a series: those that say so; and of the others those whose name is like the
-/// names of its files, or unlike the names of all images.
+/// The unreadable files that may be images of a series: those that say so; and of the others those whose name
+/// is like the names of its files, or unlike the names of all images.
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
+
+/// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are
+/// like its name is one. Looks into few of them.
+std::string sibling_of(const DicomFile& image);
 
 /// "a.dcm (is empty), b.dcm (...) and 3 more".
 std::string listed(const std::vector<UnreadableImage>& images);

@@ -2,6 +2,7 @@
 
 #include <dcmtk/config/osconfig.h>
 // The configuration comes first.
+#include <dcmtk/dcmdata/dcvr.h>
 #include <dcmtk/oflog/oflog.h>
 
 #include "io/programs/serve_reader.h"
@@ -10,5 +11,7 @@
 int main() {
   // What is wrong is said in answers.
   OFLog::configure(OFLogger::OFF_LOG_LEVEL);
+  // Archives store attributes as UN that they do not know.
+  dcmEnableUnknownVRConversion.set(OFTrue);
   return tagrid::serve_volumes("dicom", tagrid::open_dicom);
 }

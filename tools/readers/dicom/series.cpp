@@ -12,31 +12,21 @@
 
 #include "io/files/errors.h"
 #include "io/files/natural_order.h"
+#include "tools/readers/dicom/series_words.h"
 
 namespace tagrid {
 namespace {
 
 /// Steps that differ by less, relative to the usual one, are equal: positions are rounded texts.
 constexpr double same_step = 0.01;
-/// Positions along the normal that differ by less, in mm, are one place.
-constexpr double same_place = 1e-4;
 
 using Files = std::vector<DicomFile>;
 using Slices = std::vector<DicomSlice>;
-
-const DicomFrame& frame_of(const Files& files, const DicomSlice& slice) {
-  return files[slice.file].frames[slice.frame];
-}
 
 Vector3 minus(const Vector3& a, const Vector3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 double dot(const Vector3& a, const Vector3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vector3& a) { return std::sqrt(dot(a, a)); }
 Vector3 scaled(const Vector3& a, double by) { return {a[0] * by, a[1] * by, a[2] * by}; }
-
-/// The place of a frame along the normal of its image. REQUIRES: position and orientation.
-double along_normal(const DicomFrame& frame) { return dot(*frame.position, normal_of(frame)); }
-
-bool has_place(const DicomFrame& frame) { return frame.position && frame.orientation; }
 
 bool is_same_orientation(const DicomFrame& a, const DicomFrame& b) {
   if (a.orientation.has_value() != b.orientation.has_value()) return false;
@@ -77,48 +67,6 @@ void sort(Slices& slices, const Files& files) {
     if (a.file != b.file) return comes_before(files[a.file].path, files[b.file].path);
     return a.frame < b.frame;
   });
-}
-
-/// The first slice that is where the next one is; slices.size() if there is none.
-std::size_t first_of_two(const Slices& slices, const Files& files) {
-  for (std::size_t i = 1; i < slices.size(); ++i) {
-    const DicomFrame &a = frame_of(files, slices[i - 1]), &b = frame_of(files, slices[i]);
-    const bool is_one = has_place(a) && has_place(b) ? along_normal(b) - along_normal(a) < same_place
-                                                     : !has_place(a) && !has_place(b) && a.number == b.number;
-    if (is_one) return i - 1;
-  }
-  return slices.size();
-}
-
-/// Slices of which several are at one place, as series of one moment, echo or acquisition each.
-std::vector<Slices> parted(const Slices& slices, const Files& files) {
-  if (first_of_two(slices, files) == slices.size()) return {slices};
-  for (std::size_t moment = 0; moment < 3; ++moment) {
-    std::map<std::int64_t, Slices> parts;
-    for (const DicomSlice& slice : slices) parts[frame_of(files, slice).moments[moment]].push_back(slice);
-    const bool is_good = parts.size() > 1 && std::ranges::all_of(parts, [&](const auto& part) {
-                           return first_of_two(part.second, files) == part.second.size();
-                         });
-    if (!is_good) continue;
-    std::vector<Slices> all;
-    for (auto& [number, part] : parts) all.push_back(std::move(part));
-    return all;
-  }
-  return {slices};
-}
-
-std::string text_in(const DicomFile& file, const char* name) {
-  const auto found = file.texts.find(name);
-  return found == file.texts.end() ? "" : found->second;
-}
-
-std::string in_words(const Slices& slices, const Files& files) {
-  const DicomFile& file = files[slices.front().file];
-  std::string words = fmt::format("{} x {} x {}", file.pixels.columns, file.pixels.rows, slices.size());
-  for (const char* name : {"Modality", "SeriesDescription"})
-    if (const std::string text = text_in(file, name); !text.empty()) words += ", " + text;
-  if (!file.image_type.empty()) words += ", " + file.image_type;
-  return words;
 }
 
 std::string name_in(const Files& files, const DicomSlice& slice) {
@@ -167,6 +115,28 @@ std::string about_missing_numbers(const Slices& slices, const Files& files) {
   return "";
 }
 
+/// Why an image has no place: "; ImagePositionPatient is ...".
+std::string about_place(const DicomFile& file) {
+  for (const DicomNote& note : file.notes.warnings)
+    if (note.about.starts_with("Image")) return "; " + note.text;
+  return "";
+}
+
+/// Two images at one place, which belong to no two volumes.
+std::string about_one_place(const DicomSlice& a, const DicomSlice& b, const Files& files,
+                            const std::string& name) {
+  const std::string both =
+      fmt::format("{}: {} and {} are at one place", name, name_in(files, a), name_in(files, b));
+  const DicomFile &f = files[a.file], &g = files[b.file];
+  if (a.file == b.file) return both + ", and nothing tells which frames belong together";
+  if (!f.instance.empty() && f.instance == g.instance && a.frame == b.frame)
+    return both + ": they are one image twice (SOPInstanceUID); remove one of them";
+  const std::string differ = differences(a, b, files);
+  return fmt::format(
+      "{}, and nothing tells which images belong together{}; move one of them to another folder", both,
+      differ.empty() ? "" : " (they differ in " + differ + ")");
+}
+
 std::string about_distance_without_places(const DicomFrame& first) {
   if (first.step != 0) return fmt::format("is what they say, {:.6g} mm", first.thickness);
   if (first.thickness > 0) return fmt::format("is a guess: their thickness, {:.6g} mm", first.thickness);
@@ -192,13 +162,12 @@ std::vector<DicomSeries> series_of(const Files& files) {
   std::vector<DicomSeries> series;
   for (Slices& group : groups) {
     sort(group, files);
-    for (Slices& part : parted(group, files)) {
-      DicomSeries one;
-      one.choice = {files[part.front().file].series, in_words(part, files)};
-      one.slices = std::move(part);
-      series.push_back(std::move(one));
+    for (DicomPart& part : parted(group, files)) {
+      std::string words = in_words(part, files);
+      series.push_back({{files[part.slices.front().file].series, std::move(words)}, std::move(part.slices)});
     }
   }
+  make_distinct(series, files);
   // A UID names a series only if no other part has it.
   std::map<std::string, int> uses;
   for (const DicomSeries& one : series) ++uses[one.choice.name];
@@ -217,13 +186,12 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
   if (placed != 0 && placed != static_cast<std::ptrdiff_t>(slices.size())) {
     const auto without =
         std::ranges::find_if(slices, [&](const DicomSlice& s) { return !has_place(frame_of(files, s)); });
-    throw BrokenInput(fmt::format("{}: {} of {} slices have no position, as {}", name,
+    throw BrokenInput(fmt::format("{}: {} of {} slices have no position, as {}{}", name,
                                   slices.size() - static_cast<std::size_t>(placed), slices.size(),
-                                  name_in(files, *without)));
+                                  name_in(files, *without), about_place(files[without->file])));
   }
   if (const std::size_t i = first_of_two(slices, files); i < slices.size())
-    throw BrokenInput(fmt::format("{}: {} and {} are at one place; remove one of them", name,
-                                  name_in(files, slices[i]), name_in(files, slices[i + 1])));
+    throw BrokenInput(about_one_place(slices[i], slices[i + 1], files, name));
   DicomPlaces places;
   Geometry& geometry = places.geometry;
   geometry.units.fill("mm");
@@ -262,7 +230,8 @@ DicomPlaces places_of(const DicomSeries& series, const Files& files, const std::
       steps.push_back(along_normal(frame_of(files, slices[i])) -
                       along_normal(frame_of(files, slices[i - 1])));
     const double usual = median(steps);
-    // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against each other.
+    // From the first slice to the last one, scaled to the usual step: tilted gantries shift slices against
+    // each other.
     const Vector3 whole = minus(*frame_of(files, slices.back()).position, *first.position);
     geometry.directions[2] = scaled(whole, usual / dot(whole, normal));
     bool is_even = true;

@@ -6,13 +6,9 @@
 
 #include "io/programs/serve_reader.h"
 #include "tools/readers/dicom/dicom_file.h"
+#include "tools/readers/dicom/parts.h"
 
 namespace tagrid {
-
-/// A frame of a file, by their numbers.
-struct DicomSlice {
-  std::size_t file = 0, frame = 0;
-};
 
 /// The slices of a volume, from front to back.
 struct DicomSeries {
@@ -20,9 +16,10 @@ struct DicomSeries {
   std::vector<DicomSlice> slices;
 };
 
-/// Sorts all frames into series: by the UID of the series, size, type of samples, orientation and spacing; and if that puts
-/// several images at one place, also by moment, echo or acquisition. The slices of a series are sorted by their positions
-/// along the normal of the images, or by their numbers if they have no positions.
+/// Sorts all frames into series: by the UID of the series, size, type of samples, orientation and spacing;
+/// and if that puts several images at one place, also by moment, echo, acquisition and others. No two choices
+/// have equal texts. The slices of a series are sorted by their positions along the normal of the images, or
+/// by their numbers if they have no positions.
 std::vector<DicomSeries> series_of(const std::vector<DicomFile>& files);
 
 /// Where the slices of a series lie, and what is to be said of that.
@@ -32,7 +29,8 @@ struct DicomPlaces {
   std::vector<std::string> warnings;
 };
 
-/// Throws BrokenInput if two slices are at one place, or if only some have a position. `name` is for messages.
+/// Throws BrokenInput if two slices are at one place, or if only some have a position. `name` is for
+/// messages.
 DicomPlaces places_of(const DicomSeries& series, const std::vector<DicomFile>& files,
                       const std::string& name);
 

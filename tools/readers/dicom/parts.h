@@ -1,0 +1,38 @@
+// Images of one series as volumes: several at one place are moments, echoes, segments, ...
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/readers/dicom/dicom_file.h"
+
+namespace tagrid {
+
+/// A frame of a file, by their numbers.
+struct DicomSlice {
+  std::size_t file = 0, frame = 0;
+};
+
+/// Slices of one volume.
+struct DicomPart {
+  std::vector<DicomSlice> slices;
+  std::string told_by;  ///< from the other parts: "EchoTime 2.46"; "" if it is the only one
+};
+
+const DicomFrame& frame_of(const std::vector<DicomFile>& files, const DicomSlice& slice);
+
+bool has_place(const DicomFrame& frame);
+/// The place of a frame along the normal of its image, in mm. REQUIRES: position and orientation.
+double along_normal(const DicomFrame& frame);
+
+/// The first slice that is where the next one is; slices.size() if there is none. REQUIRES: sorted slices.
+std::size_t first_of_two(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Sorted slices, parted by what tells images at one place from each other; in one part if nothing does.
+std::vector<DicomPart> parted(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there
+/// are none.
+std::string differences(const DicomSlice& a, const DicomSlice& b, const std::vector<DicomFile>& files);
+
+}  // namespace tagrid

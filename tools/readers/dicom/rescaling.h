@@ -1,0 +1,19 @@
+// How values follow from samples.
+#pragma once
+
+#include "io/volume/volume_info.h"
+#include "tools/readers/dicom/attributes.h"
+
+namespace tagrid {
+
+/// Changes `rescale` as far as the item says something about it.
+void read_rescale(DcmItem& item, Rescale& rescale, DicomNotes& notes);
+
+/// The dose that one is. A scale that is 0 or absent gives 0.
+Rescale rescale_of_dose(DcmDataset& dataset, DicomNotes& notes);
+
+/// Notes values that follow from samples otherwise than by `rescale`: by a table, or for a real world.
+void note_tables(DcmItem& dataset, DicomNotes& notes);
+void note_real_world_values(DcmItem& item, const Rescale& rescale, DicomNotes& notes);
+
+}  // namespace tagrid

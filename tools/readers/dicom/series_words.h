@@ -1,0 +1,19 @@
+// Words that tell users which series is which.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/readers/dicom/parts.h"
+#include "tools/readers/dicom/series.h"
+
+namespace tagrid {
+
+/// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
+std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
+
+/// Adds to texts that are equal what tells their series from each other: direction, spacing, numbers of
+/// images and others.
+void make_distinct(std::vector<DicomSeries>& series, const std::vector<DicomFile>& files);
+
+}  // namespace tagrid
