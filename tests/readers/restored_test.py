@@ -224,7 +224,7 @@ def describe(path):
             value, = struct.unpack("<H", file.read(2))
             file.seek(0)
             file.write(struct.pack("<H", value + 1))
-    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}]}
+    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "places": [{"slices": 4}], "complete": True}
 print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
 for request in map(json.loads, sys.stdin):
     print(json.dumps(describe(request["path"])), flush=True)
@@ -264,7 +264,7 @@ def describe(path):
         if str(file.tell()) == os.environ["CHANGE_AT"]:
             change(path)
     places = {} if os.environ["CHANGE_AT"] == "slices" else {"places": [{"slices": 4}]}
-    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", **places}
+    return {"answer": "volume", "dims": [11, 9, 4], "type": "uint16", "complete": True, **places}
 print(json.dumps({"tagrid-reader": 1, "name": "change", "version": "1"}), flush=True)
 for request in map(json.loads, sys.stdin):
     if request["request"] == "describe":
