@@ -17,7 +17,7 @@ Metadata = Union[str, Mapping[str, str]]
 #: Fields that say where samples are; what they say is in Volume.spacing and Volume.affine.
 PLACES = ("spacings", "space directions", "space origin", "space dimension")
 #: Other fields of an NRRD header that a .tag file keeps. All other names are keys of the source.
-_FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "centers", "centerings", "thicknesses",
+FIELDS = ("space", "space units", "content", "units", "labels", "kinds", "centers", "centerings", "thicknesses",
            "sample units", "measurement frame", "axis mins", "axis maxs")
 
 
@@ -153,7 +153,7 @@ def _line(pair: tuple[str, str]) -> str:
     key, value = pair
     if key.lower() in PLACES:
         raise ArgumentError(f"metadata: {key!r} is given by spacing and affine")
-    if key.lower() in _FIELDS:
+    if key.lower() in FIELDS:
         return _field(key, value)
     if not is_key(key):
         raise ArgumentError(f"metadata: {key!r} cannot be a key")

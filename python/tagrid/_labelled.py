@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._errors import ArgumentError
-from ._geometry import PLACES, Metadata, header_of, is_key
+from ._geometry import FIELDS, PLACES, Metadata, header_of, is_key
 from ._volume import Volume
 
 #: Of the backend tagrid.xarray: they are those of the file that is encoded now, or come from coordinates.
@@ -144,7 +144,8 @@ def _attributes(data: Any) -> dict[str, str]:
         if name in _OF_THE_FILE or name == "max_error" and value == 0:
             continue
         text, key = _text_of(value), _NAMES.get(name, name)
-        if text is None or not is_key(key) or str(key).lower() in PLACES or str(key).startswith("slice_"):
+        if text is None or not is_key(key) or str(key).lower() in PLACES or str(key).startswith("slice_") or (
+                "\n" in text and str(key).lower() in FIELDS):
             left_out.append(str(name))
         else:
             found.setdefault(str(key), text)

@@ -94,13 +94,20 @@ def _attributes_of(volume: Volume) -> dict[str, Any]:
     found: dict[str, Any] = dict(volume.metadata)
     for name in MISSING:
         number = missing_of(found, name)
-        if number is not None:
+        if number is not None and _fits(number, volume.dtype):
             found[name] = volume.dtype.type(number)
     if len(units_of({"units": found.get("units", "")}) or ()) == 3:
         del found["units"]
     if "sample units" in found:
         found["units"] = found.pop("sample units")
     return found
+
+
+def _fits(number: float, dtype: np.dtype[Any]) -> bool:
+    """Whether a sample of this type may have this value; floats may lose digits."""
+    if dtype.kind == "f":
+        return True
+    return number.is_integer() and bool(np.iinfo(dtype).min <= number <= np.iinfo(dtype).max)
 
 
 def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:

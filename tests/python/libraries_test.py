@@ -300,6 +300,11 @@ class Xarray(Libraries):
             del array.attrs[name]
             self.encoded(array, max_error=5)
 
+    def test_a_number_for_missing_samples_that_no_sample_can_be_is_a_text(self):
+        for text in ("nan", "1e20", "0.5", "-1", "none"):
+            with self.open(tagrid.encode(self.samples[:3].astype("u1"), metadata={"_FillValue": text})) as data:
+                self.assertEqual(data.volume.attrs["_FillValue"], text)
+
     def test_it_is_lazy(self):
         source = Counting(self.bytes)
         with self.open(source) as data:
