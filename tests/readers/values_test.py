@@ -97,6 +97,9 @@ class Values(ReaderTest):
             self.decode(name, "--samples")
             numpy.testing.assert_array_equal(self.seen(name), stored(), name)
         self.assertEqual(self.pairs("b.nrrd")["rescale_intercept"], "-1024")
+        run = subprocess.run([other_readers.PROGRAM, "decode", "a.tag", "-o", "-"], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(run.stdout, (stored().astype("<i2") - 1024).tobytes())
+        self.assertIn(b"tagrid: standard output: has values, sample - 1024, as int16", run.stderr)
         self.assert_refused(64, "only one of them", "decode", "a.tag", "-fo", "b.nrrd", "--samples", "--values")
 
     def test_slices_with_slopes_of_their_own_become_values_on_demand(self):

@@ -93,10 +93,11 @@ struct DecodeCommand {
     report.keep();
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
-    tell_of_numbers(path, chosen, result);
+    const std::string name = path == "-" ? "standard output" : path;
+    tell_of_numbers(name, chosen, result);
     for (const std::string& lost :
          losses(chosen, volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields)))
-      warn(run, fmt::format("{}: {}", path, lost));
+      warn(run, fmt::format("{}: {}", name, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory));
@@ -111,7 +112,7 @@ struct DecodeCommand {
   }
 
   /// Says what the numbers in the output are, where somebody could take them for others.
-  void tell_of_numbers(const std::string& path, const Format& chosen, const DecodeResult& result) const {
+  void tell_of_numbers(const std::string& name, const Format& chosen, const DecodeResult& result) const {
     if (run.quiet || numbers() != Numbers::automatic) return;
     const std::string& fields = result.header.nrrd_fields;
     const Rescale rescale = rescale_of(fields);
@@ -120,19 +121,19 @@ struct DecodeCommand {
     };
     if (result.numbers.are_values())
       return say_line(
-          fmt::format("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", path,
+          fmt::format("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
                       added(), name_of(result.numbers.rule.to)));
     if (has_slopes_of_slices(fields))
       return warn(
           run, fmt::format("{}: has stored samples, as each slice has a slope and an intercept of its own; "
                            "--values writes values",
-                           path));
+                           name));
     if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
     warn(run, fmt::format(
                   "{}: has stored samples; values are {} * sample {}{}, which few programs know from such a "
                   "file; --values writes values",
-                  path, rescale.slope, added(), units));
+                  name, rescale.slope, added(), units));
   }
 
   /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.
