@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -20,6 +21,7 @@
 #include "io/nifti/source.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/header.h"
+#include "io/nrrd/line.h"
 #include "io/nrrd/sink.h"
 #include "io/nrrd/source.h"
 #include "io/programs/find.h"
@@ -48,17 +50,15 @@ bool begins_jpeg2000(std::string_view b) {
   return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
 }
 
-std::string lost_in_vtkhdf(const VolumeInfo& info) {
-  std::vector<std::string> lost;
-  if (std::string in_image_data = lost_in_vti(info); !in_image_data.empty())
-    lost.push_back(std::move(in_image_data));
+std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
+  std::vector<std::string> lost = lost_in_image_data(info);
   // Seen with the library: it overruns its memory for the first, and forgets to use the second.
   if (info.dims.x == 1 || info.dims.y == 1 || info.dims.z == 1)
     lost.emplace_back("VTK 9.1 fails to read VTKHDF images of one sample along an axis; it reads .vti files");
   if (vtk_geometry_of(info.geometry).direction != vtk_geometry_of({}).direction)
     lost.emplace_back(
         "VTK 9.1 does not turn VTKHDF images as their directions say; it turns those of .vti files");
-  return fmt::format("{}", fmt::join(lost, "; "));
+  return lost;
 }
 
 std::vector<Format> all_formats() {
@@ -118,6 +118,8 @@ std::vector<Format> all_formats() {
        },
        .any_order = true,
        .slices_are_alike = true,
+       .applies_rescale = true,
+       .own_pairs = "nifti_",
        .lost = lost_in_nifti},
       {.name = "nifti.gz",
        .extensions = {".nii.gz"},
@@ -127,6 +129,8 @@ std::vector<Format> all_formats() {
          return create_nifti_gz(path, info, options.files);
        },
        .slices_are_alike = true,
+       .applies_rescale = true,
+       .own_pairs = "nifti_",
        .lost = lost_in_nifti},
       {.name = "metaimage",
        .extensions = {".mha"},
@@ -140,6 +144,7 @@ std::vector<Format> all_formats() {
        },
        .any_order = true,
        .slices_are_alike = true,
+       .own_pairs = "metaimage_",
        .lost = lost_in_meta_image},
       {.name = "mhd",
        .extensions = {".mhd"},
@@ -151,6 +156,7 @@ std::vector<Format> all_formats() {
        .any_order = true,
        .samples_extension = ".raw",
        .slices_are_alike = true,
+       .own_pairs = "metaimage_",
        .lost = lost_in_meta_image},
       // Before TIFF: a DICOM file may begin as one of TIFF does.
       {.name = "dicom",
@@ -223,6 +229,7 @@ std::vector<Format> all_formats() {
        .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
        .reader = "hdf5",
        .writer = "hdf5",
+       .applies_rescale = true,
        .keeps_header = true},
       // A row of its own, as what is written is not NeXus.
       {.name = "nexus",
@@ -355,10 +362,61 @@ const Format* format_of(std::string_view beginning, bool is_read) {
   return nullptr;
 }
 
+namespace {
+
+/// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to one kind of files.
+bool is_said_otherwise(std::string_view key, const Format& format) {
+  constexpr std::array<std::string_view, 8> said = {
+      "rescale_",     "applied_",         "slice_applied_",        "slice_positions",
+      "slice_slopes", "slice_intercepts", "dicom_added_intercept", "hdf5_dataset"};
+  const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
+  return begins("vdb_") || std::ranges::any_of(said, begins) ||
+         (!format.own_pairs.empty() && begins(format.own_pairs));
+}
+
+/// False for the two lines that NRRD's own library puts into every header.
+bool is_remark(std::string_view comment) {
+  return !trimmed(comment).empty() && comment.find("NRRD file format specification") == comment.npos &&
+         comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
+}
+
+/// What people wrote into a header besides the place of samples: "" if a file of the format has all of it.
+std::string lost_texts(const Format& format, const VolumeInfo& info) {
+  std::vector<std::string> keys, others;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (!is_said_otherwise(key, format)) keys.push_back(key);
+  bool has_comments = false;
+  for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
+    const std::string_view text = take_line(rest);
+    const NrrdLine line = parse_nrrd_line(text);
+    has_comments = has_comments || (line.kind == NrrdLine::Kind::comment && is_remark(text.substr(1)));
+    for (const std::string_view field :
+         {"content", "labels", "thicknesses", "sample units", "measurement frame"})
+      if (line.kind == NrrdLine::Kind::field && line.field == field)
+        others.push_back(fmt::format("the field {}", quoted(field)));
+  }
+  if (has_comments) others.emplace_back("comments");
+  if (!keys.empty()) {
+    constexpr std::size_t most = 3;
+    std::vector<std::string> shown;
+    for (std::size_t i = 0; i < std::min(keys.size(), most); ++i)
+      shown.push_back(quoted(std::string_view(keys[i])));
+    others.insert(others.begin(),
+                  fmt::format("{} key/value {} ({}{})", keys.size(), keys.size() == 1 ? "pair" : "pairs",
+                              fmt::join(shown, ", "), keys.size() > most ? ", ..." : ""));
+  }
+  if (others.empty()) return "";
+  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
+                     fmt::join(others, ", "));
+}
+
+}  // namespace
+
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
-  std::vector<std::string> all;
-  if (std::string lost = format.lost(info); !lost.empty()) all.push_back(std::move(lost));
+  std::vector<std::string> all = format.lost(info);
   if (!format.slices_are_alike) return all;
+  if (!format.keeps_header)
+    if (std::string texts = lost_texts(format, info); !texts.empty()) all.push_back(std::move(texts));
   std::vector<std::string> differences;
   bool has_slopes = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {

@@ -69,12 +69,18 @@ struct Format {
   std::string_view samples_extension = "";
   /// A file says one distance between slices, and one slope and intercept for all samples.
   bool slices_are_alike = false;
+  /// Programs that read a file of this format make values of its samples, as slope and intercept in it say.
+  bool applies_rescale = false;
   /// A file has every line of the header, or everything that follows from them.
   bool keeps_header = false;
   /// Without the header, a file of this volume has the unit of values.
   bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
-  /// What else a file of this format cannot say of the volume; "" if nothing is lost.
-  std::string (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::string(); };
+  /// The key-value pairs that a file says in fields of its own begin so; "" if there are none.
+  std::string_view own_pairs = "";
+  /// What else a file of this format cannot say of the volume, a sentence each.
+  std::vector<std::string> (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) {
+    return std::vector<std::string>();
+  };
   /// Bytes of memory that writing takes, besides the samples that are passed in, and besides VolumeSink::memory().
   std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
 };

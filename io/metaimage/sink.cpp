@@ -12,6 +12,7 @@
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/spaces.h"
 #include "io/samples/file_sink.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -69,13 +70,26 @@ std::string geometry_lines(const Geometry& geometry) {
   return lines;
 }
 
+/// True if the unit is that which a MetaImage source said, so that programs have seen these numbers with it before.
+bool has_unit_of_source(const VolumeInfo& info) {
+  const std::string unit = text_of_key(info.nrrd_fields, "metaimage_DistanceUnits");
+  return !unit.empty() && info.geometry.units == std::array{unit, unit, unit};
+}
+
+/// In millimeters, which ITK and those who use it take all lengths for, if the units are known.
+Geometry geometry_in_file(const VolumeInfo& info) {
+  if (has_unit_of_source(info) || !common_unit(info.geometry).is_known) return info.geometry;
+  return in_unit(info.geometry, "mm");
+}
+
 std::string header_of(const VolumeInfo& info, const std::string& data_file) {
+  const Geometry geometry = geometry_in_file(info);
   std::string text = fmt::format(
       "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nCompressedData = "
       "False\n");
-  text += geometry_lines(info.geometry);
+  text += geometry_lines(geometry);
   std::string slope, intercept;
-  bool has_units = false, has_slopes_of_slices = false;
+  bool has_slopes_of_slices = false;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields)) {
     constexpr std::string_view ours = "metaimage_";
     has_slopes_of_slices = has_slopes_of_slices || key == "slice_slopes";
@@ -86,12 +100,10 @@ std::string header_of(const VolumeInfo& info, const std::string& data_file) {
     const std::string name = key.substr(ours.size());
     if (lower_case(name).starts_with("elementtointensityfunction") || is_read_meta_image_field(name))
       continue;
-    has_units = has_units || name == "DistanceUnits";
+    if (name == "DistanceUnits" && !has_unit_of_source(info)) continue;
     text += fmt::format("{} = {}\n", name, value);
   }
-  if (const std::string& unit = info.geometry.units[0];
-      !has_units && (unit == "mm" || unit == "um" || unit == "cm"))
-    text += fmt::format("DistanceUnits = {}\n", unit);
+  if (!has_unit_of_source(info) && common_unit(geometry).is_known) text += "DistanceUnits = mm\n";
   if (!slope.empty() && !has_slopes_of_slices)
     text += fmt::format("ElementToIntensityFunctionSlope = {}\nElementToIntensityFunctionOffset = {}\n",
                         slope, intercept);
@@ -124,20 +136,27 @@ std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::strin
   return std::make_unique<DetachedSink>(info, std::move(header), std::move(samples), text);
 }
 
-std::string lost_in_meta_image(const VolumeInfo& info) {
+std::vector<std::string> lost_in_meta_image(const VolumeInfo& info) {
+  std::vector<std::string> lost;
   const Geometry& geometry = info.geometry;
-  const std::string& unit = geometry.units[0];
-  if (!unit.empty() && unit != "mm" && unit != "um" && unit != "cm")
-    return fmt::format("MetaImage does not know the unit {}, so the spacing has none",
-                       tagrid::quoted(std::string_view(unit)));
-  if (has_unknown_spacing(geometry)) return "MetaImage cannot say that a spacing is not known; 1 is written";
+  const CommonUnit unit = common_unit(geometry);
+  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty())
+    lost.push_back(std::move(mixed));
+  else if (!unit.name.empty() && !unit.is_known)
+    lost.push_back(
+        fmt::format("lengths are in {}, which is no known unit; the numbers are written as they are, and "
+                    "programs take those of "
+                    "MetaImage for millimeters",
+                    tagrid::quoted(std::string_view(unit.name))));
+  if (has_unknown_spacing(geometry))
+    lost.emplace_back("MetaImage cannot say that a spacing is not known; 1 is written");
   if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
-    return fmt::format(
-        "MetaImage means left-posterior-superior; the space of the volume is {}, and its positions are "
-        "written "
-        "as they are",
-        geometry.space.empty() ? "not known" : tagrid::quoted(std::string_view(geometry.space)));
-  return "";
+    lost.push_back(
+        fmt::format("MetaImage means left-posterior-superior; the space of the volume is {}, and its "
+                    "positions are written as "
+                    "they are",
+                    geometry.space.empty() ? "not known" : tagrid::quoted(std::string_view(geometry.space))));
+  return lost;
 }
 
 }  // namespace tagrid

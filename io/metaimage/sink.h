@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_sink.h"
 
@@ -17,7 +18,7 @@ std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo
 std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::string& samples_path,
                                        const VolumeInfo& info, const SinkOptions& options);
 
-/// What MetaImage cannot say of this volume; "" if nothing is lost.
-std::string lost_in_meta_image(const VolumeInfo& info);
+/// What MetaImage cannot say of this volume, a sentence each.
+std::vector<std::string> lost_in_meta_image(const VolumeInfo& info);
 
 }  // namespace tagrid

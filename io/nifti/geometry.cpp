@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "io/files/foreign_number.h"
+#include "io/nifti/forms.h"
 #include "io/nrrd/foreign_spacing.h"
 
 namespace tagrid::nifti {
@@ -45,27 +46,9 @@ Geometry geometry_of_sform(const Fields& fields) {
   return geometry;
 }
 
-/// "METHOD 2" of the standard: a rotation as a quaternion, and pixdim[0] mirrors z.
 Geometry geometry_of_qform(const Fields& fields) {
-  const auto [b, c, d] = fields.numbers<3>(quatern);
-  const double rest = 1 - (b * b + c * c + d * d);
-  const double a = rest > 0 ? std::sqrt(rest) : 0;
-  // With a = 0, the other three are to have the length 1.
-  const double length = rest > 0 ? 1 : std::sqrt(b * b + c * c + d * d);
-  const double i = b / length, j = c / length, k = d / length;
-  const std::array<std::array<double, 3>, 3> rotation = {
-      {{a * a + i * i - j * j - k * k, 2 * (i * j - a * k), 2 * (i * k + a * j)},
-       {2 * (i * j + a * k), a * a + j * j - i * i - k * k, 2 * (j * k - a * i)},
-       {2 * (i * k - a * j), 2 * (j * k + a * i), a * a + k * k - i * i - j * j}}};
-  Geometry geometry;
-  const auto sizes = fields.numbers<4>(pixdim);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute value.
-    const double size = std::abs(sizes[axis + 1]) * (axis == 2 && sizes[0] < 0 ? -1 : 1);
-    for (std::size_t row = 0; row < 3; ++row) geometry.directions[axis][row] = rotation[row][axis] * size;
-  }
-  geometry.origin = fields.numbers<3>(qoffset);
-  return geometry;
+  return tagrid::geometry_of_qform(fields.numbers<3>(quatern), fields.numbers<3>(qoffset),
+                                   fields.numbers<4>(pixdim));
 }
 
 /// A way in which a header says where a volume lies.

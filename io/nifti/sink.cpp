@@ -10,11 +10,13 @@
 
 #include "io/bytes/little_endian.h"
 #include "io/files/text.h"
+#include "io/nifti/forms.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "io/nrrd/spaces.h"
 #include "io/samples/file_sink.h"
 #include "io/samples/gzip_sink.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -139,9 +141,106 @@ double number_in(const Pairs& pairs, const char* name, double otherwise) {
 /// Codes of the standard: coordinates of the scanner, and others.
 constexpr double in_scanner = 1, aligned = 2;
 
-double form_code(const Pairs& pairs, const char* name, double otherwise) {
-  const double code = number_in(pairs, name, otherwise);
-  return code >= 1 ? code : otherwise;
+/// The units that NIfTI has, by their codes from 1 on.
+constexpr std::array<std::string_view, 3> units_of_nifti = {"m", "mm", "um"};
+
+/// In one unit that NIfTI has, if the units are known.
+Geometry geometry_in_file(const Geometry& geometry) {
+  const CommonUnit unit = common_unit(geometry);
+  if (!unit.is_known) return geometry;
+  const bool has_it = std::ranges::find(units_of_nifti, unit.name) != units_of_nifti.end();
+  return in_unit(geometry, has_it ? unit.name : "mm");
+}
+
+int code_of_unit(const Geometry& geometry) {
+  const CommonUnit unit = common_unit(geometry);
+  const auto found = std::ranges::find(units_of_nifti, unit.name);
+  return unit.is_mixed || found == units_of_nifti.end()
+             ? 0
+             : static_cast<int>(found - units_of_nifti.begin()) + 1;
+}
+
+void put_sform(HeaderBytes& header, const Placement& placement, double code) {
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      header.put<float, double>(280 + 16 * row + 4 * axis, 400 + 32 * row + 8 * axis,
+                                placement.directions[axis][row]);
+    header.put<float, double>(292 + 16 * row, 424 + 32 * row, placement.origin[row]);
+  }
+  header.put<std::int16_t, std::int32_t>(254, 348, code);
+}
+
+void put_qform(HeaderBytes& header, const std::array<double, 3>& bcd, const std::array<double, 3>& origin,
+               double code) {
+  header.put<std::int16_t, std::int32_t>(252, 344, code);
+  for (std::size_t i = 0; i < 3; ++i) {
+    header.put<float, double>(256 + 4 * i, 352 + 8 * i, bcd[i]);
+    header.put<float, double>(268 + 4 * i, 376 + 8 * i, origin[i]);
+  }
+}
+
+/// Fields of a NIfTI source that say nothing about its place.
+void put_other_fields(HeaderBytes& header, const Pairs& pairs, const Index3& dims) {
+  header.put<float, double>(128, 200, number_in(pairs, "nifti_cal_min", 0));
+  header.put<float, double>(124, 192, number_in(pairs, "nifti_cal_max", 0));
+  header.put<std::int16_t, std::int32_t>(68, 504, number_in(pairs, "nifti_intent_code", 0));
+  header.put<std::uint8_t, std::uint8_t>(39, 524, number_in(pairs, "nifti_dim_info", 0));
+  header.put<std::uint8_t, std::int32_t>(122, 496, number_in(pairs, "nifti_slice_code", 0));
+  header.put<float, double>(132, 208, number_in(pairs, "nifti_slice_duration", 0));
+  header.put<float, double>(136, 216, number_in(pairs, "nifti_toffset", 0));
+  // Of a part of the source, they would name slices that are not there.
+  const double start = number_in(pairs, "nifti_slice_start", 0), end = number_in(pairs, "nifti_slice_end", 0);
+  if (start >= 0 && end < static_cast<double>(dims.z) && start <= end) {
+    header.put<std::int16_t, std::int64_t>(74, 224, start);
+    header.put<std::int16_t, std::int64_t>(120, 232, end);
+  }
+  if (const auto text = pairs.find("nifti_intent_p1_p2_p3"); text != pairs.end())
+    for (std::size_t i = 0; const std::string_view word : words_of(text->second)) {
+      if (i == 3) break;
+      header.put<float, double>(56 + 4 * i, 80 + 8 * i, number_of(word).value_or(0));
+      ++i;
+    }
+  const auto put_text = [&](const char* key, std::size_t first, std::size_t second, std::size_t size) {
+    if (const auto text = pairs.find(key); text != pairs.end())
+      header.put_text(first, second, size, text->second);
+  };
+  put_text("nifti_descrip", 148, 240, 79);
+  put_text("nifti_aux_file", 228, 320, 23);
+  put_text("nifti_intent_name", 328, 508, 15);
+}
+
+/// Where the volume lies: a source that had one form gets that one, and two that differ come back if the volume is whole.
+void put_place(HeaderBytes& header, const Geometry& geometry, const FormsOfSource& forms) {
+  std::array<double, 3> spacing;
+  for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(spacing_or_1(geometry, axis));
+  double qfac = 1;
+  Geometry placed = geometry;
+  // Without a form, programs put the volume wherever they like, and a part of it elsewhere. A file that had none gets none.
+  const bool had_no_form = forms.is_nifti && !forms.has_sform() && !forms.has_qform();
+  const bool is_at_zero = !placed.has_origin && placed.origin == Geometry().origin;
+  const double code = placed.has_directions || !placed.space.empty() ? in_scanner : aligned;
+  if (!placed.has_directions && !(had_no_form && is_at_zero)) {
+    for (std::size_t axis = 0; axis < 3; ++axis) placed.directions[axis][axis] = spacing_or_1(geometry, axis);
+    placed.has_directions = true;
+  }
+  if (placed.has_directions) {
+    const Placement placement = placement_of(placed);
+    const auto rotation = rotation_of(placement.directions, spacing);
+    const auto code_or = [&](double of_source) { return of_source >= 1 ? of_source : code; };
+    if (forms.differ() && forms.is_whole(placed)) {
+      put_qform(header, forms.quatern, forms.qoffset, forms.qform_code);
+      qfac = forms.pixdim[0];
+      for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = forms.pixdim[axis + 1];
+    } else if (rotation && !forms.differ() && (forms.has_qform() || !forms.has_sform())) {
+      put_qform(header, rotation->bcd, placement.origin, code_or(forms.qform_code));
+      qfac = rotation->qfac;
+    }
+    if (!rotation || forms.has_sform() || !forms.has_qform())
+      put_sform(header, placement, code_or(forms.sform_code));
+  }
+  header.put<float, double>(76, 104, qfac);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    header.put<float, double>(80 + 4 * axis, 112 + 8 * axis, spacing[axis]);
 }
 
 /// NIfTI-2 is for sizes that NIfTI-1 cannot have.
@@ -166,74 +265,35 @@ std::string header_of(const VolumeInfo& info) {
   const Rescale rescale = tagrid::rescale_of(info.nrrd_fields);
   header.put<float, double>(112, 176, rescale.slope);
   header.put<float, double>(116, 184, rescale.intercept);
-  header.put<float, double>(128, 200, number_in(pairs, "nifti_cal_min", 0));
-  header.put<float, double>(124, 192, number_in(pairs, "nifti_cal_max", 0));
-  header.put<std::int16_t, std::int32_t>(68, 504, number_in(pairs, "nifti_intent_code", 0));
-  header.put<std::uint8_t, std::uint8_t>(39, 524, number_in(pairs, "nifti_dim_info", 0));
-  if (const auto text = pairs.find("nifti_descrip"); text != pairs.end())
-    header.put_text(148, 240, 79, text->second);
-  if (const auto text = pairs.find("nifti_intent_name"); text != pairs.end())
-    header.put_text(328, 508, 15, text->second);
-
-  const Geometry& geometry = info.geometry;
-  const std::string unit = lower_case(geometry.units[0]);
-  header.put<std::uint8_t, std::int32_t>(123, 500,
-                                         unit == "m"                    ? 1
-                                         : unit == "mm"                 ? 2
-                                         : unit == "um" || unit == "µm" ? 3
-                                                                        : 0);
-  std::array<double, 3> spacing;
-  for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(spacing_or_1(geometry, axis));
-  double qfac = 1;
-  Geometry placed = geometry;
-  // Without a form, programs put the volume wherever they like, and a part of it elsewhere. A file that had none gets none.
-  const bool had_no_form = pairs.contains("nifti_pixdim") && !pairs.contains("nifti_sform_code") &&
-                           !pairs.contains("nifti_qform_code");
-  const bool is_at_zero = !placed.has_origin && placed.origin == Geometry().origin;
-  const double code = placed.has_directions || !placed.space.empty() ? in_scanner : aligned;
-  if (!placed.has_directions && !(had_no_form && is_at_zero)) {
-    for (std::size_t axis = 0; axis < 3; ++axis) placed.directions[axis][axis] = spacing_or_1(geometry, axis);
-    placed.has_directions = true;
-  }
-  if (placed.has_directions) {
-    const Placement placement = placement_of(placed);
-    for (std::size_t row = 0; row < 3; ++row) {
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        header.put<float, double>(280 + 16 * row + 4 * axis, 400 + 32 * row + 8 * axis,
-                                  placement.directions[axis][row]);
-      header.put<float, double>(292 + 16 * row, 424 + 32 * row, placement.origin[row]);
-    }
-    header.put<std::int16_t, std::int32_t>(254, 348, form_code(pairs, "nifti_sform_code", code));
-    if (const auto rotation = rotation_of(placement.directions, spacing)) {
-      qfac = rotation->qfac;
-      header.put<std::int16_t, std::int32_t>(252, 344, form_code(pairs, "nifti_qform_code", code));
-      for (std::size_t i = 0; i < 3; ++i) {
-        header.put<float, double>(256 + 4 * i, 352 + 8 * i, rotation->bcd[i]);
-        header.put<float, double>(268 + 4 * i, 376 + 8 * i, placement.origin[i]);
-      }
-    }
-  }
-  header.put<float, double>(76, 104, qfac);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    header.put<float, double>(80 + 4 * axis, 112 + 8 * axis, spacing[axis]);
+  put_other_fields(header, pairs, dims);
+  const Geometry geometry = geometry_in_file(info.geometry);
+  header.put<std::uint8_t, std::int32_t>(123, 500, code_of_unit(geometry));
+  put_place(header, geometry, forms_of_source(listed));
   return header.bytes();
 }
 
 /// What a header cannot say.
-std::string lost_meaning(const VolumeInfo& info) {
+std::vector<std::string> lost_meaning(const VolumeInfo& info) {
+  std::vector<std::string> lost;
   const Geometry& geometry = info.geometry;
-  const std::string unit = lower_case(geometry.units[0]);
-  if (!unit.empty() && unit != "m" && unit != "mm" && unit != "um" && unit != "µm")
-    return fmt::format("NIfTI does not know the unit {}, so the spacing has none",
-                       tagrid::quoted(std::string_view(unit)));
-  if (has_unknown_spacing(geometry)) return "NIfTI cannot say that a spacing is not known; 1 is written";
+  const CommonUnit unit = common_unit(geometry);
+  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty())
+    lost.push_back(std::move(mixed));
+  else if (!unit.name.empty() && !unit.is_known)
+    lost.push_back(fmt::format("NIfTI does not know the unit {}, so the spacing has none",
+                               tagrid::quoted(std::string_view(unit.name))));
+  if (has_unknown_spacing(geometry))
+    lost.emplace_back("NIfTI cannot say that a spacing is not known; 1 is written");
   if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
-    return fmt::format(
-        "NIfTI means right-anterior-superior; the space of the volume is {}, and its positions are written "
-        "as "
-        "they are",
-        geometry.space.empty() ? "not known" : tagrid::quoted(geometry.space));
-  return "";
+    lost.push_back(
+        fmt::format("NIfTI means right-anterior-superior; the space of the volume is {}, and its positions "
+                    "are written as "
+                    "they are",
+                    geometry.space.empty() ? "not known" : tagrid::quoted(geometry.space)));
+  const FormsOfSource forms = forms_of_source(key_values_of(info.nrrd_fields));
+  if (forms.differ() && !forms.is_whole(geometry))
+    lost.emplace_back("the source said two places, an sform and a qform; only that of the sform is written");
+  return lost;
 }
 
 /// The numbers of NIfTI-1 have 32 bits.
@@ -271,9 +331,10 @@ std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const Volum
       info, std::make_unique<OutputFile>(path, options.overwrite, output_options(options)), header_of(info));
 }
 
-std::string lost_in_nifti(const VolumeInfo& info) {
-  const std::string meaning = lost_meaning(info), place = lost_by_rounding(info);
-  return meaning + (meaning.empty() || place.empty() ? "" : "; ") + place;
+std::vector<std::string> lost_in_nifti(const VolumeInfo& info) {
+  std::vector<std::string> lost = lost_meaning(info);
+  if (std::string rounding = lost_by_rounding(info); !rounding.empty()) lost.push_back(std::move(rounding));
+  return lost;
 }
 
 }  // namespace tagrid

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_sink.h"
 
@@ -17,7 +18,7 @@ std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeIn
 std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const VolumeInfo& info,
                                             const SinkOptions& options);
 
-/// What NIfTI cannot say of this volume; "" if nothing is lost.
-std::string lost_in_nifti(const VolumeInfo& info);
+/// What NIfTI cannot say of this volume, a sentence each.
+std::vector<std::string> lost_in_nifti(const VolumeInfo& info);
 
 }  // namespace tagrid

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/volume/volume_info.h"
 
@@ -28,6 +30,25 @@ Rescale rescale_of_bounds(std::string_view nrrd_fields);
 /// `slices`, that is there and cannot be read: nobody knows then what values samples mean. "" if there is
 /// none. Throws as above.
 std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices);
+
+/// The slope and intercept of each slice.
+struct RescaleOfSlices {
+  std::vector<double> slopes, intercepts;
+};
+
+/// Those of slice_slopes and slice_intercepts; nothing if they are not finite numbers, one for each of `slices`. Throws as
+/// above.
+std::optional<RescaleOfSlices> rescale_of_slices(std::string_view nrrd_fields, std::int64_t slices);
+
+/// The key-value pairs that say what stored samples were multiplied by, and what was added to them, to become the values
+/// that a file has. Where each slice has its own, the keys begin with "slice_", as their lists do.
+inline constexpr std::string_view applied_slope_key = "applied_slope",
+                                  applied_intercept_key = "applied_intercept";
+
+/// The header lines of a volume whose samples have become values: without slopes and intercepts, which became pairs that
+/// tell of the past ("applied_intercept"). What is known of single samples (min, max) goes; a background becomes a value.
+/// Throws as above.
+std::string fields_of_values(std::string_view nrrd_fields);
 
 /// The largest error of samples that is at most `error` in values.
 double error_in_samples(double error, const Rescale& rescale);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/nrrd/rescale.h"
 #include "io/samples/file_sink.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -119,7 +121,9 @@ std::pair<std::uint32_t, std::uint32_t> resolution_of(double spacing) {
                               static_cast<std::uint32_t>(largest)};
 }
 
-std::string headers_of(const VolumeInfo& info) {
+std::string headers_of(const VolumeInfo& of_volume) {
+  VolumeInfo info = of_volume;
+  info.geometry = in_one_unit(of_volume.geometry);
   const std::string description = description_of(info);
   const auto pages = static_cast<std::uint64_t>(info.dims.z);
   const std::uint64_t slice = *sample_bytes({info.dims.x, info.dims.y, 1}, info.type),
@@ -190,25 +194,32 @@ bool keeps_values_in_tiff(const VolumeInfo& info) {
          fits_line(rescale_of(info.nrrd_fields).units);
 }
 
-std::string lost_in_tiff(const VolumeInfo& info) {
+std::vector<std::string> lost_in_tiff(const VolumeInfo& info) {
+  std::vector<std::string> lost;
   const Rescale rescale = rescale_of(info.nrrd_fields);
   if (rescale != Rescale{} && !keeps_values_in_tiff(info))
-    return fmt::format(
-        "TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, uint16 and "
-        "int16), nor for positions and directions",
-        name_of(info.type));
+    lost.push_back(
+        fmt::format("TIFF has no place for slope and intercept of {} samples (ImageJ has one for uint8, "
+                    "uint16 and int16)",
+                    name_of(info.type)));
   // Readers take these for signed samples, and some intercepts come back from the sum of two numbers.
   if (info.type == SampleType::uint16 && rescale.intercept == -half && rescale.slope == 1)
-    return "TIFF with this intercept is read as int16 without one, as ImageJ keeps signed samples so";
+    lost.emplace_back(
+        "TIFF with this intercept is read as int16 without one, as ImageJ keeps signed samples so");
   if (info.type == SampleType::int16 && c0_of(rescale, info.type) + rescale.slope * half != rescale.intercept)
-    return fmt::format("TIFF rounds the intercept of its values: ImageJ's is {} smaller",
-                       rescale.slope * half);
-  const Geometry& geometry = info.geometry;
+    lost.push_back(
+        fmt::format("TIFF rounds the intercept of its values: ImageJ's is {} smaller", rescale.slope * half));
+  const Geometry geometry = in_one_unit(info.geometry);
+  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
   if (geometry.has_spacing && !has_known_spacing(geometry))
-    return "TIFF cannot say its spacing: the unit is not known, or a number is too small or too large";
-  return geometry.has_directions || geometry.has_origin
-             ? "TIFF has no place for positions and directions; only the spacing is written"
-             : "";
+    lost.emplace_back(
+        "TIFF cannot say its spacing: the unit is not known, or a number is too small or too large");
+  const bool is_mirrored =
+      !geometry.has_directions && std::ranges::any_of(geometry.spacing, [](double s) { return s < 0; });
+  if (geometry.has_directions || geometry.has_origin || is_mirrored)
+    lost.push_back(fmt::format("TIFF has no place for positions and directions{}",
+                               has_known_spacing(geometry) ? "; only the spacing is written" : ""));
+  return lost;
 }
 
 std::uint64_t memory_of_tiff(const VolumeInfo& info) {

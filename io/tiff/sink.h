@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_sink.h"
 
@@ -16,8 +17,8 @@ std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInf
 /// True if the file says what samples mean: ImageJ has a calibration of some types.
 bool keeps_values_in_tiff(const VolumeInfo& info);
 
-/// What TIFF cannot say of this volume; "" if nothing is lost.
-std::string lost_in_tiff(const VolumeInfo& info);
+/// What TIFF cannot say of this volume, a sentence each.
+std::vector<std::string> lost_in_tiff(const VolumeInfo& info);
 
 /// The bytes of memory that the headers of all pages take.
 std::uint64_t memory_of_tiff(const VolumeInfo& info);

@@ -12,7 +12,7 @@ struct VtkGeometry {
   std::array<double, 9> direction;  ///< rows of a matrix whose columns are the axes
 };
 
-/// An unknown spacing is 1.
+/// An unknown spacing is 1. All lengths are in one unit; see in_one_unit().
 VtkGeometry vtk_geometry_of(const Geometry& geometry);
 
 }  // namespace tagrid

@@ -5,7 +5,9 @@
 #include <array>
 
 #include "io/bytes/little_endian.h"
+#include "io/files/text.h"
 #include "io/samples/file_sink.h"
+#include "io/volume/lengths.h"
 #include "io/volume/vtk_geometry.h"
 #include "io/volume/vtk_names.h"
 
@@ -32,12 +34,29 @@ std::string header_of(const VolumeInfo& info) {
 
 }  // namespace
 
-std::string lost_in_vti(const VolumeInfo& info) {
+std::vector<std::string> lost_in_image_data(const VolumeInfo& info) {
+  std::vector<std::string> lost;
+  const Geometry& geometry = info.geometry;
   if (info.nrrd_fields.find("rescale_slope:=") != std::string::npos)
-    return "VTK's image data has no place for slope and intercept of its values: samples are written";
-  if (has_unknown_spacing(info.geometry))
-    return "VTK's image data cannot say that a spacing is not known; 1 is written";
-  return "";
+    lost.emplace_back(
+        "VTK's image data has no place for slope and intercept of its values: samples are written");
+  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty()) lost.push_back(std::move(mixed));
+  if (has_unknown_spacing(geometry))
+    lost.emplace_back("VTK's image data cannot say that a spacing is not known; 1 is written");
+  return lost;
+}
+
+std::vector<std::string> lost_in_vti(const VolumeInfo& info) {
+  std::vector<std::string> lost = lost_in_image_data(info);
+  const Geometry& geometry = info.geometry;
+  const std::string unit = common_unit(in_one_unit(geometry)).name;
+  std::vector<std::string> names;
+  if (!geometry.space.empty())
+    names.push_back(fmt::format("the space {}", quoted(std::string_view(geometry.space))));
+  if (!unit.empty()) names.push_back(fmt::format("the unit {} of lengths", quoted(std::string_view(unit))));
+  if (!names.empty())
+    lost.push_back(fmt::format("VTK's image data does not name {}", fmt::join(names, " and ")));
+  return lost;
 }
 
 std::unique_ptr<VolumeSink> create_vti(const std::string& path, const VolumeInfo& info,

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_sink.h"
 
@@ -12,7 +13,10 @@ namespace tagrid {
 std::unique_ptr<VolumeSink> create_vti(const std::string& path, const VolumeInfo& info,
                                        const SinkOptions& options);
 
-/// What VTK's image data cannot say of this volume; "" if nothing is lost.
-std::string lost_in_vti(const VolumeInfo& info);
+/// What VTK's image data cannot say in any file, a sentence each.
+std::vector<std::string> lost_in_image_data(const VolumeInfo& info);
+
+/// What VTK's image data cannot say of this volume, a sentence each.
+std::vector<std::string> lost_in_vti(const VolumeInfo& info);
 
 }  // namespace tagrid

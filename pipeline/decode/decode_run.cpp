@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace tagrid {
 
 bool WantedRegion::is_all() const {
@@ -11,7 +13,8 @@ bool WantedRegion::is_all() const {
 }
 
 std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
-                                        const CodingParameters& parameters, bool others_write) {
+                                        const WrittenNumbers& numbers, const CodingParameters& parameters,
+                                        bool others_write) {
   WriteOptions options = {.files = {.overwrite = run.overwrite,
                                     .like = attributes_of(run.input),
                                     .spool = run.resources.spool,
@@ -20,8 +23,8 @@ std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& 
                           .first_memory = first_memory_of_programs(run.resources.memory)};
   // A value that stands for lost samples can be off by any amount.
   if (parameters.max_error >= 0 && !run.fill)
-    options.wishes["max-error"] = fmt::format("{}", parameters.max_error);
-  return create_volume(run.format, run.output, info, options);
+    options.wishes["max-error"] = fmt::format("{}", numbers.error_in_values(parameters.max_error));
+  return create_volume(run.format, run.output, numbers.info(info), options);
 }
 
 }  // namespace tagrid

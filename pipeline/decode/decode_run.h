@@ -13,6 +13,7 @@
 #include "io/formats/formats.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/memory/finished.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
@@ -37,8 +38,9 @@ struct DecodeRun {
   const Format& format = format_named("nrrd");
   bool overwrite = false;
   WantedRegion region = {};
+  Numbers numbers = Numbers::automatic;
   /// If set, a damaged file is no error: samples of bricks that are not whole become this value, which must be one of the
-  /// type of the samples, and the result tells of them. REQUIRES: the input is a regular file.
+  /// type of what is written, and the result tells of them. REQUIRES: the input is a regular file.
   std::optional<double> fill = {};
   std::map<std::string, std::string> wishes = {};  ///< WriteOptions::wishes; those about errors are added
   Resources resources{0};                          ///< per rank; 0 threads: all that the rank may use
@@ -57,33 +59,37 @@ struct Salvage {
 struct DecodeResult {
   TagHeader header;
   TagIndex index;
-  std::uint64_t bytes_in = 0;                    ///< of the .tag file
-  std::uint64_t bytes_out = 0;                   ///< written, headers included
-  std::uint64_t memory = 0;                      ///< the plan's upper limit
-  std::string facts = {};                        ///< VolumeSink::facts()
-  std::vector<std::string> warnings = {};        ///< VolumeSink::warnings()
-  Index3 dims = header.parameters.dims;          ///< of the volume that was written
-  std::string nrrd_fields = header.nrrd_fields;  ///< VolumeInfo::nrrd_fields of the volume that was written
-  std::optional<Salvage> salvage = {};           ///< if DecodeRun::fill is set
+  std::uint64_t bytes_in = 0;              ///< of the .tag file
+  std::uint64_t bytes_out = 0;             ///< written, headers included
+  std::uint64_t memory = 0;                ///< the plan's upper limit
+  std::string facts = {};                  ///< VolumeSink::facts()
+  std::vector<std::string> warnings = {};  ///< VolumeSink::warnings()
+  WrittenNumbers numbers = {};
+  Index3 dims = header.parameters.dims;  ///< of the volume that was written
+  std::string nrrd_fields =
+      numbers.fields(header.nrrd_fields);  ///< VolumeInfo::nrrd_fields of the volume that was written
+  std::optional<Salvage> salvage = {};     ///< if DecodeRun::fill is set
 };
 
 using FinishedDecode = Finished<DecodeResult>;
 
-/// Creates the output of `run`, a volume described by `info`. `others_write`: see SinkOptions.
+/// Creates the output of `run`, a volume whose samples are described by `info`, and which has `numbers`. `others_write`: see
+/// SinkOptions.
 std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
-                                        const CodingParameters& parameters, bool others_write = false);
+                                        const WrittenNumbers& numbers, const CodingParameters& parameters,
+                                        bool others_write = false);
 
 /// Opens the output, and returns plan(bytes), where `bytes` is the memory of the program that writes it. Such a program says
 /// that only when its output is open. Without one, the plan comes first: if it is refused, nothing was written to a pipe.
 template <class Plan>
-auto open_planned(const DecodeRun& run, const VolumeInfo& info, const CodingParameters& parameters,
-                  bool others_write, Plan plan) {
+auto open_planned(const DecodeRun& run, const VolumeInfo& info, const WrittenNumbers& numbers,
+                  const CodingParameters& parameters, bool others_write, Plan plan) {
   using Opened = std::pair<std::shared_ptr<VolumeSink>, decltype(plan(std::uint64_t{0}))>;
   if (run.format.writer.empty()) {
     const auto planned = plan(std::uint64_t{0});
-    return Opened{open_output(run, info, parameters, others_write), planned};
+    return Opened{open_output(run, info, numbers, parameters, others_write), planned};
   }
-  const auto sink = open_output(run, info, parameters, others_write);
+  const auto sink = open_output(run, info, numbers, parameters, others_write);
   return Opened{sink, plan(sink->memory())};
 }
 

@@ -5,8 +5,9 @@
 
 namespace tagrid {
 
-DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together)
-    : bricks_(parameters.bricks()), all_(all), together_(together), size_(size_of(parameters.type)) {
+DecodedRows::DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
+                         std::size_t size)
+    : bricks_(parameters.bricks()), all_(all), together_(together), size_(size) {
   begin(all.y_low, all.z_low);
 }
 

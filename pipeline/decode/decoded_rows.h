@@ -20,7 +20,11 @@ namespace tagrid {
 class DecodedRows {
  public:
   /// Goes through `all`, `together` rows at a time, or fewer at the end of a layer.
-  DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together);
+  DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together)
+      : DecodedRows(parameters, all, together, size_of(parameters.type)) {}
+  /// The same for values of `size` bytes, which samples have become.
+  DecodedRows(const CodingParameters& parameters, const BrickRows& all, std::int64_t together,
+              std::size_t size);
 
   /// Adds the samples that the next brick owns, x fastest.
   void add(std::vector<std::byte> samples) { samples_.push_back(std::move(samples)); }

@@ -22,7 +22,8 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
   const bool keep = static_cast<bool>(streams.inspect_brick);
   const std::int64_t first_brick = rows.first_brick(parameters.bricks());
   std::int64_t bricks_left = rows.count(parameters.bricks());
-  DecodedRows gathered(parameters, rows, budget.rows);
+  DecodedRows gathered(parameters, rows, budget.rows,
+                       streams.sample_bytes > 0 ? streams.sample_bytes : size_of(parameters.type));
 
   using Write = flow::multifunction_node<Brick, std::tuple<int>>;
 
@@ -40,6 +41,7 @@ void build_and_run(const CodingParameters& parameters, const BrickRows& rows, co
       graph, static_cast<std::size_t>(budget.threads), [&](const CodedBrick& brick) {
         auto decoded = std::make_shared<DecodedBrick>(decode_block(
             *brick, parameters, streams.bricks.name, keep ? Wanted::samples_and_grid : Wanted::samples));
+        if (streams.change_samples) streams.change_samples(*decoded);
         if (streams.brick_done) streams.brick_done(decoded->id);
         return decoded;
       });

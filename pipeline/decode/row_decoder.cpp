@@ -11,6 +11,12 @@ void RowDecoder::decode(const BrickRows& rows, const BrickStream& bricks,
                       if (watch.before_reading) watch.before_reading();
                       return bricks.next(brick);
                     }};
+  if (numbers_.are_values()) {
+    streams.sample_bytes = numbers_.value_bytes();
+    streams.change_samples = [&](DecodedBrick& brick) {
+      change_brick(numbers_, parameters_.bricks(), bricks.name, brick);
+    };
+  }
   streams.write_rows = [&](const DecodedRows& decoded) {
     output_works_.run([&] { write(decoded); });
     watch.done(decoded.bytes());

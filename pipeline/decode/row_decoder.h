@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 
 #include "io/tag/blocks.h"
 #include "pipeline/decode/decoded_rows.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "pipeline/memory/until_it_fails.h"
@@ -15,8 +17,9 @@ namespace tagrid {
 /// Decodes the bricks of a file: all at once, or one part after the other.
 class RowDecoder {
  public:
-  RowDecoder(const CodingParameters& parameters, const DecodeBudget& budget)
-      : parameters_(parameters), budget_(budget) {}
+  /// Rows have `numbers`.
+  RowDecoder(const CodingParameters& parameters, const DecodeBudget& budget, WrittenNumbers numbers = {})
+      : parameters_(parameters), budget_(budget), numbers_(std::move(numbers)) {}
 
   /// Becomes true if samples cannot be written, so that a reader that waits can give up.
   const std::atomic<bool>& failed() const { return output_works_.failed(); }
@@ -30,6 +33,7 @@ class RowDecoder {
  private:
   CodingParameters parameters_;
   DecodeBudget budget_;
+  WrittenNumbers numbers_;
   UntilItFails output_works_;
 };
 

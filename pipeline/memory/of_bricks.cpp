@@ -192,14 +192,18 @@ std::uint64_t memory_of_encoding(const CodingParameters& p, const EncodeLoad& lo
 std::uint64_t memory_of_decoding(const CodingParameters& p, const DecodeLoad& load) {
   const Sizes z(p);
   const ByteCount rows = ByteCount(load.rows), nz = ByteCount(p.dims.z), ny = ByteCount(p.dims.y);
-  const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * z.s;
+  const bool makes_values = load.value_bytes > 0;
+  const ByteCount s = makes_values ? static_cast<ByteCount>(load.value_bytes) : z.s;
+  const ByteCount slice = z.nx * std::min(ny, rows * z.edge + 1) * s;
   const ByteCount gathered = slice * std::min(nz, z.edge + 1) + rows * z.row_count * bytes_of_array;
-  const ByteCount pieces = grown * std::max(part_of_rows, z.nx * z.s);
+  const ByteCount pieces = grown * std::max(part_of_rows, z.nx * s);
   // The encoded bytes, the samples, and freed samples that the heap still holds.
-  const ByteCount brick = z.code() + 2 * z.owned * z.s +
+  const ByteCount brick = z.code() + z.owned * (z.s + s) +
                           (load.with_grid && p.stores_grid() ? z.bits() + (z.grid ? z.points * z.s : 0) : 0);
+  // While samples become values, both are there.
   const ByteCount work = ByteCount(load.threads) *
-                         work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples);
+                         (work_of_decoding(z, load.with_grid ? Wanted::samples_and_grid : Wanted::samples) +
+                          (makes_values ? z.owned * s : 0));
   // The reader has a brick as read and as parsed, the one before it, and one more that the heap still holds.
   const ByteCount flight = ByteCount(load.bricks_in_flight) * brick + 4 * z.code();
   ByteCount inspection = 0;

@@ -1,6 +1,7 @@
 // The memory that work on bricks takes: upper bounds for any samples, in bytes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "stages/volume/coding_parameters.h"
@@ -23,6 +24,8 @@ std::uint64_t memory_of_encoding(const CodingParameters& parameters, const Encod
 struct DecodeLoad {
   std::int64_t threads = 1, rows = 1, bricks_in_flight = 1;
   bool inspect = false, with_grid = false;
+  std::size_t value_bytes =
+      0;  ///< of each value that samples become before they are gathered; 0: they stay as they are
 };
 std::uint64_t memory_of_decoding(const CodingParameters& parameters, const DecodeLoad& load);
 

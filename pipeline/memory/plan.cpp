@@ -164,7 +164,7 @@ std::int64_t slices_beside(const CodingParameters& p, const EncodePlan& plan, co
 }
 
 DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, DecodeUse use,
-                         std::uint64_t besides) {
+                         std::uint64_t besides, std::size_t value_bytes) {
   const std::int64_t all = p.bricks().bricks(1);
   const bool any_order = use == DecodeUse::write || use == DecodeUse::verify;
   const bool in_order = use == DecodeUse::stream || use == DecodeUse::verify_stream;
@@ -172,6 +172,7 @@ DecodePlan plan_decoding(const CodingParameters& p, const Resources& resources, 
   DecodeLoad smallest;
   smallest.inspect = use == DecodeUse::verify || use == DecodeUse::verify_stream;
   smallest.with_grid = smallest.inspect || use == DecodeUse::mesh;
+  smallest.value_bytes = value_bytes;
   // A grid is derived from whole layers.
   const bool strips = (any_order || may_spool) && (p.stores_grid() || !smallest.with_grid);
   smallest.rows = strips ? 1 : all;

@@ -4,6 +4,7 @@
 // are noise: the memory per brick was measured.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -75,8 +76,9 @@ struct DecodePlan {
 };
 
 /// The plan that writes the largest pieces, with the largest number of threads that then fit. Throws as
-/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original.
+/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original. `value_bytes`: see DecodeLoad.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
-                         DecodeUse use = DecodeUse::write, std::uint64_t besides = 0);
+                         DecodeUse use = DecodeUse::write, std::uint64_t besides = 0,
+                         std::size_t value_bytes = 0);
 
 }  // namespace tagrid

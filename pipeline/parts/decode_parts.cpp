@@ -19,8 +19,13 @@ class PartDecoder {
       : start_(order.start),
         tag_(std::make_shared<FileSource>(order.input)),
         file_(order.file, order.name),
+        sample_bytes_(size_of(order.numbers.type(parameters().type))),
         parts_(parts_of(parameters().bricks())),
-        decoder_(parameters(), plan_decoding(parameters(), of_this_rank(ranks, order.resources)).budget) {}
+        decoder_(parameters(),
+                 plan_decoding(parameters(), of_this_rank(ranks, order.resources), DecodeUse::write, 0,
+                               order.numbers.value_bytes())
+                     .budget,
+                 order.numbers) {}
 
   const CodingParameters& parameters() const { return tag_.parameters(); }
   std::int64_t count() const { return static_cast<std::int64_t>(parts_.size()); }
@@ -40,15 +45,15 @@ class PartDecoder {
 
  private:
   void write(std::int64_t first, std::span<const std::byte> samples) {
-    const std::size_t size = size_of(parameters().type);
     std::vector<std::byte> swapped;
-    file_.write_at(start_ + static_cast<std::uint64_t>(first) * size,
-                   little_endian_samples(samples, size, swapped));
+    file_.write_at(start_ + static_cast<std::uint64_t>(first) * sample_bytes_,
+                   little_endian_samples(samples, sample_bytes_, swapped));
   }
 
   std::uint64_t start_;
   TagBricks tag_;
   PlacedFile file_;
+  std::size_t sample_bytes_;  ///< as written
   std::vector<BrickRows> parts_;
   RowDecoder decoder_;
 };
@@ -61,7 +66,9 @@ void decode_parts(Ranks& ranks, const DecodeOrder& order, const Progress& progre
   SharedWork shared;
   shared.count = decoder->count();
   shared.work = [&](std::int64_t part) { decoder->decode(part, watch_of(shared)); };
-  shared.look = look_for(progress, decoder->parameters());
+  CodingParameters written = decoder->parameters();
+  written.type = order.numbers.type(written.type);
+  shared.look = look_for(progress, written);
   share_out(ranks, shared);
   all_do(ranks, [&] { decoder->finish(); });
 }

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "pipeline/decode/values.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/ranks/ranks.h"
 
@@ -13,7 +14,8 @@ struct DecodeOrder {
   std::string file;         ///< the file that the samples are written into; it gets its name later
   std::string name;         ///< its final name, for messages
   std::uint64_t start = 0;  ///< the byte at which the samples begin
-  Resources resources{0};   ///< per rank; 0 threads: all that the rank may use
+  WrittenNumbers numbers = {};
+  Resources resources{0};  ///< per rank; 0 threads: all that the rank may use
 };
 
 /// Collective. Decodes the parts and writes their samples.

@@ -26,7 +26,11 @@ inline constexpr std::size_t member_count<PartPlace> = 2;
 template <>
 inline constexpr std::size_t member_count<PlaceOrder> = 5;
 template <>
-inline constexpr std::size_t member_count<DecodeOrder> = 5;
+inline constexpr std::size_t member_count<DecodeOrder> = 6;
+template <>
+inline constexpr std::size_t member_count<WrittenNumbers> = 2;
+template <>
+inline constexpr std::size_t member_count<ValueRule> = 4;
 template <>
 inline constexpr std::size_t member_count<VerifyOrder> = 4;
 

@@ -30,6 +30,8 @@ class Blocks {
  public:
   virtual ~Blocks() = default;
   virtual const TagHeader& header() const = 0;
+  // nullptr if it is not known before all blocks were read.
+  virtual const TagIndex* index() const { return nullptr; }
   virtual BlocksInOrder in_order() = 0;
   // What is known when all blocks were read.
   virtual void finish(DecodeResult& result, const Region& region) = 0;
@@ -40,6 +42,7 @@ class IndexedBlocks final : public Blocks {
  public:
   explicit IndexedBlocks(const std::string& input) : file_(std::make_shared<FileSource>(input)) {}
   const TagHeader& header() const override { return file_.header(); }
+  const TagIndex* index() const override { return &file_.index(); }
   BlocksInOrder in_order() override {
     return {file_.name(), [this](std::int64_t id) { return file_.read(id); }};
   }
@@ -85,6 +88,7 @@ class SalvagedBlocks final : public Blocks {
       throw BrokenInput(input + ": none of its bricks is whole, so nothing can be decoded");
   }
   const TagHeader& header() const override { return file_.header(); }
+  const TagIndex* index() const override { return file_.index() ? &*file_.index() : nullptr; }
   BlocksInOrder in_order() override {
     return {
         file_.name(),
@@ -181,14 +185,15 @@ class Pieces {
 };
 
 // Bytes of the samples of the largest piece with that many rows of bricks.
-std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, std::int64_t rows) {
+std::uint64_t bytes_of_piece(const Region& region, const CodingParameters& p, std::int64_t rows,
+                             std::size_t sample_bytes) {
   const Index3 shape = region.shape();
   const std::int64_t edge = p.bricks().length();
   const auto at_most = [&](std::int64_t samples, int axis) {
     return std::min(shape[axis], (samples + region.step[axis]) / region.step[axis]);
   };
   return static_cast<std::uint64_t>(shape.x * at_most(rows * edge + 1, 1) * at_most(edge + 1, 2)) *
-         size_of(p.type);
+         sample_bytes;
 }
 
 struct RegionPlan {
@@ -198,12 +203,18 @@ struct RegionPlan {
 };
 
 // Finds the largest pieces that fit into memory, and then the largest number of threads.
-RegionPlan plan_region(const Region& region, const CodingParameters& p, const Resources& resources,
-                       bool any_order, std::uint64_t besides) {
+RegionPlan plan_region(const Region& region, const CodingParameters& p, const WrittenNumbers& numbers,
+                       const Resources& resources, bool any_order, std::uint64_t besides) {
   const BrickGrid bricks = p.bricks();
   const std::int64_t all = bricks.owner(region.box.high.y) - bricks.owner(region.box.low.y) + 1;
+  const std::size_t value_bytes = numbers.value_bytes(),
+                    sample_bytes = value_bytes > 0 ? value_bytes : size_of(p.type);
+  // While the samples of a brick become values, both are there.
+  const std::uint64_t values_of_brick =
+      static_cast<std::uint64_t>(bricks.owned_box({0, 0, 0}).count()) * value_bytes;
   const auto needed = [&](int threads, std::int64_t rows) {
-    return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows) +
+    return memory_of_reading(p, threads) + 2 * bytes_of_piece(region, p, rows, sample_bytes) +
+           static_cast<std::uint64_t>(threads) * values_of_brick +
            static_cast<std::uint64_t>(bricks.count()) * 48 + besides;
   };
   const std::int64_t least = any_order ? 1 : all;
@@ -254,22 +265,30 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const std::unique_ptr<Blocks> blocks = blocks_of(run);
   const CodingParameters& parameters = blocks->header().parameters;
   const Region region = region_of(run.region, parameters);
-  if (run.fill && !is_value_of(parameters.type, *run.fill))
-    throw UsageError(
-        fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(parameters.type)));
-  const VolumeInfo info = info_of(blocks->header(), region);
+  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, blocks->header(), blocks->index());
+  const VolumeInfo of_samples = info_of(blocks->header(), region), info = numbers.info(of_samples);
+  if (run.fill && !is_value_of(info.type, *run.fill))
+    throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
   const bool any_order = run.format.any_order && is_regular_output(run.output);
   const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
-  const auto [sink, plan] = open_planned(run, info, parameters, false, [&](std::uint64_t of_writer) {
-    return plan_with_writer(writer, of_writer, [&] {
-      return plan_region(region, parameters, resources, any_order, run.format.memory(info) + of_writer);
-    });
-  });
+  const auto [sink, plan] =
+      open_planned(run, of_samples, numbers, parameters, false, [&](std::uint64_t of_writer) {
+        return plan_with_writer(writer, of_writer, [&] {
+          return plan_region(region, parameters, numbers, resources, any_order,
+                             run.format.memory(info) + of_writer);
+        });
+      });
   require_memory_of_writer(writer, sink->memory(), resources);
 
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());
-  const BlocksInOrder in_order = blocks->in_order();
+  BlocksInOrder in_order = blocks->in_order();
+  if (numbers.are_values()) {
+    in_order.type = info.type;
+    in_order.change_samples = [&](DecodedBrick& brick) {
+      change_brick(numbers, bricks, in_order.name, brick);
+    };
+  }
   std::vector<std::byte> samples;
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
@@ -282,8 +301,8 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
     if (run.fill) fill_with(*run.fill, info.type, samples);
     decode_bricks(in_order, parameters, piece, samples.data(), strides, plan.threads);
     for (std::int64_t z = 0; z < shape.z; ++z) {
-      const Box& numbers = pieces.numbers();
-      const std::int64_t first = ((numbers.low.z + z) * info.dims.y + numbers.low.y) * info.dims.x;
+      const Box& places = pieces.numbers();
+      const std::int64_t first = ((places.low.z + z) * info.dims.y + places.low.y) * info.dims.x;
       sink->write_samples(first, std::span(samples).subspan(static_cast<std::size_t>(z) * slice, slice));
     }
     watch.done(samples.size());
@@ -294,6 +313,7 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
                          .memory = plan.memory,
                          .facts = sink->facts(),
                          .warnings = sink->warnings(),
+                         .numbers = numbers,
                          .dims = info.dims,
                          .nrrd_fields = info.nrrd_fields};
   blocks->finish(result, region);

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstring>
 #include <mutex>
+#include <utility>
 
 #include "io/files/errors.h"
 #include "pipeline/decode/block.h"
@@ -43,15 +44,16 @@ struct BrickDecoder {
 
   // Returns the number of bytes of samples that were stored.
   std::uint64_t hand_out(const BrickBytes& block) const {
+    return copy_samples(decode(block, slices_of(block)), parameters, region, out, strides);
+  }
+
+  std::int64_t slices_of(const BrickBytes& block) const {
     const BrickGrid bricks = parameters.bricks();
-    return copy(decode(block, slices_until(region, bricks.owned_box(bricks.position(block.id)))));
+    return slices_until(region, bricks.owned_box(bricks.position(block.id)));
   }
 
   DecodedBrick decode(const BrickBytes& block, std::int64_t slices = all_slices) const {
     return decode_block(block, parameters, name, Wanted::samples, slices);
-  }
-  std::uint64_t copy(const DecodedBrick& brick) const {
-    return copy_samples(brick, parameters, region, out, strides);
   }
 };
 
@@ -113,6 +115,12 @@ int threads_for_reading(const CodingParameters& parameters, const Resources& res
 void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& parameters, const Region& region,
                    std::byte* out, const Strides& strides, int threads) {
   const BrickDecoder decoder = {parameters, blocks.name, region, out, strides};
+  CodingParameters stored = parameters;
+  if (blocks.change_samples) stored.type = blocks.type;
+  const auto store = [&](DecodedBrick brick) {
+    if (blocks.change_samples) blocks.change_samples(brick);
+    copy_samples(brick, stored, region, out, strides);
+  };
   const std::vector<std::int64_t> ids = bricks_of(region, parameters.bricks());
   std::mutex reading;
   auto id = ids.begin();
@@ -127,12 +135,12 @@ void decode_bricks(const BlocksInOrder& blocks, const CodingParameters& paramete
     if (!block) return;
     try {
       if (!blocks.accepts) {
-        decoder.hand_out(*block);
+        store(decoder.decode(*block, decoder.slices_of(*block)));
         return;
       }
-      const DecodedBrick brick = decoder.decode(*block);
+      DecodedBrick brick = decoder.decode(*block);
       if (blocks.accepts(brick)) {
-        decoder.copy(brick);
+        store(std::move(brick));
         return;
       }
     } catch (const BrokenInput&) {

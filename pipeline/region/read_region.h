@@ -77,6 +77,9 @@ struct BlocksInOrder {
   /// an error, and its samples stay as they are.
   std::function<bool(const DecodedBrick& brick)> accepts = {};
   std::function<void(std::int64_t brick)> broken = {};  ///< called by one thread at a time
+  /// Changes the samples of a brick to those of `type`, which are stored. Called by several threads at once. May be empty.
+  std::function<void(DecodedBrick& brick)> change_samples = {};
+  SampleType type = SampleType::uint8;  ///< without an effect if change_samples is empty
 };
 
 /// The same for such blocks. At most `threads` of them are in memory.

@@ -93,33 +93,42 @@ FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) 
 }
 
 DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
-                   std::uint64_t of_writer, const Resources& resources) {
+                   const WrittenNumbers& numbers, std::uint64_t of_writer, const Resources& resources) {
   const bool any_order = run.format.any_order && is_regular_output(run.output);
   const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
   const DecodePlan plan = plan_with_writer(writer, of_writer, [&] {
     return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
-                         run.format.memory(info) + of_writer);
+                         run.format.memory(info) + of_writer, numbers.value_bytes());
   });
   require_memory_of_writer(writer, of_writer, resources);
   return plan;
 }
 
+/// The index is at the end of a file. It is read only where something depends on it.
+WrittenNumbers numbers_of_stream(const DecodeRun& run, const TagHeader& header) {
+  if (!depends_on_range(run.format, run.numbers, header) || !is_regular_input(run.input))
+    return written_numbers(run.format, run.numbers, header, nullptr);
+  const TagBricks file(std::make_shared<FileSource>(run.input));
+  return written_numbers(run.format, run.numbers, header, &file.index());
+}
+
 FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) {
   TagReader reader(run.input);
   const CodingParameters& parameters = reader.parameters();
+  const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
-  const auto [sink, plan] = open_planned(run, info, parameters, false, [&](std::uint64_t of_writer) {
-    return plan_of(run, parameters, info, of_writer, resources);
+  const auto [sink, plan] = open_planned(run, info, numbers, parameters, false, [&](std::uint64_t of_writer) {
+    return plan_of(run, parameters, info, numbers, of_writer, resources);
   });
   RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
-  RowDecoder decoder(parameters, plan.budget);
+  RowDecoder decoder(parameters, plan.budget, numbers);
   reader.stop_when(decoder.failed());
   decoder.decode(
       BrickRows::all(parameters.bricks()), reader.bricks(),
       [&](const DecodedRows& rows) { output.write(rows); },
-      watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
+      watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
   return {{reader.header(), reader.index(), reader.sizes().file, sink->bytes_written(), plan.memory,
-           sink->facts(), sink->warnings()},
+           sink->facts(), sink->warnings(), numbers},
           sink};
 }
 
@@ -127,16 +136,17 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
   TagSummary file = summary_of(run.input);
   const CodingParameters& parameters = file.header.parameters;
   const VolumeInfo info = volume_info_of(file.header);
-  const auto [sink, plan] = open_planned(run, info, parameters, true, [&](std::uint64_t of_writer) {
-    return plan_of(run, parameters, info, of_writer, resources);
+  const WrittenNumbers numbers = written_numbers(run.format, run.numbers, file.header, &file.index);
+  const auto [sink, plan] = open_planned(run, info, numbers, parameters, true, [&](std::uint64_t of_writer) {
+    return plan_of(run, parameters, info, numbers, of_writer, resources);
   });
   const VolumeSink::Place place = sink->place();
-  const DecodeOrder order{run.input, place.file, place.name, place.start, run.resources};
+  const DecodeOrder order{run.input, place.file, place.name, place.start, numbers, run.resources};
   send_order(ranks, order);
   decode_parts(ranks, order, run.progress);
   sink->samples_were_placed();
   return {{std::move(file.header), std::move(file.index), file.sizes.file, sink->bytes_written(), plan.memory,
-           sink->facts(), sink->warnings()},
+           sink->facts(), sink->warnings(), numbers},
           sink};
 }
 

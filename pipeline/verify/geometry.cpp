@@ -12,6 +12,7 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/spaces.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -36,27 +37,17 @@ bool is_near(const Vector& a, const Vector& b, double tolerance) {
   return true;
 }
 
-/// Units of lengths, in metres.
-std::optional<double> metres_of(std::string_view unit) {
-  constexpr std::pair<std::string_view, double> known[] = {{"m", 1},        {"cm", 1e-2},        {"mm", 1e-3},
-                                                           {"um", 1e-6},    {"\xc2\xb5m", 1e-6}, {"nm", 1e-9},
-                                                           {"inch", 0.0254}};
-  for (const auto& [name, metres] : known)
-    if (unit == name) return metres;
-  return std::nullopt;
-}
-
 /// By which lengths in `theirs` become those in `ours`; 1 if one of them has no units. Nothing if that is not known.
 std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& theirs) {
   const std::array<std::string, 3> none;
   if (ours.units == theirs.units || ours.units == none || theirs.units == none) return 1;
-  std::array<std::optional<double>, 2> metres;
+  std::array<std::optional<LengthUnit>, 2> unit;
   for (std::size_t i = 0; i < 2; ++i) {
     const auto& units = (i == 0 ? ours : theirs).units;
-    if (units[0] == units[1] && units[1] == units[2]) metres[i] = metres_of(units[0]);
+    if (units[0] == units[1] && units[1] == units[2]) unit[i] = length_unit(units[0]);
   }
-  if (!metres[0] || !metres[1]) return std::nullopt;
-  return *metres[1] / *metres[0];
+  if (!unit[0] || !unit[1]) return std::nullopt;
+  return unit[1]->picometres / unit[0]->picometres;
 }
 
 class GeometryOfBoth {

@@ -72,6 +72,7 @@ std::optional<Salvage> salvaged(const std::string& path, const std::string& outp
     FinishedDecode decoded = decode_volume(alone, {.input = path,
                                                    .output = output,
                                                    .format = format_named("raw"),
+                                                   .numbers = Numbers::samples,
                                                    .fill = 0,
                                                    .resources = Resources(1)});
     return decoded.result.salvage;

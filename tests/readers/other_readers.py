@@ -56,14 +56,14 @@ class ReaderTest(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
 
     def encoded(self, path, *options):
-        """Encodes a volume without a loss; its samples as an array [z, y, x], and what info says."""
+        """Encodes a volume without a loss; its stored samples as an array [z, y, x], and what info says."""
         import numpy
 
         run = self.tagrid("encode", path, "-o", "out.tag", "-f", *options)
         self.assertEqual(run.returncode, 0, f"{path} {options}: {run.stderr}")
         self.messages = run.stderr
         info = json.loads(self.tagrid("info", "out.tag", "--json").stdout)
-        run = self.tagrid("decode", "out.tag", "-o", "out.raw", "-f")
+        run = self.tagrid("decode", "out.tag", "-o", "out.raw", "-f", "--samples")
         self.assertEqual(run.returncode, 0, run.stderr)
         if info["restorable"]:
             self.assert_restored(pathlib.Path(self.folder / path))
@@ -107,7 +107,7 @@ class ReaderTest(unittest.TestCase):
             for source in sources:
                 source["pairs"].pop("lossy source", None)
         self.assertEqual(*sources, path)
-        run = self.tagrid("decode", "again.tag", "-o", "again.raw", "-f")
+        run = self.tagrid("decode", "again.tag", "-o", "again.raw", "-f", "--samples")
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertEqual((self.folder / "again.raw").read_bytes(), (self.folder / "out.raw").read_bytes(), path)
         # A range and a resumed run are for encoding, and say nothing of the file.

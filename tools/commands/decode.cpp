@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <optional>
 
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -16,6 +18,7 @@
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
 #include "tools/report/damage.h"
+#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -36,7 +39,7 @@ struct DecodeCommand {
   VdbOptions vdb;
   std::string region;
   std::int64_t step = 1;
-  bool remove = false, salvage = false;
+  bool remove = false, salvage = false, samples = false, values = false;
   std::optional<double> fill;
 
   void execute(Ranks& ranks) const {
@@ -55,6 +58,7 @@ struct DecodeCommand {
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
+    if (samples && values) throw UsageError("--samples, --values: only one of them can be written");
     if (fill && !salvage) throw UsageError("--fill: is for samples that are lost; give --salvage as well");
     if (salvage && remove) throw UsageError("--salvage: a damaged file is not removed; leave out --rm");
     if (salvage && is_pipe_input(input))
@@ -62,7 +66,7 @@ struct DecodeCommand {
                                    input == "-" ? "standard input" : input));
     const UnchangedFiles watched(remove ? std::vector{input} : std::vector<std::string>());
     std::vector<std::string> removed_after;
-    if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb});
+    if (remove) removed_after = replaced_tag(input, path, {chosen, wanted, vdb, numbers()});
     remove_abandoned(run, {input}, {path, samples_path(path, chosen)});
     RunReport report(run.json, run.thread_count(), output.overwrite, "decode", input, path,
                      samples_path(path, chosen));
@@ -77,6 +81,8 @@ struct DecodeCommand {
           nlohmann::ordered_json::parse(result.facts);
     RunFigures figures = {result.dims,     parameters.type,  settings,
                           result.bytes_in, result.bytes_out, achieved_json(result.header, result.index)};
+    figures.more["written_type"] = name_of(result.numbers.type(parameters.type));
+    figures.more["written_values"] = result.numbers.are_values();
     if (result.salvage) {
       // Errors against the original are known of whole volumes only.
       if (!result.salvage->has_index || !result.salvage->lost.empty()) figures.achieved = nullptr;
@@ -87,9 +93,11 @@ struct DecodeCommand {
     report.keep();
     if (chosen.has_grids) tell_of_tolerance(run, path, facts);
     for (const std::string& warning : result.warnings) warn(run, warning);
+    const std::string name = path == "-" ? "standard output" : path;
+    tell_of_numbers(name, chosen, result);
     for (const std::string& lost :
-         losses(chosen, volume_info(result.dims, parameters.type, result.nrrd_fields)))
-      warn(run, fmt::format("{}: {}", path, lost));
+         losses(chosen, volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields)))
+      warn(run, fmt::format("{}: {}", name, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory));
@@ -97,6 +105,35 @@ struct DecodeCommand {
     watched.require();
     remove_files(removed_after);
     if (result.salvage && result.salvage->is_damaged()) tell_of_damage(result);
+  }
+
+  Numbers numbers() const {
+    return samples ? Numbers::samples : values ? Numbers::values : Numbers::automatic;
+  }
+
+  /// Says what the numbers in the output are, where somebody could take them for others.
+  void tell_of_numbers(const std::string& name, const Format& chosen, const DecodeResult& result) const {
+    if (run.quiet || numbers() != Numbers::automatic) return;
+    const std::string& fields = result.header.nrrd_fields;
+    const Rescale rescale = rescale_of(fields);
+    const auto added = [&] {
+      return fmt::format("{} {}", rescale.intercept < 0 ? '-' : '+', std::abs(rescale.intercept));
+    };
+    if (result.numbers.are_values())
+      return say_line(
+          fmt::format("tagrid: {}: has values, sample {}, as {}; --samples writes the stored samples", name,
+                      added(), name_of(result.numbers.rule.to)));
+    if (has_slopes_of_slices(fields))
+      return warn(
+          run, fmt::format("{}: has stored samples, as each slice has a slope and an intercept of its own; "
+                           "--values writes values",
+                           name));
+    if (chosen.applies_rescale || (rescale.slope == 1 && rescale.intercept == 0)) return;
+    const std::string units = rescale.units.empty() ? "" : " " + printable(rescale.units);
+    warn(run, fmt::format(
+                  "{}: has stored samples; values are {} * sample {}{}, which few programs know from such a "
+                  "file; --values writes values",
+                  name, rescale.slope, added(), units));
   }
 
   /// Lists what is lost. Throws BrokenInput: the volume is written, but it is not all that was encoded.
@@ -123,6 +160,7 @@ struct DecodeCommand {
                                  .format = chosen,
                                  .overwrite = output.overwrite,
                                  .region = wanted,
+                                 .numbers = numbers(),
                                  .fill = salvage ? std::optional(fill.value_or(0)) : std::nullopt,
                                  .wishes = wishes_of(vdb),
                                  .resources = run.resources_of_each_rank(),
@@ -143,6 +181,10 @@ Action add_decode_command(CLI::App& app) {
   add_number_option(*command, "--step", state->step,
                     "Every Nth sample along each axis, counted from 0 in the whole volume: 1, 2, 4, ...")
       ->option_text("N");
+  command->add_flag("--samples", state->samples,
+                    "Write samples as they are stored, also where values are slope * sample + intercept");
+  command->add_flag("--values", state->values,
+                    "Write values in every format; float32 where slopes or intercepts are not whole numbers");
   command->add_flag(
       "--salvage", state->salvage,
       "Decode what is whole of a damaged file, and list what is not; the exit code is 65 all the same");

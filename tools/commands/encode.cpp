@@ -174,10 +174,7 @@ struct EncodeCommand {
 Action add_encode_command(CLI::App& app) {
   auto state = std::make_shared<EncodeCommand>();
   CLI::App* command = app.add_subcommand("encode", "Encode a volume into a .tag file");
-  command
-      ->add_option("INPUT", state->input,
-                   "Volume: a file, a folder of slices, or - for standard input; see tagrid formats")
-      ->required();
+  command->add_option("INPUT", state->input, volume_input_help)->required();
   add_output_options(*command, state->output);
   add_encoding_options(*command, state->encoding);
   add_run_options(*command, state->run);

@@ -119,8 +119,7 @@ Action add_estimate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "estimate",
       "Tell the noise of a volume, and the size, PSNR and time of its encodings with a list of bounds");
-  command->add_option("INPUT", state->input, "NRRD, OpenVDB or headerless file, or - for standard input")
-      ->required();
+  command->add_option("INPUT", state->input, volume_input_help)->required();
   command
       ->add_option("--errors", state->errors,
                    "Largest errors to try, such as 0,2,5; default: a list that fits the noise")

@@ -10,8 +10,8 @@ _tagrid_options() {
     --cube --max-level --range --field-scale --brick"
   case $1 in
     encode) echo "$run $memory --spool $output $removal $error $encoding --resume --trust-description" ;;
-    decode) echo "$run $memory --spool $output $removal --format --region --step --salvage --fill --vdb-grid --vdb-type --vdb-background
-      --vdb-tolerance" ;;
+    decode) echo "$run $memory --spool $output $removal --format --region --step --samples --values --salvage --fill --vdb-grid
+      --vdb-type --vdb-background --vdb-tolerance" ;;
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
     restore) echo "$run $memory $output --records" ;;

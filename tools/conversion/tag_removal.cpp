@@ -26,14 +26,17 @@ std::string lost_by_options(const Decoding& decoding) {
 }
 
 /// What this .tag file holds and the decoded file would not; "" if that is nothing.
-std::string lost_of_content(const TagBricks& file, const Format& format) {
+std::string lost_of_content(const TagBricks& file, const Format& format, Numbers wanted) {
   const CodingParameters& parameters = file.parameters();
   if (file.sizes().envelope > 0)
     return "it keeps the files that were encoded, which a decoded volume is not; tagrid restore gives them "
            "back";
   if (parameters.mode == FileMode::grid) return "it holds a grid without the voxels, which no volume holds";
   if (parameters.mesh_error >= 0) return "its mesh has a bound, which the mesh of decoded samples has not";
-  const VolumeInfo info = volume_info_of(file.header());
+  const WrittenNumbers numbers = written_numbers(format, wanted, file.header(), &file.index());
+  if (numbers.are_values() && is_float_type(numbers.rule.to))
+    return fmt::format("values are rounded to {}", name_of(numbers.rule.to));
+  const VolumeInfo info = numbers.info(volume_info_of(file.header()));
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (!format.keeps_header && stripped(info.nrrd_fields) != info.nrrd_fields)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
@@ -49,7 +52,7 @@ std::vector<std::string> replaced_tag(const std::string& input, const std::strin
     throw UsageError(fmt::format("--rm: {}; {}", lost, advice));
   auto files = removable_tag(input, output, advice);
   const TagBricks file(std::make_shared<FileSource>(input));
-  if (const std::string lost = lost_of_content(file, decoding.format); !lost.empty())
+  if (const std::string lost = lost_of_content(file, decoding.format, decoding.numbers); !lost.empty())
     throw UsageError(fmt::format("{}: --rm: {}; {}", input, lost, advice));
   return files;
 }

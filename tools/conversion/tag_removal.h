@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/formats/formats.h"
+#include "pipeline/decode/values.h"
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
 
@@ -15,6 +16,7 @@ struct Decoding {
   const Format& format;
   const WantedRegion& wanted;
   const VdbOptions& vdb;
+  Numbers numbers = Numbers::automatic;
 };
 
 /// The files that decode --rm will remove: the .tag file. Throws UsageError if it is not a file, if `output` is not a file

@@ -204,7 +204,7 @@ std::optional<RawDescription> RawOptions::description() const {
       if (!value->empty()) given.emplace_back(name);
     const std::string options = fmt::format("{}", fmt::join(given, ", "));
     throw UsageError(
-        fmt::format("{}: headerless input needs both --dims and --type; an NRRD or OpenVDB file describes "
+        fmt::format("{}: headerless input needs both --dims and --type; a file of any other format describes "
                     "its samples itself: leave out {}",
                     options, options));
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "io/files/text.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
@@ -75,7 +76,8 @@ std::optional<openvdb::Mat4d> matrix_of(const openvdb::math::Transform& transfor
   return transform.baseMap()->getAffineMap()->getMat4();
 }
 
-openvdb::Mat4d matrix_of(const Geometry& geometry, const Index3& low) {
+openvdb::Mat4d matrix_of(const Geometry& of_volume, const Index3& low) {
+  const Geometry geometry = in_one_unit(of_volume);
   openvdb::Mat4d matrix = openvdb::Mat4d::identity();
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);

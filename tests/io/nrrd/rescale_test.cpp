@@ -34,5 +34,30 @@ TEST(Rescaling, IsInDoubtIfItIsThereAndNoNumber) {
     EXPECT_NE(doubt_of_rescale(fields, 3), "") << fields;
 }
 
+TEST(Rescaling, OfSlicesHasANumberForEach) {
+  const auto own = rescale_of_slices("slice_slopes:=1 -2.5\nslice_intercepts:=0 7\n", 2);
+  ASSERT_TRUE(own);
+  EXPECT_EQ(own->slopes, (std::vector{1, -2.5}));
+  EXPECT_EQ(own->intercepts, (std::vector{0.0, 7.0}));
+  EXPECT_EQ(rescale_of_slices("slice_slopes:=1 2\n", 2)->intercepts, (std::vector{0.0, 0.0}));
+  for (const char* fields : {"", "slice_slopes:=1\n", "slice_slopes:=1 x\n", "slice_slopes:=1 inf\n",
+                             "slice_slopes:=1 2\nslice_intercepts:=1\n"})
+    EXPECT_FALSE(rescale_of_slices(fields, 2)) << fields;
+}
+
+TEST(Rescaling, WhatWasAppliedIsToldAndCountsNoLonger) {
+  EXPECT_EQ(
+      fields_of_values("content: x\nrescale_slope:=1\nrescale_intercept:=-1024\nrescale_units:=HU\nmin: 0\n"),
+      "content: x\nrescale_units:=HU\napplied_intercept:=-1024\n");
+  EXPECT_EQ(fields_of_values("rescale_slope:=2\nrescale_intercept:=0\nvdb_background:=5\n"),
+            "vdb_background:=10\napplied_slope:=2\napplied_intercept:=0\n");
+  // Twice.
+  EXPECT_EQ(fields_of_values("applied_intercept:=-1024\nrescale_slope:=2\nrescale_intercept:=1\n"),
+            "applied_slope:=2\napplied_intercept:=-2047\n");
+  EXPECT_EQ(fields_of_values("slice_slopes:=1 2\nslice_intercepts:=3 4\nrescale_slope:=2\n"),
+            "slice_applied_slopes:=1 2\nslice_applied_intercepts:=3 4\n");
+  EXPECT_EQ(rescale_of(fields_of_values("rescale_slope:=2\nrescale_intercept:=9\n")), Rescale{});
+}
+
 }  // namespace
 }  // namespace tagrid

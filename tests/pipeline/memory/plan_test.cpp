@@ -99,6 +99,19 @@ TEST(MemoryPlan, OfDecodingKeepsEveryLimitThatItDoesNotRefuse) {
   });
 }
 
+TEST(MemoryPlan, ValuesThatAreWiderThanSamplesCount) {
+  for_each_case([](const CodingParameters& p) {
+    for (const DecodeUse use : {DecodeUse::write, DecodeUse::stream}) {
+      const auto least = [&](std::size_t value_bytes) {
+        return smallest(
+            [&](std::uint64_t limit) { plan_decoding(p, limited(3, limit), use, 0, value_bytes); });
+      };
+      EXPECT_LE(least(0), least(size_of(p.type)));
+      EXPECT_LT(least(size_of(p.type)), least(size_of(p.type) + 4));
+    }
+  });
+}
+
 TEST(MemoryPlan, OfAnEncodingThatIsVerifiedNamesALimitThatIsEnoughForBoth) {
   for_each_case([](const CodingParameters& p) {
     for (const bool any_rows : {false, true})

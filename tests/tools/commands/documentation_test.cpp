@@ -113,6 +113,17 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
 }
 
+// A list of formats in one help would be forgotten when there are more.
+TEST_F(Documentation, HelpRefersToOneListOfFormats) {
+  for (const char* command : {"encode", "estimate"})
+    EXPECT_NE(tagrid({command, "--help"}).out.find("tagrid formats"), std::string::npos) << command;
+  for (const std::string& command : commands()) {
+    const std::string help = tagrid({command, "--help"}).out;
+    EXPECT_EQ(help.find("NRRD, "), std::string::npos) << command;
+    EXPECT_EQ(help.find("NRRD or "), std::string::npos) << command;
+  }
+}
+
 TEST_F(Documentation, EveryFormatThatIsWrittenIsOneOfFormat) {
   std::string words, choice;
   for (const Format* format : written_formats()) {

@@ -124,6 +124,24 @@ TEST_F(MemoryLimit, IsKeptByNoise) {
   }
 }
 
+// Values are wider than the samples that they are made of.
+TEST_F(MemoryLimit, IsKeptByValues) {
+  std::mt19937 random(1);
+  std::string noise(std::size_t{700} * 500 * 90, '\0');
+  for (char& c : noise) c = static_cast<char>(random());
+  write(
+      "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 700 500 90\nencoding: "
+      "raw\nrescale_slope:=0.5\nrescale_intercept:=-9\n\n" +
+          noise,
+      "a.nrrd");
+  expect_ok(tagrid(
+      {"encode", "a.nrrd", "-qo", "a.tag", "--max-error", "100", "--effort", "fast", "--grid", "derived"}));
+  for (const Arguments& more : {Arguments{}, {"--region", "3:690,:,5:80"}})
+    for (const char* name : {"b.nrrd", "b.nii.gz"})
+      EXPECT_LT(smallest(with({"decode", "a.tag", "-f", "-o", name, "--samples"}, more)),
+                run_with_smallest(with({"decode", "a.tag", "-f", "-o", name, "--values"}, more)));
+}
+
 TEST_F(MemoryLimit, IsKeptWithOpenVdbFiles) {
   std::mt19937 random(1);
   std::string noise(std::size_t{800} * 600 * 9, '\0');

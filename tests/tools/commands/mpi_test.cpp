@@ -41,6 +41,21 @@ TEST_F(Mpi, DecodesAsOneProcess) {
   }
 }
 
+TEST_F(Mpi, WritesValuesAsOneProcess) {
+  make_volume("50,41,45");
+  const std::string header = content("volume.nhdr");
+  file("scaled.nhdr", header + "rescale_slope:=1\nrescale_intercept:=-100\n");
+  expect_ok(tagrid(with({"encode", "scaled.nhdr", "-o", "new.tag"}, settings_)));
+  for (const char* name : {"x.nrrd", "x.mha", "x.nii", "x.tif"})
+    for (const Arguments& more : {Arguments{}, {"--values"}, {"--samples"}}) {
+      expect_ok(tagrid(with({"decode", "new.tag", "-fo", name}, more)));
+      const std::string expected = content(name);
+      const Ending ending = by(3, with({"decode", "new.tag", "-fo", name}, more));
+      EXPECT_EQ(ending.code, 0) << ending.err;
+      EXPECT_TRUE(content(name) == expected) << name;
+    }
+}
+
 TEST_F(Mpi, OtherCommandsAreDoneByOneProcess) {
   make_volume("23,19,21");
   expect_ok(tagrid(with({"encode", "volume.nhdr", "-o", "new.tag"}, settings_)));

@@ -163,7 +163,8 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
       "space origin: (1,2,3)\n";
   kept(place, {}, "a.tif", "TIFF cannot say its spacing");
   kept("rescale_slope:=0.1\nrescale_intercept:=0.3\n", {}, "a.tif", "TIFF rounds the intercept");
-  kept("spacings: 1 1 1\nunits: \"inch\" \"inch\" \"inch\"\n", {}, "a.nii.gz", "does not know the unit");
+  kept("spacings: 1 1 1\nunits: \"furlong\" \"furlong\" \"furlong\"\n", {}, "a.nii.gz",
+       "does not know the unit");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
   kept("", {}, "a.vti", "tagrid cannot read vti files");
@@ -178,7 +179,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   file("a.nrrd", head + "# by hand\nowner:=me\n\n" + samples);
   expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
   expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
-               "no place for all of its comments and key/value pairs");
+               "no place for 1 key/value pair (\"owner\"), comments");
   // Nothing is lost here.
   file("a.nrrd", head + place + "\n" + samples);
   expect_ok(tagrid({"encode", "a.nrrd", "-fo", "a.tag", "--strip"}));

@@ -69,7 +69,7 @@ TEST_F(Options, OptionsBeforeTheCommandAreToldToComeAfterIt) {
 
 TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
   phantom("volume.nrrd");
-  const std::string why = "an NRRD or OpenVDB file describes its samples itself: leave out --";
+  const std::string why = "a file of any other format describes its samples itself: leave out --";
   for (const std::string option :
        {"dims=52,40,36", "type=int16", "endian=little", "spacing=1,1,1", "offset=0"})
     expect_error(tagrid({"encode", "volume.nrrd", "--" + option}), usage,

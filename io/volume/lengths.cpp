@@ -1,0 +1,139 @@
+#include "io/volume/lengths.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "io/files/text.h"
+
+namespace tagrid {
+namespace {
+
+struct Spelling {
+  std::string_view text, name;
+};
+
+constexpr std::array units = {LengthUnit{"pm", 1},      LengthUnit{"angstrom", 1e2}, LengthUnit{"nm", 1e3},
+                              LengthUnit{"um", 1e6},    LengthUnit{"mm", 1e9},       LengthUnit{"cm", 1e10},
+                              LengthUnit{"dm", 1e11},   LengthUnit{"m", 1e12},       LengthUnit{"km", 1e15},
+                              LengthUnit{"inch", 254e8}};
+
+// Micro has two characters in Unicode; Latin-1 has one of them as a byte.
+constexpr std::array short_spellings = {
+    Spelling{"\xc2\xb5m", "um"},          Spelling{"\xce\xbcm", "um"}, Spelling{"\xb5m", "um"},
+    Spelling{"\xc2\xb5", "um"},           Spelling{"\xce\xbc", "um"},  Spelling{"\xc3\x85", "angstrom"},
+    Spelling{"\xe2\x84\xab", "angstrom"}, Spelling{"\"", "inch"}};
+
+constexpr std::array words = {Spelling{"picometer", "pm"},
+                              Spelling{"picometre", "pm"},
+                              Spelling{"nanometer", "nm"},
+                              Spelling{"nanometre", "nm"},
+                              Spelling{"micron", "um"},
+                              Spelling{"micrometer", "um"},
+                              Spelling{"micrometre", "um"},
+                              Spelling{"millimeter", "mm"},
+                              Spelling{"millimetre", "mm"},
+                              Spelling{"centimeter", "cm"},
+                              Spelling{"centimetre", "cm"},
+                              Spelling{"decimeter", "dm"},
+                              Spelling{"decimetre", "dm"},
+                              Spelling{"meter", "m"},
+                              Spelling{"metre", "m"},
+                              Spelling{"kilometer", "km"},
+                              Spelling{"kilometre", "km"},
+                              Spelling{"angstrom", "angstrom"},
+                              Spelling{"\xc3\xa5ngstr\xc3\xb6m", "angstrom"},
+                              Spelling{"inch", "inch"},
+                              Spelling{"inche", "inch"},
+                              Spelling{"in", "inch"}};
+
+std::string_view usual_name(std::string_view name) {
+  for (const Spelling& spelling : short_spellings)
+    if (spelling.text == name) return spelling.name;
+  std::string word = lower_case(name);
+  // In capitals alone, nobody means mega.
+  const bool is_in_capitals = std::ranges::all_of(name, [](char c) { return c >= 'A' && c <= 'Z'; });
+  if (is_in_capitals)
+    for (const LengthUnit& unit : units)
+      if (unit.name == word) return unit.name;
+  for (int round = 0; round < 2; ++round) {
+    for (const Spelling& spelling : words)
+      if (spelling.text == word) return spelling.name;
+    if (!word.ends_with('s')) break;
+    word.pop_back();
+  }
+  return name;
+}
+
+/// True if the unit of an axis, or of a coordinate, says something about a length.
+bool is_used(const Geometry& geometry, std::size_t axis) {
+  return geometry.has_directions || !std::isnan(geometry.spacing[axis]);
+}
+
+}  // namespace
+
+std::optional<LengthUnit> length_unit(std::string_view name) {
+  const std::string_view usual = usual_name(trimmed(name));
+  const auto found = std::ranges::find(units, usual, &LengthUnit::name);
+  return found == units.end() ? std::nullopt : std::optional(*found);
+}
+
+CommonUnit common_unit(const Geometry& geometry) {
+  CommonUnit common{.name = "", .is_mixed = false, .is_known = true};
+  bool is_first = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!is_used(geometry, axis)) continue;
+    const auto unit = length_unit(geometry.units[axis]);
+    const std::string name = unit ? std::string(unit->name) : geometry.units[axis];
+    common.is_known = common.is_known && unit;
+    if (is_first)
+      common.name = name;
+    else
+      common.is_mixed = common.is_mixed || name != common.name;
+    is_first = false;
+  }
+  if (is_first) common = {.name = geometry.units[0], .is_mixed = false, .is_known = false};
+  return common;
+}
+
+Geometry in_unit(const Geometry& geometry, std::string_view name) {
+  const LengthUnit wanted = *length_unit(name);
+  Geometry changed = geometry;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto unit = length_unit(geometry.units[axis]);
+    changed.units[axis] = wanted.name;
+    // An axis whose spacing is not known may have no unit.
+    if (!unit || unit->name == wanted.name) continue;
+    const auto convert = [&](double length) { return length * unit->picometres / wanted.picometres; };
+    changed.origin[axis] = convert(geometry.origin[axis]);
+    // With directions, units are those of coordinates.
+    if (geometry.has_directions)
+      for (auto& direction : changed.directions) direction[axis] = convert(direction[axis]);
+    else
+      changed.spacing[axis] = convert(geometry.spacing[axis]);
+  }
+  if (geometry.has_directions && changed.directions != geometry.directions)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto& d = changed.directions[axis];
+      changed.spacing[axis] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    }
+  return changed;
+}
+
+Geometry in_one_unit(const Geometry& geometry) {
+  const CommonUnit unit = common_unit(geometry);
+  return unit.is_known ? in_unit(geometry, unit.name) : geometry;
+}
+
+std::string lost_by_mixed_units(const Geometry& geometry) {
+  const CommonUnit unit = common_unit(geometry);
+  if (!unit.is_mixed || unit.is_known) return "";
+  return fmt::format(
+      "axes have different units ({}, {}, {}), which are not all known; the numbers are written as they are",
+      quoted(std::string_view(geometry.units[0])), quoted(std::string_view(geometry.units[1])),
+      quoted(std::string_view(geometry.units[2])));
+}
+
+}  // namespace tagrid

@@ -1,0 +1,158 @@
+#include "pipeline/decode/values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
+
+namespace tagrid {
+namespace {
+
+struct Interval {
+  double low = 0, high = 0;
+};
+
+Interval interval_of(SampleType type) {
+  return with_sample_type(type, [](auto sample) {
+    using S = decltype(sample);
+    return Interval{static_cast<double>(std::numeric_limits<S>::lowest()),
+                    static_cast<double>(std::numeric_limits<S>::max())};
+  });
+}
+
+/// Which finite samples a decoded volume can have, as far as is known.
+Interval range_of_samples(SampleType type, const TagIndex* index) {
+  const Interval possible = interval_of(type);
+  if (index == nullptr || index->total.finite == 0) return possible;
+  const auto& [low, high, error] =
+      std::array{index->total.low, index->total.high, std::max(index->total.max_error, 0.0)};
+  return {std::max(low - error, possible.low), std::min(high + error, possible.high)};
+}
+
+/// The first of these types that has all whole numbers of an interval.
+std::optional<SampleType> type_for(const Interval& values, std::initializer_list<SampleType> types) {
+  for (const SampleType type : types) {
+    const Interval possible = interval_of(type);
+    if (values.low >= possible.low && values.high <= possible.high) return type;
+  }
+  return std::nullopt;
+}
+
+bool is_whole(double number) { return number == std::floor(number) && std::abs(number) < 0x1p53; }
+
+SampleType float_type_for(const Rescale& rescale, const Interval& samples, SampleType from) {
+  const double largest = std::max(std::abs(rescale.slope * samples.low + rescale.intercept),
+                                  std::abs(rescale.slope * samples.high + rescale.intercept));
+  const bool is_wide =
+      from == SampleType::float64 || !(largest <= static_cast<double>(std::numeric_limits<float>::max()));
+  return is_wide ? SampleType::float64 : SampleType::float32;
+}
+
+ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
+  const CodingParameters& p = header.parameters;
+  const auto slices = rescale_of_slices(header.nrrd_fields, p.dims.z);
+  if (!slices)
+    throw UsageError(
+        Sentence{"slices have slopes of their own (slice_slopes), but there is not one number for each of {} "
+                 "slices, so their values are not known; leave out {}",
+                 {p.dims.z, Setting{"values", "that values are wanted"}}});
+  ValueRule rule{p.type, SampleType::float32, slices->slopes, slices->intercepts};
+  for (std::size_t z = 0; z < slices->slopes.size(); ++z)
+    if (float_type_for({slices->slopes[z], slices->intercepts[z], ""}, samples, p.type) ==
+        SampleType::float64)
+      rule.to = SampleType::float64;
+  return rule;
+}
+
+}  // namespace
+
+VolumeInfo WrittenNumbers::info(const VolumeInfo& samples) const {
+  VolumeInfo written = samples;
+  written.type = type(samples.type);
+  written.nrrd_fields = fields(samples.nrrd_fields);
+  return written;
+}
+
+std::string WrittenNumbers::fields(const std::string& of_samples) const {
+  return are_values() ? fields_of_values(of_samples) : of_samples;
+}
+
+double WrittenNumbers::error_in_values(double error) const {
+  double largest = 0;
+  for (const double slope : rule.slopes) largest = std::max(largest, std::abs(slope));
+  return error * largest;
+}
+
+bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header) {
+  if (wanted == Numbers::samples || (wanted == Numbers::automatic && format.applies_rescale)) return false;
+  if (has_slopes_of_slices(header.nrrd_fields)) return wanted == Numbers::values;
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  return rescale.slope != 1 || rescale.intercept != 0;
+}
+
+WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
+                               const TagIndex* index) {
+  const SampleType type = header.parameters.type;
+  WrittenNumbers numbers{{type, type}};
+  const bool has_range = index != nullptr && index->total.finite > 0;
+  const Interval samples = range_of_samples(type, index);
+  if (!depends_on_range(format, wanted, header)) return numbers;
+  if (has_slopes_of_slices(header.nrrd_fields)) {
+    numbers.rule = rule_of_slices(header, samples);
+    return numbers;
+  }
+  const Rescale rescale = rescale_of(header.nrrd_fields);
+  const ValueRule shifted{type, type, {1}, {rescale.intercept}};
+  const bool is_shift = rescale.slope == 1 && is_whole(rescale.intercept) && !is_float_type(type);
+  const Interval values = {samples.low + rescale.intercept, samples.high + rescale.intercept};
+  const auto narrow = {SampleType::int16, SampleType::uint16};
+  if (wanted == Numbers::automatic) {
+    if (!is_shift) return numbers;
+    auto to = type_for(values, narrow);
+    if (!to && !has_range && !is_wide_type(type)) {
+      // Nearly all volumes fit. If this one does not, that is found before it is complete.
+      to = rescale.intercept < 0 ? SampleType::int16 : SampleType::uint16;
+      numbers.is_range_known = false;
+    }
+    if (to) {
+      numbers.rule = shifted;
+      numbers.rule.to = *to;
+    }
+    return numbers;
+  }
+  const auto whole = {SampleType::int16, SampleType::uint16, SampleType::int32, SampleType::uint32};
+  if (const auto to = is_shift ? type_for(values, whole) : std::nullopt) {
+    numbers.rule = shifted;
+    numbers.rule.to = *to;
+  } else {
+    numbers.rule = {type, float_type_for(rescale, samples, type), {rescale.slope}, {rescale.intercept}};
+  }
+  return numbers;
+}
+
+void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const std::string& name,
+                  DecodedBrick& brick) {
+  if (!numbers.are_values()) return;
+  const Box owned = bricks.owned_box(bricks.position(brick.id));
+  const auto outside = make_values(numbers.rule, owned.low.z, owned.size().x * owned.size().y, brick.samples);
+  if (!outside) return;
+  const std::string_view type = name_of(numbers.rule.to);
+  if (numbers.is_range_known)
+    throw BrokenInput(fmt::format("{}: brick {}: the value {} is beyond the range that the index says", name,
+                                  brick.id, outside->value));
+  throw UsageError(Sentence{
+      "{}: the value {} is not one of type {}, and the range of values was not known before: only the "
+      "end of a .tag file says it; decode a whole file instead of a pipe, or give {} (a larger "
+      "type) or {} (with slope and intercept in the header)",
+      {name, outside->value, type, Setting{"values", "that values are wanted"},
+       Setting{"samples", "that stored samples are wanted"}}});
+}
+
+}  // namespace tagrid

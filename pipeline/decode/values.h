@@ -1,0 +1,57 @@
+// What a decoded volume has: stored samples, or the values that they mean.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "io/formats/formats.h"
+#include "io/tag/header.h"
+#include "io/tag/index.h"
+#include "stages/brick/decode.h"
+#include "stages/grid/domain.h"
+#include "stages/volume/value_rule.h"
+
+namespace tagrid {
+
+/// What is written.
+enum class Numbers : std::uint8_t {
+  /// Values where the format cannot say how they follow from samples, and where they are whole numbers of 16 bits: slope 1,
+  /// a whole intercept, and a volume whose values fit. Otherwise samples.
+  automatic,
+  samples,
+  values,  ///< integers where they hold all values exactly, otherwise float32, or float64 where the samples are of that type
+};
+
+/// How the samples of a file become what is written.
+struct WrittenNumbers {
+  ValueRule rule;
+  /// The range of values is known to fit: one that does not is damage. Otherwise it is unknown, as at the beginning of a pipe.
+  bool is_range_known = true;
+
+  bool are_values() const { return !rule.changes_nothing(); }
+  /// Bytes of a value; 0 if samples stay as they are.
+  std::size_t value_bytes() const { return are_values() ? size_of(rule.to) : 0; }
+  SampleType type(SampleType of_samples) const { return are_values() ? rule.to : of_samples; }
+  /// VolumeInfo::nrrd_fields of what is written, from those of the samples.
+  std::string fields(const std::string& of_samples) const;
+  /// The largest error of what is written, if that of samples is `error`.
+  double error_in_values(double error) const;
+  /// VolumeInfo of what is written, for a volume or region that `samples` describes.
+  VolumeInfo info(const VolumeInfo& samples) const;
+};
+
+/// True if the choice below depends on the range of samples, so on the index: values may be written.
+bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header);
+
+/// The choice for a file. `index`: nullptr if it is not known before the bricks are decoded; then all values that its type
+/// can have are possible. Throws UsageError if values are wanted, and slopes of slices are not one number for each.
+WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
+                               const TagIndex* index);
+
+/// Turns the samples of a decoded brick into what is written. Throws BrokenInput if a value is beyond the range that the
+/// index says, or UsageError if the range was not known; `name` of the file begins both.
+void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const std::string& name,
+                  DecodedBrick& brick);
+
+}  // namespace tagrid
