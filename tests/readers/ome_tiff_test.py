@@ -229,6 +229,10 @@ class OmeTiff(ReaderTest):
         path = self.folder / "a.ome.tif"
         self.one_file()
         whole = path.read_bytes()
+        path.write_bytes(whole)
+        again = image([("a.ome.tif", 0, 0, 0)] * 9, (1, 2, 16, 24))
+        self.write("b.ome.tif", self.volume((2, 16, 24)), f'<OME {SCHEMA} UUID="{uuid_of("a.ome.tif")}">{again}</OME>')
+        self.assert_refused(65, "the same planes again and again", "encode", "b.ome.tif")
         for old, new, said in ((b'FirstZ="1"', b'FirstZ="x"', "FirstZ is"), (b'IFD="1"', b'IFD="?"', "IFD is"), (b'PlaneCount="1"', b'PlaneCount=" "', "PlaneCount is"),
                                (b'FirstZ="1"', b'FirstZ="7"', "begins outside its image"), (b'FirstZ="1"', b'FirstZ="0"', "is in two places"),
                                (b"XYZCT", b"XYZZT", 'DimensionOrder is "XYZZT"'), (b'IFD="1"', b'IFD="9"', "gives no page to slice 2")):

@@ -244,19 +244,24 @@ class PlainForms(ReaderTest):
             run = self.tagrid("encode", "two.tif", "-o", "none.tag", "-f", "-v")
             self.assertTrue(run.returncode == 65 or text in run.stderr, run.stderr)
 
-    def test_samples_that_lie_over_the_header_or_the_directory_do_not_change_them(self):
+    def test_samples_that_lie_over_the_directory_do_not_change_it_and_over_the_header_there_are_none(self):
         image = self.volume((40, 50), "uint8")
-        tags = [(256, 3, 50), (257, 3, 40), (258, 3, 8), (259, 3, 1), (262, 3, 1), (273, 4, 0), (277, 3, 1), (278, 3, 40), (279, 4, 2000)]
-        entries = b"".join(struct.pack("<HHII", tag, type, 1, value) for tag, type, value in tags)
-        for directory in (2000, 1000):
+        tags = [(256, 3, 50), (257, 3, 40), (258, 3, 8), (259, 3, 1), (262, 3, 1), (273, 4, 8), (277, 3, 1), (278, 3, 40), (279, 4, 2000)]
+        for place, directory in ((8, 2008), (8, 1000), (0, 2000), (4, 2008)):
+            entries = b"".join(struct.pack("<HHII", tag, type, 1, place if tag == 273 else value) for tag, type, value in tags)
             data = bytearray(image.tobytes()) + bytes(200)
             data[:8] = struct.pack("<2sHI", b"II", 42, directory)
             data[directory:directory + 6 + len(entries)] = struct.pack("<H", len(tags)) + entries + bytes(4)
             (self.folder / "over.tif").write_bytes(data)
+            if place < 8:
+                run = self.tagrid("encode", "over.tif", "-o", "none.tag", "-f")
+                self.assertEqual(run.returncode, 65)
+                self.assertIn(f"strip 1 begins at byte {place} and has 2000 bytes", run.stderr)
+                continue
             self.ok("encode", "over.tif", "-o", "out.tag", "-f", "--max-error", "9")
             self.ok("restore", "out.tag", "-o", "back", "-f")
             back = tifffile.imread(self.folder / "back/over.tif").astype(int)
-            self.assertLessEqual(abs(back - numpy.frombuffer(data[:2000], "uint8").reshape(40, 50)).max(), 9)
+            self.assertLessEqual(abs(back - numpy.frombuffer(data[8:2008], "uint8").reshape(40, 50)).max(), 9)
 
     # HDF5
 
