@@ -49,10 +49,12 @@ TEST_F(ProcessLimits, TooFewOpenFilesAreAnErrorAndTheAdviceHelps) {
     SCOPED_TRACE(std::string(words) + " " + name);
     const std::string command = std::string("$TAGRID ") + words + " -q -o " + name;
     int failed = 0;
-    // The loader needs one.
-    for (int files = 4; files < 20; ++files) {
+    // The first ones are those of this test, and one that the loader needs.
+    constexpr int loader_failed = 127;
+    for (int files = 4; files < 40; ++files) {
       const Ending ending = script("ulimit -S -n " + std::to_string(files) + "; exec " + command);
       if (ending.code == 0) break;
+      if (ending.code == loader_failed) continue;
       ++failed;
       expect_error(ending, world, "Too many open files; raise the limit on open files (ulimit -n)");
       EXPECT_EQ(names(), before);
