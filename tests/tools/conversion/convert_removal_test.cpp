@@ -160,7 +160,7 @@ TEST_F(ConvertRemoval, AnOriginalThatIsNoLongerWhatWasEncodedIsKept) {
   expect_kept("a.raw", "kept",
               "a.nhdr: is no longer what was encoded; it is kept; --skip-done -f encodes it again");
   file("a.raw", content("a.raw") + "x");
-  expect_kept("a.raw", "kept", "a.raw");
+  expect_kept("a.raw", "kept", "a.nhdr: is no longer what was encoded");
 }
 
 TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
