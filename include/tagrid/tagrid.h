@@ -130,9 +130,9 @@ typedef int (*tagrid_progress)(void* user, uint64_t done, uint64_t total);
 typedef struct tagrid_call {
   size_t struct_size;
   int threads;              /* largest number of threads; 0: one for each core of the process (its affinity).
-                             * It is never more than oneTBB may have (one for each core; a global_control of the
-                             * process changes that), and all calls together have at most twice as many. If the
-                             * system gives fewer threads, there are fewer. */
+                             * A call has at most as many threads as oneTBB may have (one for each core; a
+                             * global_control of the process changes that). All calls together have at most twice
+                             * as many. If the system gives fewer threads, a call uses fewer. */
   uint64_t memory_limit;    /* bytes for the work of the call, without its results. 0: no limit is given; then
                              * the work aims at a quarter of the memory that the machine has for this process
                              * (that of its control group), and takes more if it needs more. Only an encoding

@@ -15,7 +15,7 @@ struct BmpImage {
   bool is_top_down = false;  ///< The first row in the file is the upper one; usually it is the lower one.
   std::uint64_t offset = 0;  ///< of the first row in the file
   int greys = 256;           ///< Samples are less than this.
-  std::uint64_t after = 0;   ///< bytes of the file after the samples, and after a color profile behind them
+  std::uint64_t after = 0;   ///< bytes after the samples and after any color profile that follows them
 
   /// Rows are filled up to multiples of four bytes.
   std::uint64_t row_bytes() const { return (static_cast<std::uint64_t>(width) + 3) / 4 * 4; }
@@ -24,13 +24,13 @@ struct BmpImage {
 /// True if these bytes, the first 18 or more of a file, begin a bitmap.
 bool begins_bmp(std::string_view bytes);
 
-/// Reads header and palette. Throws BrokenInput if the file is damaged or too short, or if its samples are not plain 8-bit
-/// grey values: other depths, compressed, or with a palette in which entry i is not the grey (i, i, i). Throws WorldError.
-/// Safe for any bytes.
+/// Reads header and palette. Throws BrokenInput if the file is damaged or too short, or if its samples are
+/// not plain 8-bit grey values: other depths, compressed, or with a palette in which entry i is not the grey
+/// (i, i, i). Throws WorldError. Safe for any bytes.
 BmpImage bmp_image(const ByteSource& file);
 
-/// Reads all samples, x fastest, the upper row first. Throws BrokenInput if one is not in the palette, and WorldError.
-/// REQUIRES: `image` is bmp_image(file); samples.size() is width * height.
+/// Reads all samples, x fastest, the upper row first. Throws BrokenInput if one is not in the palette, and
+/// WorldError. REQUIRES: `image` is bmp_image(file); samples.size() is width * height.
 void read_bmp(const ByteSource& file, const BmpImage& image, std::span<std::byte> samples);
 
 }  // namespace tagrid

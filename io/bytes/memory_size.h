@@ -8,8 +8,8 @@
 
 namespace tagrid {
 
-/// A number of bytes or of entries as a size of memory, for what is allocated. Throws std::length_error, as containers do, if
-/// no memory of this machine can be so large. `Size` is another type only in tests.
+/// Converts a number of bytes or entries to a size in memory, for allocations. Throws std::length_error, as
+/// containers do, if this machine cannot address so much. `Size` is another type only in tests.
 template <class Size = std::size_t>
 constexpr Size memory_size(std::uint64_t size) {
   if (size > std::numeric_limits<Size>::max())

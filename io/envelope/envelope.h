@@ -1,5 +1,6 @@
-// The envelope of a volume: every byte of its files that is not a sample, so that the files can be given back byte for
-// byte; or, if samples are compressed, of the same files in their plain form. docs/format.md specifies its bytes.
+// The envelope of a volume: every byte of its files that is not a sample, so that the files can be given back
+// byte for byte; or, if samples are compressed, of the same files in their plain form. docs/format.md
+// specifies its bytes.
 #pragma once
 
 #include <cstddef>
@@ -56,7 +57,8 @@ struct SampleShape {
   std::uint64_t bytes() const { return *sample_bytes(dims, type); }
 };
 
-/// Limits of an envelope: so many files, so many bytes of a name, and so many bytes in all files besides samples.
+/// Limits of an envelope: so many files, so many bytes of a name, and so many bytes in all files besides
+/// samples.
 inline std::uint64_t most_files(const SampleShape& shape) {
   return static_cast<std::uint64_t>(shape.dims.z) + 1024;
 }
@@ -77,8 +79,8 @@ struct SourceFiles {
   std::vector<std::vector<PlainPiece>> pieces;  ///< of which each file consists
   std::vector<std::string> paths;               ///< of the files of the source
   SampleShape shape;
-  /// How the samples of the source are compressed; "" if the files are kept as they are. Otherwise their plain form is
-  /// kept.
+  /// How the samples of the source are compressed; "" if the files are kept as they are. Otherwise their
+  /// plain form is kept.
   std::string compression;
   std::string why_not;  ///< "" if an envelope can be made; otherwise a sentence for users
 
@@ -89,19 +91,19 @@ struct SourceFiles {
 /// Looks at the files of a source. Throws WorldError.
 SourceFiles source_files(const SourceFacts& facts);
 
-/// Adds to files[number] what only its content says: a checksum and what its spare bits hold. Threads may do so for different
-/// files at once. `exact`: the samples are kept exactly, so that a checksum of the whole file can be kept as well, but for
-/// samples that only their decoder can give. Throws WorldError, and BrokenInput if a file has changed. REQUIRES: why_not is
-/// "".
+/// Adds to files[number] what only its content says: a checksum and what its spare bits hold. Threads may do
+/// so for different files at once. `exact`: the samples are kept exactly, so that a checksum of the whole
+/// file can be kept as well, but for samples that only their decoder can give. Throws WorldError, and
+/// BrokenInput if a file has changed. REQUIRES: why_not is "".
 void look_at_content(SourceFiles& source, bool exact, std::size_t number);
 
-/// Writes the envelope of these files. Throws as look_at_content() does. REQUIRES: why_not is ""; the content of all files
-/// was looked at. `next_file` is called before each file with its number.
+/// Writes the envelope of these files. Throws as look_at_content() does. REQUIRES: why_not is ""; the content
+/// of all files was looked at. `next_file` is called before each file with its number.
 void write_envelope(const SourceFiles& source, const PutBytes& put,
                     const std::function<void(std::size_t)>& next_file = {});
 
-/// How often a sample is read for that, on average: by look_at_content(), and by write_envelope(). REQUIRES: the content of
-/// all files was looked at.
+/// How often a sample is read for that, on average: by look_at_content(), and by write_envelope(). REQUIRES:
+/// the content of all files was looked at.
 double times_read_for_envelope(const SourceFiles& source, bool exact);
 
 /// Gives the content of the next block of an envelope; false after the last one.
@@ -126,18 +128,19 @@ class EnvelopeBytes {
 /// Reads an envelope front to back. Wrong bytes throw BrokenInput.
 class EnvelopeReader {
  public:
-  /// `name` is that of the .tag file, for messages. `exact`: its samples are exact, so every file has a checksum.
-  /// `compares_names`: it remembers the names of all files, and finds those that are there twice.
+  /// `name` is that of the .tag file, for messages. `exact`: its samples are exact, so every file has a
+  /// checksum. `compares_names`: it remembers the names of all files, and finds those that are there twice.
   EnvelopeReader(std::string name, const SampleShape& shape, bool exact, NextBlock next_block,
                  bool compares_names = true);
 
-  /// Reads the description of the next file. Returns false after the last one, when every slice has its place and
-  /// nothing follows. REQUIRES: the other bytes of the file before were read.
+  /// Reads the description of the next file. Returns false after the last one, when every slice has its place
+  /// and nothing follows. REQUIRES: the other bytes of the file before were read.
   bool next_file(EnvelopeFile& file);
-  /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file was read.
+  /// How the samples of the source were compressed; "" if its files are kept as they were. REQUIRES: a file
+  /// was read.
   const std::string& compression() const { return compression_; }
-  /// Reads the other bytes of that file: `use` is called with their position in the file. Of samples with spare bits that
-  /// are kept, these bits come, and zeros for the others.
+  /// Reads the other bytes of that file: `use` is called with their position in the file. Of samples with
+  /// spare bits that are kept, these bits come, and zeros for the others.
   void read_other_bytes(const EnvelopeFile& file,
                         const std::function<void(std::uint64_t, std::span<const std::byte>)>& use);
 
@@ -165,22 +168,22 @@ class EnvelopeReader {
   std::vector<bool> slices_;  ///< those that have their place
 };
 
-/// What compression() of an envelope that begins with these bytes is: those of its first block. Throws BrokenInput;
-/// `name` is that of the .tag file.
+/// What compression() of an envelope that begins with these bytes is: those of its first block. Throws
+/// BrokenInput; `name` is that of the .tag file.
 std::string compression_in(const std::string& name, std::span<const std::byte> beginning);
 
-/// Turns `count` samples at `samples` into the bytes that a file has for them, but for spare bits that are kept, which are
-/// zero. The inverse of reading them.
+/// Turns `count` samples at `samples` into the bytes that a file has for them, but for spare bits that are
+/// kept, which are zero. The inverse of reading them.
 void to_stored(const SlicesInFile& slices, SampleType type, std::byte* samples, std::size_t count);
 
-/// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes that are not
-/// samples.
+/// Calls `use(begin, end, slices)` for every stretch of a file, front to back; `slices` is null for bytes
+/// that are not samples.
 void for_each_stretch(
     const EnvelopeFile& file, const SampleShape& shape,
     const std::function<void(std::uint64_t begin, std::uint64_t end, const SlicesInFile* slices)>& use);
 
-/// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and without zero
-/// bytes.
+/// True if a name can be given to a file in a folder: relative, without empty parts, "." and "..", and
+/// without zero bytes.
 bool is_safe_name(const std::string& name);
 
 }  // namespace tagrid

@@ -14,7 +14,7 @@ namespace tagrid {
 /// One reading of a field of `count` numbers with blanks between them.
 struct ForeignNumbers {
   bool is_absent = true;
-  std::string text;  ///< what stands in the source
+  std::string text;  ///< the text in the source
   std::size_t count = 0;
   std::vector<ForeignNumber> numbers;  ///< `count`; none if the field is absent or has more or fewer words
 
@@ -24,7 +24,7 @@ struct ForeignNumbers {
   std::vector<double> values() const;
 };
 
-/// Reads the text of a field; nothing stands for a field that is absent. See foreign_number().
+/// Reads the text of a field; nothing means that the field is absent. See foreign_number().
 ForeignNumbers foreign_numbers(std::optional<std::string_view> text, std::size_t count);
 
 /// A sentence without a full stop for users: what is unusual about the field `name`; "" if nothing is.

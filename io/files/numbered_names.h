@@ -20,8 +20,9 @@ struct NumberedFiles {
   std::string missing;  ///< all numbers that are missing by the same rule: "4, 7 to 9"
 };
 
-/// Sorts files of one folder into such series, which come in natural order of their patterns. A file without a number,
-/// or whose name has no like, is a series of one. If names differ in several numbers, the last one is that of the slice.
+/// Sorts files of one folder into such series, which come in natural order of their patterns. A file without
+/// a number, or whose name has no like, is a series of one. If names differ in several numbers, the last one
+/// is that of the slice.
 std::vector<NumberedFiles> numbered_files(std::vector<std::string> paths);
 
 /// "between a2.tif and a4.tif, slices are missing by their numbers: 3". REQUIRES: a gap.

@@ -21,8 +21,8 @@ class UnchangedFiles {
   /// Throws BrokenInput if one of the files has changed.
   void require() const;
 
-  /// The first file that was written, linked or given other rights since, although size, time and inode are the same: a
-  /// program may have set its time back. "" if there is none.
+  /// The first file that was written, linked or given other rights since, although size, time and inode are
+  /// the same: a program may have set its time back. "" if there is none.
   std::string touched() const;
 
  private:

@@ -364,7 +364,8 @@ const Format* format_of(std::string_view beginning, bool is_read) {
 
 namespace {
 
-/// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to one kind of files.
+/// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
+/// one kind of files.
 bool is_said_otherwise(std::string_view key, const Format& format) {
   constexpr std::array<std::string_view, 8> said = {
       "rescale_",     "applied_",         "slice_applied_",        "slice_positions",
@@ -380,7 +381,7 @@ bool is_remark(std::string_view comment) {
          comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
 }
 
-/// What people wrote into a header besides the place of samples: "" if a file of the format has all of it.
+/// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.
 std::string lost_texts(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> keys, others;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))

@@ -20,14 +20,16 @@ namespace tagrid {
 /// How a volume is written.
 struct WriteOptions {
   SinkOptions files = {};
-  /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have are ignored.
+  /// For programs that write formats, by their names: see docs/readers.md. Those that a format does not have
+  /// are ignored.
   std::map<std::string, std::string> wishes = {};
   /// Bytes of memory that such a program may take until it has said how much it needs.
   std::uint64_t first_memory = most_first_memory;
 };
 
-/// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be written. A
-/// format with none of them is only recognised, so that a message can say what to do with the file.
+/// A format with neither `open` nor `reader` cannot be read; one with neither `create` nor `writer` cannot be
+/// written. A format with none of them is only recognized, so that a message can say what to do with the
+/// file.
 struct Format {
   std::string_view name;  ///< "nrrd"
   /// The extensions of its files, in lower case: ".nrrd". The first one is the usual one.
@@ -55,8 +57,9 @@ struct Format {
 
   bool is_read() const { return open != nullptr || !reader.empty(); }
 
-  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
-  /// not be overwritten, or if the format cannot be written there; WorldError if it cannot be created.
+  /// See create_volume(): begins a volume at `path`, or on the standard output for "-". Throws UsageError if
+  /// a file exists and may not be overwritten, or if the format cannot be written there; WorldError if it
+  /// cannot be created.
   std::unique_ptr<VolumeSink> (*create)(const std::string& path, const VolumeInfo& info,
                                         const WriteOptions& options) = nullptr;
   /// The program tagrid-write-WRITER writes it; "" if tagrid does so itself.
@@ -69,19 +72,20 @@ struct Format {
   std::string_view samples_extension = "";
   /// A file says one distance between slices, and one slope and intercept for all samples.
   bool slices_are_alike = false;
-  /// Programs that read a file of this format make values of its samples, as slope and intercept in it say.
+  /// Programs that read this format apply the slope and the intercept in a file to its samples.
   bool applies_rescale = false;
   /// A file has every line of the header, or everything that follows from them.
   bool keeps_header = false;
   /// Without the header, a file of this volume has the unit of values.
   bool (*keeps_units)(const VolumeInfo& info) = [](const VolumeInfo&) { return false; };
-  /// The key-value pairs that a file says in fields of its own begin so; "" if there are none.
+  /// The prefix of key-value pairs that this format stores in its own fields; "" if there are none.
   std::string_view own_pairs = "";
-  /// What else a file of this format cannot say of the volume, a sentence each.
+  /// What else this format loses of the volume, one sentence for each loss.
   std::vector<std::string> (*lost)(const VolumeInfo& info) = [](const VolumeInfo&) {
     return std::vector<std::string>();
   };
-  /// Bytes of memory that writing takes, besides the samples that are passed in, and besides VolumeSink::memory().
+  /// Bytes of memory that writing takes, besides the samples that are passed in, and besides
+  /// VolumeSink::memory().
   std::uint64_t (*memory)(const VolumeInfo& info) = [](const VolumeInfo&) { return std::uint64_t{0}; };
 };
 
@@ -90,17 +94,17 @@ const std::vector<Format>& formats();
 
 /// The formats that can be written, but for those of programs that somebody added.
 std::vector<const Format*> written_formats();
-/// The format with this name: of the table, also one of its endings without the dot, or of a program tagrid-write-NAME that
-/// somebody added. Throws UsageError if no format with this name can be written.
+/// The format with this name: of the table, also one of its endings without the dot, or of a program
+/// tagrid-write-NAME that somebody added. Throws UsageError if no format with this name can be written.
 const Format& format_named(std::string_view name);
 /// The format that is written to files with this extension, as above; nullptr if there is none.
 const Format* format_with_extension(const std::string& path);
 /// The same, but raw for "-". Throws UsageError if there is none.
 const Format& format_from_name(const std::string& path);
 
-/// Begins a volume of this format at `path`, or on the standard output for "-". Throws UsageError if a file exists and may
-/// not be overwritten, or if the format cannot be written there; WorldError if it cannot be created, or if the program
-/// that writes the format is missing.
+/// Begins a volume of this format at `path`, or on the standard output for "-". Throws UsageError if a file
+/// exists and may not be overwritten, or if the format cannot be written there; WorldError if it cannot be
+/// created, or if the program that writes the format is missing.
 std::unique_ptr<VolumeSink> create_volume(const Format& format, const std::string& path,
                                           const VolumeInfo& info, const WriteOptions& options);
 

@@ -73,7 +73,7 @@ std::string known_formats() {
   return fmt::format("{} or {}", fmt::join(known, ", "), last);
 }
 
-/// `path` without what says that samples are compressed, and with another ending, in capitals if its own is.
+/// `path` without the extension of compression, and with another extension, in capitals if its own is.
 fs::path beside(const std::string& path, std::string_view ending) {
   fs::path other = plain_name(path);
   const std::string own = other.extension().string();
@@ -111,8 +111,7 @@ std::string advice_of_header_beside(const std::string& path) {
   return "";
 }
 
-/// What is wrong with a file whose name says that it is of a format that describes itself; "" if the name
-/// does not.
+/// What is wrong with a file whose extension belongs to a self-describing format; "" for other extensions.
 std::string contradicts_its_name(const std::string& path) {
   const std::string name = lower_case(fs::path(path).filename().string());
   for (const Format& format : formats()) {
@@ -134,7 +133,7 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
   if (beginning.empty()) return BrokenInput(file.name() + ": is empty, so it is not a volume");
   if (const std::string advice = advice_of_header_beside(path); !advice.empty())
     return BrokenInput(fmt::format("{}: has no header of its own; {}", file.name(), advice));
-  // gzip is no news of a file that is called .nii.gz.
+  // Users know that a .nii.gz file is a gzip file.
   const bool says_gzip = lower_case(path).ends_with(".nii.gz");
   if (const Format* other = says_gzip ? nullptr : format_of(beginning, false))
     return BrokenInput(fmt::format("{}: {}", file.name(), other->what), other->problem);
@@ -280,7 +279,7 @@ std::unique_ptr<VolumeSource> open_raw_folder(const std::string& folder, const S
     throw BrokenInput(fmt::format("{}: {} files cannot have equal parts of {}{}", folder, count,
                                   described(raw.dims, raw.type),
                                   files.gap ? "; " + gap_in_words(files) : ""));
-  // Only now, as without equal parts it does not help that gaps are no error.
+  // Checked last: if the parts are unequal, accepting gaps does not help.
   if (files.gap && !source.gaps_ok)
     throw BrokenInput(fmt::format("{}: {}", folder, gap_in_words(files)), Problem::slices_missing);
   const std::int64_t slices = raw.dims.z / count;

@@ -109,7 +109,7 @@ std::pair<Index3, std::int64_t> dims_of(const Fields& fields) {
   return {{sizes[0], sizes[1], sizes[2]}, sizes[3]};
 }
 
-/// The numbers of the first of these fields that is there. What is unusual about them is said to `warnings`.
+/// The numbers of the first of these fields that is there. Adds what is unusual about them to `warnings`.
 ForeignNumbers numbers_of(const Fields& fields, std::initializer_list<const char*> names,
                           std::string_view name, std::size_t count, std::string_view consequence,
                           std::vector<std::string>& warnings) {
@@ -241,7 +241,8 @@ std::vector<std::string> data_files_of(std::string_view value, std::string_view 
   return files;
 }
 
-/// Takes the lines up to ElementDataFile from `text`. Other fields than those that are read here go to `pairs`.
+/// Takes the lines up to ElementDataFile from `text`. Other fields than those that are read here go to
+/// `pairs`.
 Fields take_fields(std::string_view& text, KeyValues& pairs) {
   Fields fields;
   while (!text.empty()) {

@@ -13,8 +13,8 @@
 namespace tagrid {
 
 struct MetaImageHeader {
-  /// One volume. Key-value pairs that begin with "metaimage_" have the fields that say nothing about how samples are
-  /// stored. The space is that of ITK: left-posterior-superior.
+  /// One volume. Key-value pairs that begin with "metaimage_" have the fields that say nothing about how
+  /// samples are stored. The space is that of ITK: left-posterior-superior.
   VolumeInfo info;
   bool big_endian = false;
   bool is_compressed = false;  ///< zlib
@@ -43,12 +43,13 @@ bool is_read_meta_image_field(std::string_view name);
 /// True for the line with which a header ends: ElementDataFile, unless names of files follow it.
 bool ends_meta_image_header(std::string_view line);
 
-/// The same header for the plain form of its volume: without compression, and the names of its files as plain_name() says.
-/// All else stays, byte for byte. REQUIRES: parse_meta_image_header() has read it.
+/// The same header for the plain form of its volume: without compression, and the names of its files as
+/// plain_name() says. All else stays, byte for byte. REQUIRES: parse_meta_image_header() has read it.
 std::string plain_meta_image_header(std::string_view text);
 
-/// Reads a header: the lines up to and including ElementDataFile, and the names after "ElementDataFile = LIST". Throws
-/// BrokenInput if it is broken or describes something other than a volume of real numbers. Safe for any bytes.
+/// Reads a header: the lines up to and including ElementDataFile, and the names after "ElementDataFile =
+/// LIST". Throws BrokenInput if it is broken or describes something other than a volume of real numbers. Safe
+/// for any bytes.
 MetaImageHeader parse_meta_image_header(std::string_view text);
 
 }  // namespace tagrid

@@ -70,13 +70,13 @@ std::string geometry_lines(const Geometry& geometry) {
   return lines;
 }
 
-/// True if the unit is that which a MetaImage source said, so that programs have seen these numbers with it before.
+/// True if a MetaImage source had this unit: other programs have already read these numbers with it.
 bool has_unit_of_source(const VolumeInfo& info) {
   const std::string unit = text_of_key(info.nrrd_fields, "metaimage_DistanceUnits");
   return !unit.empty() && info.geometry.units == std::array{unit, unit, unit};
 }
 
-/// In millimeters, which ITK and those who use it take all lengths for, if the units are known.
+/// In millimeters if the units are known, because ITK and its users take all lengths as millimeters.
 Geometry geometry_in_file(const VolumeInfo& info) {
   if (has_unit_of_source(info) || !common_unit(info.geometry).is_known) return info.geometry;
   return in_unit(info.geometry, "mm");

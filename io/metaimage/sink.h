@@ -9,8 +9,8 @@
 
 namespace tagrid {
 
-/// Writes header and samples to the file at `path`, or to the standard output for "-". Positions become those of ITK:
-/// left-posterior-superior. Fields that a MetaImage source had come back.
+/// Writes header and samples to the file at `path`, or to the standard output for "-". Positions become those
+/// of ITK: left-posterior-superior. Fields that a MetaImage source had come back.
 std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo& info,
                                        const SinkOptions& options);
 
@@ -18,7 +18,7 @@ std::unique_ptr<VolumeSink> create_mha(const std::string& path, const VolumeInfo
 std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::string& samples_path,
                                        const VolumeInfo& info, const SinkOptions& options);
 
-/// What MetaImage cannot say of this volume, a sentence each.
+/// What MetaImage loses of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_meta_image(const VolumeInfo& info);
 
 }  // namespace tagrid

@@ -27,7 +27,8 @@ std::string read_header_text(FileBytes& file) {
   }
 }
 
-/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the file.
+/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the
+/// file.
 PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
   FileBytes file(path);
   const std::string text = read_header_text(file);
@@ -46,7 +47,8 @@ MetaImageHeader read_header(FileBytes& file) {
   }
 }
 
-/// The samples of `facts` after `before` others. The file is where its samples begin, or the header before them.
+/// The samples of `facts` after `before` others. The file is where its samples begin, or the header before
+/// them.
 std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const MetaImageHeader& header,
                                            SourceFacts facts, std::uint64_t before,
                                            std::uint64_t header_bytes, const std::string& header_path) {

@@ -13,7 +13,8 @@
 
 namespace tagrid::nifti {
 
-/// Where a field is, and of which type: 'c' text, 'b' byte, 's', 'i', 'l' integers of 2, 4, 8 bytes, 'f', 'd' floats.
+/// Where a field is, and of which type: 'c' text, 'b' byte, 's', 'i', 'l' integers of 2, 4, 8 bytes, 'f', 'd'
+/// floats.
 struct Place {
   std::size_t at = 0;
   char type = 0;

@@ -41,7 +41,8 @@ Geometry geometry_of_qform(const std::array<double, 3>& quatern, const std::arra
        {2 * (i * k - a * j), 2 * (j * k + a * i), a * a + k * k - i * i - j * j}}};
   Geometry geometry;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute value.
+    // Only pixdim[0] mirrors. The others must be positive; readers take a negative one for its absolute
+    // value.
     const double size = std::abs(pixdim[axis + 1]) * (axis == 2 && pixdim[0] < 0 ? -1 : 1);
     for (std::size_t row = 0; row < 3; ++row) geometry.directions[axis][row] = rotation[row][axis] * size;
   }

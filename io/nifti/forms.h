@@ -1,4 +1,4 @@
-// The two forms by which NIfTI says where a volume lies.
+// The two forms in which NIfTI stores the position of a volume.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace tagrid {
 
-/// Directions and origin of a qform: a rotation as b, c, d of a quaternion, "METHOD 2" of the standard. `pixdim` has the
-/// sign of z and the sizes of voxels.
+/// Directions and origin of a qform: a rotation as b, c, d of a quaternion, "METHOD 2" of the standard.
+/// `pixdim` has the sign of z and the sizes of voxels.
 Geometry geometry_of_qform(const std::array<double, 3>& quatern, const std::array<double, 3>& qoffset,
                            const std::array<double, 4>& pixdim);
 
-/// What a NIfTI source said of its forms, as its key-value pairs have it.
+/// The forms of a NIfTI source, from its key-value pairs.
 struct FormsOfSource {
   bool is_nifti = false;
   double sform_code = 0, qform_code = 0;
@@ -25,7 +25,7 @@ struct FormsOfSource {
 
   bool has_sform() const { return sform_code > 0; }
   bool has_qform() const { return qform_code > 0; }
-  /// There are two forms that say different places.
+  /// There are two forms, and their positions differ.
   bool differ() const;
   /// The volume lies where the sform says, so it is not a part of the source.
   bool is_whole(const Geometry& geometry) const;

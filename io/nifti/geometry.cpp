@@ -69,8 +69,7 @@ std::string text_of(const Fields& fields, const std::vector<const Field*>& names
   return text;
 }
 
-/// The geometry of the form; nothing if the header has it not, or if it cannot be used, which a warning says
-/// then.
+/// The geometry of the form; nothing if the header lacks it, or if it is unusable, which adds a warning.
 std::optional<Geometry> geometry_of_form(const Form& form, const Fields& fields,
                                          std::vector<std::string>& warnings) {
   if (fields.integer(*form.code) <= 0) return std::nullopt;
@@ -93,7 +92,7 @@ std::optional<Geometry> geometry_of_form(const Form& form, const Fields& fields,
   return geometry;
 }
 
-/// The sizes of voxels, of which those along axes of one sample say nothing.
+/// The sizes of voxels. Along axes with one sample, they have no meaning.
 Geometry geometry_of_pixdim(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings) {
   std::vector<ForeignNumber> sizes;
   std::vector<std::string> names;

@@ -9,8 +9,8 @@
 
 namespace tagrid::nifti {
 
-/// The geometry of the sform, otherwise that of the qform, otherwise the spacing alone. What cannot be used is said to
-/// `warnings`.
+/// The geometry of the sform, otherwise that of the qform, otherwise the spacing alone. Adds a warning for
+/// what is unusable.
 Geometry geometry_of_fields(const Fields& fields, const Index3& dims, std::vector<std::string>& warnings);
 
 }  // namespace tagrid::nifti

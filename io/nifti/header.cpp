@@ -130,7 +130,7 @@ Rescale rescale_of(const Fields& fields, NiftiHeader& header) {
   return {slope, std::isfinite(intercept) ? intercept : 0, ""};
 }
 
-/// What samples are if they are no measurements; "" for all others.
+/// What samples are if they are not measurements; "" otherwise.
 std::string_view meaning_of(std::int64_t intent) {
   switch (intent) {
     case 1002:

@@ -188,7 +188,7 @@ void put_other_fields(HeaderBytes& header, const Pairs& pairs, const Index3& dim
   header.put<std::uint8_t, std::int32_t>(122, 496, number_in(pairs, "nifti_slice_code", 0));
   header.put<float, double>(132, 208, number_in(pairs, "nifti_slice_duration", 0));
   header.put<float, double>(136, 216, number_in(pairs, "nifti_toffset", 0));
-  // Of a part of the source, they would name slices that are not there.
+  // In a part of the source, they would name slices that do not exist.
   const double start = number_in(pairs, "nifti_slice_start", 0), end = number_in(pairs, "nifti_slice_end", 0);
   if (start >= 0 && end < static_cast<double>(dims.z) && start <= end) {
     header.put<std::int16_t, std::int64_t>(74, 224, start);
@@ -209,13 +209,15 @@ void put_other_fields(HeaderBytes& header, const Pairs& pairs, const Index3& dim
   put_text("nifti_intent_name", 328, 508, 15);
 }
 
-/// Where the volume lies: a source that had one form gets that one, and two that differ come back if the volume is whole.
+/// The position of the volume. If the source had one form, it comes back. Two different forms come back for
+/// the entire volume only.
 void put_place(HeaderBytes& header, const Geometry& geometry, const FormsOfSource& forms) {
   std::array<double, 3> spacing;
   for (std::size_t axis = 0; axis < 3; ++axis) spacing[axis] = std::abs(spacing_or_1(geometry, axis));
   double qfac = 1;
   Geometry placed = geometry;
-  // Without a form, programs put the volume wherever they like, and a part of it elsewhere. A file that had none gets none.
+  // Without a form, programs put the volume wherever they like, and a part of it elsewhere. A file that had
+  // none gets none.
   const bool had_no_form = forms.is_nifti && !forms.has_sform() && !forms.has_qform();
   const bool is_at_zero = !placed.has_origin && placed.origin == Geometry().origin;
   const double code = placed.has_directions || !placed.space.empty() ? in_scanner : aligned;

@@ -9,8 +9,9 @@
 
 namespace tagrid {
 
-/// Writes header and samples to the file at `path`, or to the standard output for "-": NIfTI-1, or NIfTI-2 if a size is
-/// above 32767. Positions become those of right-anterior-superior. Fields that a NIfTI source had come back.
+/// Writes header and samples to the file at `path`, or to the standard output for "-": NIfTI-1, or NIfTI-2 if
+/// a size is above 32767. Positions become those of right-anterior-superior. Fields that a NIfTI source had
+/// come back.
 std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeInfo& info,
                                          const SinkOptions& options);
 
@@ -18,7 +19,7 @@ std::unique_ptr<VolumeSink> create_nifti(const std::string& path, const VolumeIn
 std::unique_ptr<VolumeSink> create_nifti_gz(const std::string& path, const VolumeInfo& info,
                                             const SinkOptions& options);
 
-/// What NIfTI cannot say of this volume, a sentence each.
+/// What NIfTI loses of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_nifti(const VolumeInfo& info);
 
 }  // namespace tagrid

@@ -39,7 +39,8 @@ const AxisField* axis_field(std::string_view name) {
   return found == axis_fields.end() ? nullptr : &*found;
 }
 
-/// The length of the text in quotes, or of the vector or word, with which `rest` begins. 0 if it does not end.
+/// The length of the text in quotes, or of the vector or word, with which `rest` begins. 0 if it does not
+/// end.
 std::size_t length_of_value(AxisField::Values kind, std::string_view rest) {
   const auto of_word = [&] { return std::min(rest.find_first_of(" \t"), rest.size()); };
   const auto until = [](std::size_t last) { return last == std::string_view::npos ? 0 : last + 1; };

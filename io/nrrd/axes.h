@@ -16,11 +16,12 @@ struct ThreeAxes {
   std::string nrrd_fields;  ///< the header lines, in which fields of axes have three values
 };
 
-/// The three axes of a volume with these sizes, fastest first. Of more than three, some with a single sample are left out:
-/// first those that are not in space (their direction is "none", or their kind is not one of space), then the fastest,
-/// then the slowest. Two axes are a slice: the third one has unknown spacing or, if the others have directions, a unit
-/// vector at right angles to them. Lines are those of VolumeInfo::nrrd_fields. Throws BrokenInput if too many axes have
-/// several samples, and if a field does not have as many values as there are axes.
+/// The three axes of a volume with these sizes, fastest first. Of more than three, some with a single sample
+/// are left out: first those that are not in space (their direction is "none", or their kind is not one of
+/// space), then the fastest, then the slowest. Two axes are a slice: the third one has unknown spacing or, if
+/// the others have directions, a unit vector at right angles to them. Lines are those of
+/// VolumeInfo::nrrd_fields. Throws BrokenInput if too many axes have several samples, and if a field does not
+/// have as many values as there are axes.
 ThreeAxes three_axes(const std::vector<std::int64_t>& sizes, std::string_view nrrd_fields);
 
 /// True if an axis of this kind may be one of space: "none" and "???" say nothing.

@@ -1,4 +1,4 @@
-// NRRD headers that other programs wrote, in which some numbers cannot be read.
+// NRRD headers of other programs, in which some numbers may be unreadable.
 #pragma once
 
 #include <string>

@@ -53,7 +53,7 @@ std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices) 
       numbers = foreign_numbers(value, 1);
     else if (key == "slice_slopes" || key == "slice_intercepts")
       numbers = foreign_numbers(value, static_cast<std::size_t>(slices));
-    // Numbers with a decimal comma are read by those who wrote the line, but not from it.
+    // The program that wrote the line can read a decimal comma; this reader of the line cannot.
     if (!numbers.is_absent &&
         (!numbers.are_numbers() || std::ranges::any_of(numbers.numbers, &ForeignNumber::decimal_comma)))
       return remark_on(numbers, key, consequence);

@@ -11,24 +11,24 @@
 
 namespace tagrid {
 
-/// The slope, intercept and units of the values: those that add_rescale() wrote. If there are none, if they are not finite
-/// numbers, or if each slice has its own, values are the samples. Throws BrokenInput if a line is not one of a header.
+/// The slope, intercept and units of the values: those that add_rescale() wrote. If there are none, if they
+/// are not finite numbers, or if each slice has its own, values are the samples. Throws BrokenInput if a line
+/// is not one of a header.
 Rescale rescale_of(std::string_view nrrd_fields);
 
 /// True if each slice has a slope of its own (slice_slopes). Throws as above.
 bool has_slopes_of_slices(std::string_view nrrd_fields);
 
-/// The slope with which an error of values becomes the error of samples that is safe for all slices: that of rescale_of()
-/// or the largest of slice_slopes. Throws as above.
+/// The slope with which an error of values becomes the error of samples that is safe for all slices: that of
+/// rescale_of() or the largest of slice_slopes. Throws as above.
 double largest_slope(std::string_view nrrd_fields);
 
-/// The slope and intercept with which bounds on values become bounds on samples: those of rescale_of(), or the largest slope
-/// and no intercept if each slice has its own. Throws as above.
+/// The slope and intercept with which bounds on values become bounds on samples: those of rescale_of(), or
+/// the largest slope and no intercept if each slice has its own. Throws as above.
 Rescale rescale_of_bounds(std::string_view nrrd_fields);
 
-/// A sentence without a full stop if a line says a slope or an intercept, of all slices or of each of
-/// `slices`, that is there and cannot be read: nobody knows then what values samples mean. "" if there is
-/// none. Throws as above.
+/// A sentence without a full stop if a slope or an intercept, of all slices or of each of `slices`, is
+/// present and unreadable: the values of samples are then unknown. "" otherwise. Throws as above.
 std::string doubt_of_rescale(std::string_view nrrd_fields, std::int64_t slices);
 
 /// The slope and intercept of each slice.
@@ -36,18 +36,18 @@ struct RescaleOfSlices {
   std::vector<double> slopes, intercepts;
 };
 
-/// Those of slice_slopes and slice_intercepts; nothing if they are not finite numbers, one for each of `slices`. Throws as
-/// above.
+/// Those of slice_slopes and slice_intercepts; nothing if they are not finite numbers, one for each of
+/// `slices`. Throws as above.
 std::optional<RescaleOfSlices> rescale_of_slices(std::string_view nrrd_fields, std::int64_t slices);
 
-/// The key-value pairs that say what stored samples were multiplied by, and what was added to them, to become the values
-/// that a file has. Where each slice has its own, the keys begin with "slice_", as their lists do.
+/// The keys of the factor and the offset that turned stored samples into the values in a file. If each slice
+/// has its own, the keys begin with "slice_".
 inline constexpr std::string_view applied_slope_key = "applied_slope",
                                   applied_intercept_key = "applied_intercept";
 
-/// The header lines of a volume whose samples have become values: without slopes and intercepts, which became pairs that
-/// tell of the past ("applied_intercept"). What is known of single samples (min, max) goes; a background becomes a value.
-/// Throws as above.
+/// The header lines of a volume whose samples were converted to values. Slopes and intercepts become pairs
+/// that record the conversion ("applied_intercept"). Lines about single samples (min, max) are removed; a
+/// background becomes a value. Throws as above.
 std::string fields_of_values(std::string_view nrrd_fields);
 
 /// The largest error of samples that is at most `error` in values.

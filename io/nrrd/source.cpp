@@ -28,7 +28,8 @@ std::string read_header_text(FileBytes& file) {
   }
 }
 
-/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the file.
+/// The header of a file in its plain form, and what follows it up to byte `end`; nothing: the end of the
+/// file.
 PlainFile plain_header(const std::string& path, std::optional<std::uint64_t> end) {
   FileBytes file(path);
   const std::string text = read_header_text(file);
@@ -93,8 +94,8 @@ std::uint64_t start_of_samples(const FileBytes& file, const NrrdHeader& header, 
   return *file.size() - file.position() >= bytes ? *file.size() - bytes : file.position();
 }
 
-/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin. `header_path` is the
-/// file with the header; "" if `facts` are those of one of several files.
+/// The samples of `facts` in a file, stored as the header says. The file is where its lines begin.
+/// `header_path` is the file with the header; "" if `facts` are those of one of several files.
 std::unique_ptr<VolumeSource> open_samples(std::unique_ptr<FileBytes> file, const NrrdHeader& header,
                                            SourceFacts facts, std::uint64_t header_bytes,
                                            const std::string& header_path) {

@@ -36,7 +36,7 @@ StoredBits stored_bits_of(const Json& place, SampleType type) {
   return stored;
 }
 
-/// No source has so many; and all of them can be counted in the memory of any machine.
+/// More than any source has, and few enough for the memory of any machine.
 constexpr std::int64_t most_files = std::int64_t{1} << 31;
 
 SliceRun place_of(const Json& place, const VolumeInfo& info) {

@@ -147,7 +147,7 @@ class ProgramSource final : public VolumeSource {
 
   void seek(std::int64_t) override {}  // read() finds any slice
 
-  // What a program says too much is noticed when it ends. If slices are wanted again, it is started again.
+  // Unexpected output is noticed when the program ends. If slices are needed again, it is started again.
   void end() override {
     if (!conversation_) return;
     drop_asked();

@@ -155,7 +155,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   return volume;
 }
 
-/// What the program calls an option of readers: --grid is another one.
+/// The option of tagrid that sets a reader option. tagrid uses --grid for something else.
 std::string setting_of(const std::string& option) { return option == "grid" ? "vdb-grid" : option; }
 
 [[noreturn]] void throw_several(const Json& answer, const std::string& path) {

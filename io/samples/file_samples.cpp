@@ -50,8 +50,8 @@ PlainForm plain_form_of_stream(const SourceFacts& facts, const SamplesPlace& pla
   return form;
 }
 
-/// Says that `more` bytes follow the samples in `file`, or at least so many. If they could be a slice, the
-/// header may say another size or type than the samples have.
+/// Warns that `more` bytes, or at least as many, follow the samples in `file`. If they are enough for a
+/// slice, the header may have the wrong size or type.
 void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFacts& facts) {
   facts.holds_other_bytes = true;
   const std::uint64_t slice = *sample_bytes({facts.info.dims.x, facts.info.dims.y, 1}, facts.info.type);
@@ -60,10 +60,10 @@ void say_more(const FileBytes& file, std::uint64_t more, bool is_exact, SourceFa
                              file.name(), is_exact ? "" : "more than ", more));
 }
 
-/// If a gzip stream holds more than `expected` bytes, it may go on, and a warning says so. The whole stream
-/// is read only if its last bytes, which are the size of its last member modulo 2^32, differ from that.
+/// A gzip stream may hold more than `expected` bytes, with a warning. The whole stream is read only if its
+/// last bytes, which are the size of its last member modulo 2^32, differ from that.
 void allow_more_in_gzip(FileBytes& file, std::uint64_t expected, SamplesPlace& place, SourceFacts& facts) {
-  constexpr std::uint64_t most = std::uint64_t{1} << 30;  // are counted
+  constexpr std::uint64_t most = std::uint64_t{1} << 30;  // more are not counted
   constexpr std::uint64_t least_gzip = 18;
   if (!file.size() || *file.size() < place.start || *file.size() - place.start < least_gzip) return;
   file.seek(place.start);

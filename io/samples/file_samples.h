@@ -61,7 +61,8 @@ class FileSamples : public VolumeSource {
 };
 
 /// Uncompressed samples. The constructor throws WrongSize if a file does not have exactly as many bytes after
-/// `start` as the samples need (at least as many if it may go on), and BrokenInput if a pipe ends before `start`.
+/// `start` as the samples need (at least as many if it may go on), and BrokenInput if a pipe ends before
+/// `start`.
 class PlainSamples : public FileSamples {
  public:
   PlainSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place);
@@ -71,12 +72,13 @@ class PlainSamples : public FileSamples {
   void seek(std::int64_t z) override;
 };
 
-/// The uncompressed samples at this place of a file, which is the last one of `facts`. A regular file's facts then say
-/// where they lie.
+/// The uncompressed samples at this place of a file, which is the last one of `facts`. A regular file's facts
+/// then say where they lie.
 std::unique_ptr<VolumeSource> plain_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                             const SamplesPlace& place);
 
-/// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of the header.
+/// The beginning of a volume in its plain form: what comes before the samples in their file, or the file of
+/// the header.
 using PlainHeader = std::function<PlainFile()>;
 
 enum class Compression { gzip, bzip2 };
@@ -84,14 +86,14 @@ enum class Compression { gzip, bzip2 };
 /// The samples in a gzip, zlib or bzip2 stream that extends from this place to the end of the last file of
 /// `facts`, after `skipped` decompressed bytes. The facts of a regular file then tell its plain form: if
 /// `facts` has one file, `header` gives the pieces before the stream, by default the bytes there; otherwise
-/// it gives the first file. If a gzip stream in a file has more bytes, it may go on, and a warning says so.
+/// it gives the first file. A gzip stream in a file may have more bytes, with a warning.
 std::unique_ptr<VolumeSource> compressed_samples(SourceFacts facts, std::unique_ptr<FileBytes> file,
                                                  SamplesPlace place, std::uint64_t skipped,
                                                  const PlainHeader& header = {},
                                                  Compression compression = Compression::gzip);
 
-/// Samples in a compressed stream that extends to the end of the file, after `skipped` decompressed bytes. The
-/// constructor throws BrokenInput if the file is too small for them.
+/// Samples in a compressed stream that extends to the end of the file, after `skipped` decompressed bytes.
+/// The constructor throws BrokenInput if the file is too small for them.
 class CompressedSamples final : public FileSamples {
  public:
   CompressedSamples(SourceFacts facts, std::unique_ptr<FileBytes> file, const SamplesPlace& place,

@@ -70,7 +70,7 @@ class Joined final : public VolumeSource {
       facts.traits.memory = std::max(facts.traits.memory, own + part.traits.memory);
       are_plain = are_plain && !part.places.empty();
       facts.holds_other_bytes = facts.holds_other_bytes || part.holds_other_bytes;
-      // Thousands of files may be alike.
+      // Thousands of files may have the same warnings.
       const bool is_unusual = !part.warnings.empty() || !part.not_understood.empty();
       if (is_unusual && unusual++ == 0) {
         facts.warnings.insert(facts.warnings.end(), part.warnings.begin(), part.warnings.end());

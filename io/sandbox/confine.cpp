@@ -17,17 +17,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What libraries load while they work: plug-ins, dictionaries, character sets. TBB asks for processors.
+// Files that libraries read at run time: plug-ins, dictionaries, character sets. TBB counts processors.
 constexpr const char* of_libraries[] = {"/usr/lib",         "/usr/lib64",      "/usr/libexec", "/usr/share",
                                         "/usr/local/lib",   "/usr/local/hdf5", "/lib",         "/lib64",
                                         "/etc/ld.so.cache", "/etc/localtime",  "/etc/dcmtk",   "/proc/self",
                                         "/proc/cpuinfo",    "/proc/meminfo",   "/sys/devices", "/dev/null",
                                         "/dev/urandom",     "/sys/fs/cgroup"};
-// Paths with colons between them, which users give to libraries.
+// Colon-separated paths that users set for libraries.
 constexpr const char* of_users[] = {"HDF5_PLUGIN_PATH", "DCMDICTPATH", "LD_LIBRARY_PATH"};
 
-/// A folder of slices may have links to slices elsewhere. More are not looked for than readers can have use
-/// for.
+/// A directory of slices may have links to slices elsewhere. This limit is higher than any reader needs.
 constexpr std::size_t most_entries = 200'000;
 
 void add_listed(const char* variable, std::vector<std::string>& paths) {
@@ -46,7 +45,7 @@ void add_targets(const fs::path& folder, std::vector<std::string>& paths) {
   for (Iterator entry(folder, fs::directory_options::skip_permission_denied, error), end;
        !error && entry != end && count < most_entries; entry.increment(error), ++count) {
     std::error_code of_entry;
-    // What a link leads to may be a link, too.
+    // The target of a link may be a link, too.
     if (entry->is_symlink(of_entry))
       if (const fs::path target = fs::canonical(entry->path(), of_entry); !of_entry)
         paths.push_back(target.string());
@@ -78,7 +77,7 @@ std::vector<std::string> readable(const std::string& path) {
 
 void confine_to(const std::string& path) {
   if (!sandbox_is_on()) return;
-  // A memory image of a process that was taken over is a file, too.
+  // A core dump of a compromised process is a file, too.
   const rlimit none = {0, 0};
   setrlimit(RLIMIT_CORE, &none);
   allow_reading_only(readable(path));

@@ -1,14 +1,14 @@
-// A program that parses files of strangers locks itself up before it opens the first one: what a malicious
-// file makes of it can neither write, nor connect, nor start a program, nor read other files.
+// A program that parses untrusted files confines itself before it opens the first one. If a malicious file
+// takes it over, it cannot write, connect, start a program, or read other files.
 #pragma once
 
 #include <string>
 
 namespace tagrid {
 
-/// Confines this process for the rest of its life, with all threads that it starts. It can then open for
-/// reading only the folder of `path` (or `path`, if it is a folder), what links in that folder lead to, and
-/// what libraries need. Without effect if the sandbox is off; without Landlock (Linux 5.13), files are not
+/// Confines this process for the rest of its life, with all threads that it starts. It can then read only the
+/// directory of `path` (or `path`, if it is a directory), the targets of links in that directory, and what
+/// libraries need. Has no effect if the sandbox is off; without Landlock (Linux 5.13), files are not
 /// protected. Throws WorldError if the system refuses. REQUIRES: this process has one thread.
 void confine_to(const std::string& path);
 

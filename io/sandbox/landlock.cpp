@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-// The kernel's interface, as headers of older kernels lack its later parts.
+// The kernel's interface. Headers of older kernels lack its later parts.
 struct Ruleset {
   std::uint64_t files = 0, network = 0, scopes = 0;
 };

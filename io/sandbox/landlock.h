@@ -9,9 +9,9 @@ namespace tagrid {
 /// The version of the kernel's interface; 0 if it has none, or if it is switched off.
 int landlock_version();
 
-/// From now on, this thread can open nothing but files at and below `paths`, and these for reading only; it
-/// can neither change a folder, execute a file, nor reach TCP ports and processes outside. Paths that are not
-/// there are left out. Without effect if landlock_version() is 0. Throws WorldError.
+/// From now on, this thread can open only files at and below `paths`, and only for reading. It cannot change
+/// a directory, execute a file, or reach TCP ports and processes outside. Missing paths are skipped. Has no
+/// effect if landlock_version() is 0. Throws WorldError.
 void allow_reading_only(const std::vector<std::string>& paths);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Programs that parse files of strangers with large libraries run in a sandbox; see io/sandbox/confine.h.
+// Programs that parse untrusted files with large libraries run in a sandbox; see io/sandbox/confine.h.
 #pragma once
 
 #include <string>

@@ -19,7 +19,7 @@ namespace {
 
 // By name, since older headers lack the later ones; names that the machine does not have are left out.
 constexpr std::array calls = {
-    // files that are open, and what is known of others
+    // open files, and metadata of others
     "read", "readv", "pread64", "preadv", "write", "writev", "close", "close_range", "lseek", "_llseek",
     "fstat", "fstat64", "stat", "stat64", "lstat", "lstat64", "newfstatat", "fstatat64", "statx", "statfs",
     "statfs64", "fstatfs", "fstatfs64", "access", "faccessat", "faccessat2", "readlink", "readlinkat",
@@ -34,7 +34,7 @@ constexpr std::array calls = {
     "exit_group", "sched_yield", "sched_getaffinity", "sched_setaffinity", "sched_getparam",
     "sched_getscheduler", "getcpu", "rt_sigaction", "rt_sigprocmask", "rt_sigreturn", "sigreturn",
     "sigaltstack", "tgkill", "restart_syscall", "nanosleep", "clock_nanosleep", "clock_nanosleep_time64",
-    // what time it is, and who and where this process is
+    // time, and the identity and location of this process
     "clock_gettime", "clock_gettime64", "clock_getres", "gettimeofday", "time", "times", "getrusage",
     "getpid", "getppid", "gettid", "getuid", "geteuid", "getgid", "getegid", "uname", "sysinfo", "getrlimit",
     "ugetrlimit", "prlimit64", "getrandom", "arch_prctl"};
@@ -63,15 +63,15 @@ void allow_calls_of_readers() {
   const Filter filter(seccomp_init(SCMP_ACT_ERRNO(ENOSYS)), &seccomp_release);
   if (!filter) fail(ENOMEM);
   for (const char* name : calls) allow(filter, name);
-  // Which files can be opened, and how, is Landlock's matter. Its first versions overlook a file that is
-  // opened for reading and made empty.
+  // Landlock decides which files can be opened, and how. Its first versions miss a file that is opened for
+  // reading and truncated.
   for (const auto& [call, flags] : {std::pair("open", 1U), {"openat", 2U}}) {
     allow(filter, call, {is_masked(flags, O_TRUNC, 0)});
     for (const scmp_datum_t access : {O_RDWR, O_WRONLY})
       allow(filter, call, {is_masked(flags, O_ACCMODE, access)});
   }
-  // Threads, not processes. The C library falls back to this call where it is refused the newer one, whose
-  // flags no rule can see.
+  // Threads, not processes. No rule can see the flags of the newer call. If it is refused, the C library
+  // falls back to this one.
 #ifdef __s390__
   constexpr unsigned flags_of_clone = 1;
 #else

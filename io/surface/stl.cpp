@@ -1,5 +1,5 @@
-// The format: 80 bytes of text, the number of triangles (uint32), and for each its normal, its three corners (floats), and
-// a uint16 that is 0. The text must not begin with "solid", the sign of STL in ASCII.
+// The format: 80 bytes of text, the number of triangles (uint32), and for each its normal, its three corners
+// (floats), and a uint16 that is 0. The text must not begin with "solid", the sign of STL in ASCII.
 #include "io/surface/stl.h"
 
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ using Point = std::array<float, 3>;
 
 constexpr std::size_t stl_head = 84, triangle_bytes = 12 * sizeof(float) + 2;
 
-/// With a larger error than this part of a voxel, small triangles lose their shape.
+/// With an error above this fraction of a voxel, small triangles lose their shape.
 constexpr double visible = 0.01;
 
 Point as_floats(const std::array<double, 3>& p) {

@@ -9,16 +9,16 @@
 
 namespace tagrid {
 
-/// STL has floats alone, and no shared vertices: each triangle has the places of its corners, which are the same bits in
-/// all triangles of a vertex. Normals are computed from them; a triangle without an area has the normal 0. There may be
-/// 2^32 - 1 triangles; WorldError if there are more.
+/// STL has floats alone, and no shared vertices: each triangle has the places of its corners, which are the
+/// same bits in all triangles of a vertex. Normals are computed from them; a triangle without an area has the
+/// normal 0. There may be 2^32 - 1 triangles; WorldError if there are more.
 class StlFile : public SurfaceFile {
  public:
   StlFile(const std::string& path, bool overwrite);
 
   void add(const SurfacePiece& piece) override;
   void finish() override;
-  /// Says so if floats are too coarse for the places of the corners.
+  /// Warns if floats are too coarse for the positions of the corners.
   std::vector<std::string> warnings() const override;
 
  private:

@@ -15,8 +15,8 @@
 
 namespace tagrid {
 
-/// A file that gets its name in commit(). Data that the format wants in another order waits in nameless temporary files
-/// beside it, so memory does not grow. Failures of the system are WorldErrors.
+/// A file that gets its name in commit(). Data that the format wants in another order waits in nameless
+/// temporary files beside it, so memory does not grow. Failures of the system are WorldErrors.
 class SurfaceFile : public SurfaceSink {
  public:
   /// Throws UsageError if the output exists and `overwrite` is false.

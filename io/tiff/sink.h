@@ -1,4 +1,5 @@
-// Writes volumes as TIFF files of many pages. The format: TIFF 6.0, https://www.itu.int/itudoc/itu-t/com16/tiff-fx/docs/tiff6.pdf
+// Writes volumes as TIFF files of many pages. The format: TIFF 6.0,
+// https://www.itu.int/itudoc/itu-t/com16/tiff-fx/docs/tiff6.pdf
 #pragma once
 
 #include <memory>
@@ -9,15 +10,15 @@
 
 namespace tagrid {
 
-/// Writes a page for each slice, uncompressed, all headers in front of all samples; BigTIFF if the file is larger than 4 GB.
-/// Spacing, unit, and the calibration of values are those of ImageJ.
+/// Writes a page for each slice, uncompressed, all headers in front of all samples; BigTIFF if the file is
+/// larger than 4 GB. Spacing, unit, and the calibration of values are those of ImageJ.
 std::unique_ptr<VolumeSink> create_tiff(const std::string& path, const VolumeInfo& info,
                                         const SinkOptions& options);
 
 /// True if the file says what samples mean: ImageJ has a calibration of some types.
 bool keeps_values_in_tiff(const VolumeInfo& info);
 
-/// What TIFF cannot say of this volume, a sentence each.
+/// What TIFF loses of this volume, one sentence for each loss.
 std::vector<std::string> lost_in_tiff(const VolumeInfo& info);
 
 /// The bytes of memory that the headers of all pages take.

@@ -11,8 +11,8 @@
 namespace tagrid {
 
 /// Values by "section/name", in lower case, without blanks around them. Sections belong to groups
-/// ("{volume1}"), whose names are left out; of several volumes, all but the first one are. If a name comes
-/// twice in sections of one name, the first one counts.
+/// ("{volume1}"), whose names are left out; of several volumes, all but the first one are. If a name occurs
+/// twice in sections with the same name, the first one counts.
 using Sections = std::map<std::string, std::string>;
 
 /// Lines that are neither a section nor a name and a value are passed over. Safe for any bytes.

@@ -81,8 +81,7 @@ SampleType type_of_vgi(const std::string& file, const Sections& sections) {
                                 quoted(std::string_view(kind)), bits));
 }
 
-/// What the description of a volume says besides the samples of its only file, and which is not followed
-/// here.
+/// What the description of a volume says about its samples, and this reader does not apply.
 std::vector<std::string> not_understood_in(const std::string& name, std::string_view text,
                                            const Sections& sections) {
   std::vector<std::string> sentences;

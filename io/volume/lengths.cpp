@@ -53,7 +53,7 @@ std::string_view usual_name(std::string_view name) {
   for (const Spelling& spelling : short_spellings)
     if (spelling.text == name) return spelling.name;
   std::string word = lower_case(name);
-  // In capitals alone, nobody means mega.
+  // In a name in capitals only, M is not the prefix mega.
   const bool is_in_capitals = std::ranges::all_of(name, [](char c) { return c >= 'A' && c <= 'Z'; });
   if (is_in_capitals)
     for (const LengthUnit& unit : units)

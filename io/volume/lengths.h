@@ -9,19 +9,20 @@
 
 namespace tagrid {
 
-/// A unit of length. Whole numbers of picometres make conversions exact where the result is.
+/// A unit of length. Whole numbers of picometers make conversions exact if the result is exact.
 struct LengthUnit {
   std::string_view name;  ///< the usual one: "um" for "micron", "µm" and the like
   double picometres = 0;
 };
 
-/// The unit with this name, in any of its spellings; nothing if it is not known, or not one of lengths. "Millimeters" and
-/// "MM" are known, but "Mm" is no millimetre.
+/// The unit with this name, in any of its spellings; nothing if it is not known, or not one of lengths.
+/// "Millimeters" and "MM" are known, but "Mm" is not a millimeter.
 std::optional<LengthUnit> length_unit(std::string_view name);
 
-/// What is said of the unit of a geometry.
+/// What is known about the unit of a geometry.
 struct CommonUnit {
-  /// The usual name of the unit of all axes whose spacing is known, or the name that they share; "" if none of them has one.
+  /// The usual name of the unit of all axes whose spacing is known, or the name that they share; "" if none
+  /// of them has one.
   std::string name;
   /// Axes have different units, or some of them have none.
   bool is_mixed = false;
@@ -30,14 +31,15 @@ struct CommonUnit {
 };
 CommonUnit common_unit(const Geometry& geometry);
 
-/// The same places with all lengths in the unit `name`, a known one. REQUIRES: common_unit(geometry).is_known.
+/// The same places with all lengths in the unit `name`, a known one. REQUIRES:
+/// common_unit(geometry).is_known.
 Geometry in_unit(const Geometry& geometry, std::string_view name);
 
-/// The same places in one unit, for formats that have one or none: that of the first axis, by its usual name, if units are
-/// known; otherwise the geometry as it is.
+/// The same places in one unit, for formats that have one or none: that of the first axis, by its usual name,
+/// if units are known; otherwise the geometry as it is.
 Geometry in_one_unit(const Geometry& geometry);
 
-/// A sentence if a file with these numbers has axes with different units that are not known; "" otherwise.
+/// A warning if axes in a file with these numbers have different, unknown units; "" otherwise.
 std::string lost_by_mixed_units(const Geometry& geometry);
 
 }  // namespace tagrid

@@ -39,8 +39,8 @@ struct DecodeRun {
   bool overwrite = false;
   WantedRegion region = {};
   Numbers numbers = Numbers::automatic;
-  /// If set, a damaged file is no error: samples of bricks that are not whole become this value, which must be one of the
-  /// type of what is written, and the result tells of them. REQUIRES: the input is a regular file.
+  /// If set, a damaged file is not an error. Samples of damaged bricks become this value, which must fit the
+  /// output type, and the result lists them. REQUIRES: the input is a regular file.
   std::optional<double> fill = {};
   std::map<std::string, std::string> wishes = {};  ///< WriteOptions::wishes; those about errors are added
   Resources resources{0};                          ///< per rank; 0 threads: all that the rank may use
@@ -73,14 +73,15 @@ struct DecodeResult {
 
 using FinishedDecode = Finished<DecodeResult>;
 
-/// Creates the output of `run`, a volume whose samples are described by `info`, and which has `numbers`. `others_write`: see
-/// SinkOptions.
+/// Creates the output of `run`, a volume whose samples are described by `info`, and which has `numbers`.
+/// `others_write`: see SinkOptions.
 std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
                                         const WrittenNumbers& numbers, const CodingParameters& parameters,
                                         bool others_write = false);
 
-/// Opens the output, and returns plan(bytes), where `bytes` is the memory of the program that writes it. Such a program says
-/// that only when its output is open. Without one, the plan comes first: if it is refused, nothing was written to a pipe.
+/// Opens the output, and returns plan(bytes), where `bytes` is the memory of the program that writes it. Such
+/// a program says that only when its output is open. Without one, the plan comes first: if it is refused,
+/// nothing was written to a pipe.
 template <class Plan>
 auto open_planned(const DecodeRun& run, const VolumeInfo& info, const WrittenNumbers& numbers,
                   const CodingParameters& parameters, bool others_write, Plan plan) {

@@ -48,8 +48,8 @@ class DecodedRows {
   Part part_with(Index3 p) const;
   /// Copies rows y_low .. y_high of slice `z` to `out`, x fastest. REQUIRES: as for part_with().
   void copy_rows(std::int64_t z, std::int64_t y_low, std::int64_t y_high, std::span<std::byte> out) const;
-  /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: whole rows. REQUIRES: as
-  /// for part_with(); all rows of `samples` are here.
+  /// Calls use(slice) for the part of every slice that lies in `samples`, in the order of z: whole rows.
+  /// REQUIRES: as for part_with(); all rows of `samples` are here.
   template <class Use>
   void for_each_slice(const Box& samples, Use use) const {
     assert(box_.low.y <= samples.low.y && box_.high.y >= samples.high.y);

@@ -26,8 +26,8 @@ struct DecodeStreams {
   std::function<void(DecodedBrick&)> inspect_brick;
   /// See EncodeStreams.
   std::function<void(std::int64_t brick)> brick_done = {};
-  /// Changes the samples of a decoded brick to those of `sample_bytes` bytes each that are gathered. Called by several threads
-  /// at once. May be empty.
+  /// Changes the samples of a decoded brick to those of `sample_bytes` bytes each that are gathered. Called
+  /// by several threads at once. May be empty.
   std::function<void(DecodedBrick&)> change_samples = {};
   std::size_t sample_bytes = 0;  ///< 0: those of the type of the volume
 };

@@ -16,17 +16,18 @@ namespace tagrid {
 
 /// What is written.
 enum class Numbers : std::uint8_t {
-  /// Values where the format cannot say how they follow from samples, and where they are whole numbers of 16 bits: slope 1,
-  /// a whole intercept, and a volume whose values fit. Otherwise samples.
+  /// Values if the format cannot store slope and intercept, and values fit 16-bit integers: the slope is 1,
+  /// and the intercept is a whole number. Otherwise samples.
   automatic,
   samples,
-  values,  ///< integers where they hold all values exactly, otherwise float32, or float64 where the samples are of that type
+  /// Integers if they hold all values exactly; otherwise float32, or float64 if the samples are float64.
+  values,
 };
 
 /// How the samples of a file become what is written.
 struct WrittenNumbers {
   ValueRule rule;
-  /// The range of values is known to fit: one that does not is damage. Otherwise it is unknown, as at the beginning of a pipe.
+  /// True: the range of values fits, so a value outside is damage. False: the range is unknown, as in a pipe.
   bool is_range_known = true;
 
   bool are_values() const { return !rule.changes_nothing(); }
@@ -44,13 +45,14 @@ struct WrittenNumbers {
 /// True if the choice below depends on the range of samples, so on the index: values may be written.
 bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& header);
 
-/// The choice for a file. `index`: nullptr if it is not known before the bricks are decoded; then all values that its type
-/// can have are possible. Throws UsageError if values are wanted, and slopes of slices are not one number for each.
+/// The choice for a file. `index`: nullptr if it is not known before the bricks are decoded; then all values
+/// that its type can have are possible. Throws UsageError if values are wanted, and the slopes of slices are
+/// not one number per slice.
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index);
 
-/// Turns the samples of a decoded brick into what is written. Throws BrokenInput if a value is beyond the range that the
-/// index says, or UsageError if the range was not known; `name` of the file begins both.
+/// Turns the samples of a decoded brick into what is written. Throws BrokenInput if a value is beyond the
+/// range that the index says, or UsageError if the range was not known; `name` of the file begins both.
 void change_brick(const WrittenNumbers& numbers, const BrickGrid& bricks, const std::string& name,
                   DecodedBrick& brick);
 

@@ -163,8 +163,8 @@ class Estimator {
     return header + none + of_brick * static_cast<double>(bricks_.count());
   }
 
-  // A brick that was encoded stands for those that are nearest to it in the order. What they take is in proportion to
-  // their roughness or, if it has none, to their number; so are other figures to their number.
+  // A brick that was encoded stands for those that are nearest to it in the order. What they take is in
+  // proportion to their roughness or, if it has none, to their number; so are other figures to their number.
   Estimate estimate_of(std::size_t bound) const {
     double bytes = 0, squared_error = 0, finite = 0, encoding = 0, decoding = 0;
     const bool real = is_float_type(of_bounds_[bound].type);

@@ -14,7 +14,7 @@ tagrid_call settings_of(const tagrid_call* call) {
 
 Resources resources_of(const tagrid_call& call) {
   require(call.threads >= 0, "the number of threads is negative");
-  // A caller who limits the threads of oneTBB means these as well.
+  // If a caller limits the threads of oneTBB, the limit applies to these threads, too.
   const auto most =
       oneapi::tbb::global_control::active_value(oneapi::tbb::global_control::max_allowed_parallelism);
   const int wanted = call.threads == 0 ? available_threads() : call.threads;

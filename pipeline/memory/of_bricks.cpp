@@ -129,8 +129,8 @@ ByteCount index_of_decoding(const Sizes& z) {
   return z.brick_count * bytes_of_read_entry + std::min(z.brick_count * bytes_of_entry, 128e6);
 }
 
-// What a schedule keeps of the grid of some rows of bricks: the marks of root layers, and bricks that wait for a thread.
-// `layers_ahead`: root layers that are marked ahead of those that a layer of bricks needs.
+// What a schedule keeps of the grid of some rows of bricks: the marks of root layers, and bricks that wait
+// for a thread. `layers_ahead`: root layers that are marked ahead of those that a layer of bricks needs.
 ByteCount marks_and_jobs(const Sizes& z, ByteCount rows, bool strips, ByteCount layers_ahead) {
   const CodingParameters& p = z.parameters;
   const bool cropped = !p.bounds_interpolation();
@@ -152,7 +152,8 @@ ByteCount marks_and_jobs(const Sizes& z, ByteCount rows, bool strips, ByteCount 
   return marks + jobs;
 }
 
-// A grid that is derived from decoded samples: slices, marks, and the work of the threads with some bricks for each.
+// A grid that is derived from decoded samples: slices, marks, and the work of the threads with some bricks
+// for each.
 ByteCount derived_grid(const Sizes& z, ByteCount threads) {
   const CodingParameters& p = z.parameters;
   const ByteCount slices = std::min(z.edge + z.cube + mark_halo(p) + 2, ByteCount(p.dims.z));

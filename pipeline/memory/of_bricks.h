@@ -37,8 +37,8 @@ std::uint64_t memory_of_deriving(const CodingParameters& parameters, std::int64_
 std::uint64_t memory_of_reading(const CodingParameters& parameters, std::int64_t threads,
                                 bool with_grid = false);
 
-/// The same for estimating: each thread encodes and decodes bricks by themselves, with all that is around them. `bounds`
-/// are tried on `chosen` bricks; all bricks are looked at.
+/// The same for estimating: each thread encodes and decodes bricks by themselves, with all that is around
+/// them. `bounds` are tried on `chosen` bricks; all bricks are looked at.
 std::uint64_t memory_of_estimating(const CodingParameters& parameters, std::int64_t threads,
                                    std::int64_t bounds, std::int64_t chosen);
 

@@ -14,7 +14,8 @@
 namespace tagrid {
 namespace {
 
-// The smallest load that can be in memory. A strip needs more slices than whole layers, so of low layers it may need more.
+// The smallest load that can be in memory. A strip needs more slices than whole layers, so of low layers it
+// may need more.
 EncodeLoad smallest_encoding(const CodingParameters& p, bool strips) {
   const EncodeLoad strip = {1, 1, 0, 1}, whole = {1, p.bricks().bricks(1), 0, 1};
   return strips && memory_of_encoding(p, strip) < memory_of_encoding(p, whole) ? strip : whole;

@@ -45,7 +45,8 @@ EncodePlan plan_encoding(const CodingParameters& parameters, const Resources& re
                          bool random_access = true, std::uint64_t besides = 0,
                          std::optional<OriginalAccess> verified = {});
 
-/// How many slices may be in memory besides those of the plan: `most`, or as many as the limit on memory leaves room for.
+/// How many slices may be in memory besides those of the plan: `most`, or as many as the limit on memory
+/// leaves room for.
 std::int64_t slices_beside(const CodingParameters& parameters, const EncodePlan& plan,
                            const Resources& resources, std::int64_t most);
 
@@ -76,7 +77,8 @@ struct DecodePlan {
 };
 
 /// The plan that writes the largest pieces, with the largest number of threads that then fit. Throws as
-/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original. `value_bytes`: see DecodeLoad.
+/// plan_encoding() does. `besides`: memory of the writer, or of the reader of an original. `value_bytes`: see
+/// DecodeLoad.
 DecodePlan plan_decoding(const CodingParameters& parameters, const Resources& resources,
                          DecodeUse use = DecodeUse::write, std::uint64_t besides = 0,
                          std::size_t value_bytes = 0);

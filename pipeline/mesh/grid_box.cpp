@@ -69,8 +69,8 @@ Box layer_of(Box box, std::int64_t z) {
   return box;
 }
 
-// The bricks that the part needs. In a file with voxels, these are also those that own samples on its low faces; if the
-// grid is derived, all whose samples have an influence on it.
+// The bricks that the part needs. In a file with voxels, these are also those that own samples on its low
+// faces; if the grid is derived, all whose samples have an influence on it.
 Box needed_for(const Box& taken, const CodingParameters& parameters) {
   Box needed = taken;
   if (!parameters.stores_grid()) {
@@ -85,8 +85,9 @@ Box needed_for(const Box& taken, const CodingParameters& parameters) {
   return needed;
 }
 
-// The parameters of the volume that `bricks` of a larger one make, from the lowest point of their closed boxes on. Its
-// grid is that of the larger volume, except for the bricks on which the samples around it have an influence.
+// The parameters of the volume that `bricks` of a larger one make, from the lowest point of their closed
+// boxes on. Its grid is that of the larger volume, except for the bricks on which the samples around it have
+// an influence.
 CodingParameters parameters_of_part(CodingParameters parameters, const Box& bricks) {
   const BrickGrid grid = parameters.bricks();
   const Index3 low = grid.closed_box(bricks.low).low;

@@ -69,8 +69,8 @@ class Ranks {
 
  protected:
   static constexpr std::chrono::milliseconds look_interval{32};
-  /// Called every patience() while this rank works: answers other ranks. Returns whether one of them tells
-  /// something, so that `look` should listen now. patience() is how long other ranks may have to wait.
+  /// Called every patience() while this rank works: answers other ranks. Returns true if one of them has
+  /// news, so that `look` should listen now. patience() is how long other ranks may have to wait.
   virtual bool pass_messages() { return false; }
   virtual std::chrono::milliseconds patience() const { return look_interval; }
 

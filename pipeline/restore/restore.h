@@ -1,4 +1,5 @@
-// Source files in a .tag file: kept by encoding, compared by verification, and given back by `tagrid restore`.
+// Source files in a .tag file: kept by encoding, compared by verification, and given back by `tagrid
+// restore`.
 #pragma once
 
 #include <cstdint>
@@ -54,8 +55,9 @@ struct RestoreResult {
   KeptFiles kept;
 };
 
-/// Gives back the source files of a .tag file: byte for byte if its samples are exact, which is checked; otherwise with
-/// decoded samples. Files whose samples were compressed come in their plain form. Throws UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
+/// Gives back the source files of a .tag file: byte for byte if its samples are exact, which is checked;
+/// otherwise with decoded samples. Files whose samples were compressed come in their plain form. Throws
+/// UsageError if the file has no source files, or if one is in the way; BrokenInput; WorldError.
 Finished<RestoreResult> restore_files(const RestoreRun& run);
 
 /// Bytes of memory that reading the envelope of a .tag file takes; 0 if it cannot be read. Throws WorldError.

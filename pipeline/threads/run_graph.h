@@ -5,8 +5,8 @@
 
 namespace tagrid {
 
-/// Starts the graph at `first` and waits for it. Throws the exceptions of its nodes. When this returns or throws, no task of
-/// the graph runs or waits any more, so that its nodes can be destroyed.
+/// Starts the graph at `first` and waits for it. Throws the exceptions of its nodes. When this returns or
+/// throws, no task of the graph runs or waits any more, so that its nodes can be destroyed.
 template <class InputNode>
 void run_graph(oneapi::tbb::flow::graph& graph, InputNode& first) {
   try {

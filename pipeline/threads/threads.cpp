@@ -16,7 +16,8 @@ namespace {
 
 using Context = oneapi::tbb::task_group_context;
 
-// Of all objects of this process. A run may have threads in two arenas, one after the other at work.
+// The limit for all objects of this process. A run may have threads in two arenas, of which one works at a
+// time.
 int most_others() {
   using Control = oneapi::tbb::global_control;
   const std::size_t allowed = Control::active_value(Control::max_allowed_parallelism);

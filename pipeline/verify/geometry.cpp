@@ -19,8 +19,8 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-// A direction that went through a float32 quaternion (NIfTI) is off by some 1e-6 of its length. Over a thousand samples,
-// 1e-5 of a spacing is a hundredth of a sample.
+// A direction that went through a float32 quaternion (NIfTI) is off by some 1e-6 of its length. Over a
+// thousand samples, 1e-5 of a spacing is a hundredth of a sample.
 constexpr double of_places = 1e-5;
 // A slope has no such detours: float32 keeps it within 6e-8.
 constexpr double of_values = 1e-6;
@@ -37,7 +37,8 @@ bool is_near(const Vector& a, const Vector& b, double tolerance) {
   return true;
 }
 
-/// By which lengths in `theirs` become those in `ours`; 1 if one of them has no units. Nothing if that is not known.
+/// By which lengths in `theirs` become those in `ours`; 1 if one of them has no units. Nothing if that is not
+/// known.
 std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& theirs) {
   const std::array<std::string, 3> none;
   if (ours.units == theirs.units || ours.units == none || theirs.units == none) return 1;
@@ -88,8 +89,8 @@ class GeometryOfBoth {
     if (any) found_.compared.emplace_back("spacing");
   }
 
-  /// By which numbers coordinates of the original become ours: signs, with the factor of lengths. Nothing if it is not known
-  /// how one space lies in the other: then nothing says that they differ.
+  /// By which numbers coordinates of the original become ours: signs, with the factor of lengths. Nothing if
+  /// it is not known how one space lies in the other: then nothing says that they differ.
   std::optional<Vector> signs_of_both() const {
     const auto ours = signs_of_space(ours_.space), theirs = signs_of_space(theirs_.space);
     if (ours && theirs) {

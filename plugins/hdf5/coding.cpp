@@ -64,7 +64,8 @@ std::vector<std::byte> file_of(const Chunk& chunk, double max_error, tagrid_effo
   options.max_error = max_error;
   options.effort = effort;
   options.metadata = lines.c_str();
-  // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded samples.
+  // Nobody sees a grid in a data set. Whoever takes the chunk as a file still gets the one of the decoded
+  // samples.
   options.grid_derived = 1;
   if (const auto range = range_of(samples); range[0] < range[1] && std::isfinite(range[1] - range[0]))
     std::ranges::copy(range, options.range);

@@ -10,8 +10,8 @@
 
 namespace tagrid::hdf5 {
 
-/// The chunk as a .tag file without a stored grid: of the samples, or of their places on a lattice (lattice.h). Throws
-/// Error.
+/// The chunk as a .tag file without a stored grid: of the samples, or of their places on a lattice
+/// (lattice.h). Throws Error.
 ///
 ///   samples  x fastest, in the byte order of the chunk
 ///
@@ -21,8 +21,8 @@ std::vector<std::byte> encode(const Chunk& chunk, const Choice& choice, std::spa
 /// The bytes of a .tag file, whoever made it, as a chunk.
 class StoredChunk {
  public:
-  /// Throws Error if the file is damaged at its head or its end, its samples are not of the chunk's type and size, or
-  /// they may be off by more than what was chosen. `file` must outlive the object.
+  /// Throws Error if the file is damaged at its head or its end, its samples are not of the chunk's type and
+  /// size, or they may be off by more than what was chosen. `file` must outlive the object.
   StoredChunk(const Chunk& chunk, const Choice& choice, std::span<const std::byte> file);
   StoredChunk(const StoredChunk&) = delete;
   StoredChunk& operator=(const StoredChunk&) = delete;

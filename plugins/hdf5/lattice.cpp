@@ -32,7 +32,8 @@ constexpr const char* name_of() {
 
 template <class T>
 T place_of(NumberOf<T> number, const Lattice<T>& lattice) {
-  // Exact for integers, too: neither factor has more than 33 bits, and a product with more than 53 is beyond the limits.
+  // Exact for integers, too: neither factor has more than 33 bits, and a product with more than 53 is beyond
+  // the limits.
   const double place = lattice.anchor + static_cast<double>(number) * lattice.step;
   return static_cast<T>(std::clamp(place, static_cast<double>(std::numeric_limits<T>::lowest()),
                                    static_cast<double>(std::numeric_limits<T>::max())));
@@ -47,7 +48,8 @@ std::optional<std::int32_t> number_of(T sample, const Lattice<T>& lattice) {
   double number = std::nearbyint(static_cast<double>(sample) / lattice.step);
   // False for NaN, too.
   if (!(std::fabs(number) <= largest_number<T>)) return std::nullopt;
-  // The quotient is rounded, so a sample in the middle may have got the further place. The difference is exact.
+  // The quotient is rounded, so a sample in the middle may have got the further place. The difference is
+  // exact.
   const double off = static_cast<double>(sample) - place_of<T>(static_cast<std::int32_t>(number), lattice);
   if (std::fabs(off) > lattice.max_error) number += off > 0 ? 1 : -1;
   if (std::fabs(number) > largest_number<T>) return std::nullopt;

@@ -62,7 +62,8 @@ std::array<std::pair<hid_t, StoredType>, 16> known_types() {
   }};
 }
 
-// Nothing for types that tagrid does not know: integers of 64 bits or with padding, half floats, compound types ...
+// Nothing for types that tagrid does not know: integers of 64 bits or with padding, half floats, compound
+// types ...
 std::optional<StoredType> stored_type_of(hid_t type) {
   for (const auto& [hdf5_type, stored] : known_types())
     if (H5Tequal(type, hdf5_type) > 0) return stored;
@@ -87,7 +88,8 @@ std::array<std::int64_t, 3> dims_of_chunk(hid_t properties) {
   return dims;
 }
 
-// The numbers of the filter. Throws Error if another filter comes before it: that one would change the samples.
+// The numbers of the filter. Throws Error if another filter comes before it: that one would change the
+// samples.
 std::vector<unsigned> given_numbers(hid_t properties, unsigned& flags) {
   unsigned kind = 0;
   std::size_t unused = 0;
@@ -103,7 +105,8 @@ std::vector<unsigned> given_numbers(hid_t properties, unsigned& flags) {
   return numbers;
 }
 
-// The bits of the data set's fill value in the machine's byte order; 0, which is also HDF5's own, if it has none.
+// The bits of the data set's fill value in the machine's byte order; 0, which is also HDF5's own, if it has
+// none.
 std::uint64_t fill_of(hid_t properties, const StoredType& stored) {
   H5D_fill_value_t defined = H5D_FILL_VALUE_UNDEFINED;
   if (H5Pfill_value_defined(properties, &defined) < 0 || defined != H5D_FILL_VALUE_USER_DEFINED) return 0;
@@ -116,7 +119,7 @@ std::uint64_t fill_of(hid_t properties, const StoredType& stored) {
   throw Error(TAGRID_INVALID_ARGUMENT, "HDF5 does not give the fill value");
 }
 
-// True of a fill value that was given, unless it comes back in any case: it is not finite.
+// True for a fill value other than 0, unless it is not finite: then it comes back in any case.
 bool changes_within_bound(const Chunk& chunk) {
   bool is_finite = true;
   if (chunk.type == TAGRID_FLOAT32)
@@ -191,7 +194,8 @@ std::size_t filter(unsigned flags, std::size_t count, const unsigned* numbers, s
   });
 }
 
-// set_local() also says whether the filter can be applied: what HDF5 has another function for, but loses its message.
+// set_local() also says whether the filter can be applied: what HDF5 has another function for, but loses its
+// message.
 const H5Z_class2_t plugin = {H5Z_CLASS_T_VERS, filter_id, 1, 1, "tagrid", nullptr, set_local, filter};
 
 }  // namespace

@@ -12,15 +12,16 @@
 
 namespace tagrid::hdf5 {
 
-/// The number of the filter in HDF5's registry, which keeps 32768 to 65535 for filters that are not registered.
+/// The number of the filter in HDF5's registry, which keeps 32768 to 65535 for filters that are not
+/// registered.
 constexpr int filter_id = TAGRID_HDF5_FILTER_ID;
 
 /// What a user chooses.
 struct Choice {
   double max_error = 0;  ///< no sample is off by more
   tagrid_effort effort = TAGRID_EFFORT_DEFAULT;
-  /// Every chunk is written once, as a whole: then it may be coded without the lattice, which takes fewer bytes. Otherwise
-  /// the bound holds however often HDF5 encodes what it decoded.
+  /// Every chunk is written once, as a whole: then it may be coded without the lattice, which takes fewer
+  /// bytes. Otherwise the bound holds however often HDF5 encodes what it decoded.
   bool whole_chunks = false;
 };
 
@@ -43,11 +44,13 @@ struct Chunk {
 ///     low high effort          0 default, 1 fast, 2 best
 ///     low high effort whole    1: chunks are written once, as a whole; 0: they may be written in parts
 ///
-/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256 if samples are
-/// big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the fill value.
+/// What is stored in a file has eleven: low, high, effort, whole, the version of this layout (2), type + 256
+/// if samples are big endian, the samples of a chunk along x, y and z, and the 32 low and 32 high bits of the
+/// fill value.
 constexpr std::size_t stored_numbers = 11;
 
-/// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no bound.
+/// What a user chose, or a stored data set has. Throws Error if the numbers say nothing, or the bound is no
+/// bound.
 Choice choice_of(std::span<const unsigned> numbers);
 
 /// Throws Error if the numbers are not those of a stored data set, or its chunk is larger than HDF5 allows.

@@ -36,8 +36,8 @@ Running* running = new Running;
 // A process that was forked has none of the threads of this one, and may have the mutex locked.
 void forget_running() { running = new Running; }
 
-// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the process takes
-// away what they use. Their threads sleep then.
+// Ends calls that still run when the interpreter has ended, and waits for them for a moment: the end of the
+// process takes away what they use. Their threads sleep then.
 void end_calls() {
   std::unique_lock lock(running->mutex);
   for (Call* call : running->calls) call->stop();
@@ -156,7 +156,7 @@ int Call::tell(void* self, std::uint64_t done, std::uint64_t total) noexcept {
 }
 
 Outcome run(Call& call, const std::function<Outcome()>& work) {
-  // Callbacks would wait for ever.
+  // Callbacks would wait forever.
   if (python_is_ending()) raise_error("Error", "the interpreter of Python is ending");
   std::optional<Background> background;
   if (is_main_thread()) {

@@ -15,7 +15,8 @@ namespace tagrid_python {
 
 namespace py = pybind11;
 
-/// The first Python exception that a callback raised on a thread of the library. REQUIRES: the GIL, for every function.
+/// The first Python exception that a callback raised on a thread of the library. REQUIRES: the GIL, for every
+/// function.
 class Raised {
  public:
   /// Keeps the exception that is being handled; later ones are dropped until it is taken or cleared.
@@ -42,7 +43,8 @@ class Call {
   bool is_interrupted() const { return stop_; }
   /// Ends the call soon, from any thread, without the GIL.
   void stop() { stop_ = true; }
-  /// Whether this thread is in a callback of the call, which would wait for itself if it used the same encoder.
+  /// Whether this thread is in a callback of the call, which would wait for itself if it used the same
+  /// encoder.
   bool is_calling_back() const { return calling_back == this; }
 
   /// Marks this thread as being in a callback of a call.
@@ -74,11 +76,12 @@ struct Outcome {
   std::string message = {};
 };
 
-/// Does the work without the GIL. On Python's main thread, which alone handles signals, another thread works while this
-/// one looks for signals. The work must not use Python without taking the GIL.
+/// Does the work without the GIL. On Python's main thread, which alone handles signals, another thread works
+/// while this one looks for signals. The work must not use Python without taking the GIL.
 Outcome run(Call& call, const std::function<Outcome()>& work);
 
-/// Lets calls that still run when the interpreter has ended come to an end before the process does. Once, at the start.
+/// Lets calls that still run when the interpreter has ended come to an end before the process does. Once, at
+/// the start.
 void end_calls_with_python();
 
 /// Raises the exception of tagrid.Error's family that belongs to an outcome; returns if it is TAGRID_OK.

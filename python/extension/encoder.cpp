@@ -135,7 +135,7 @@ void Encoder::close() {
 }
 
 void Encoder::cancel() {
-  // A thread of the encoder that waits for the GIL while the interpreter ends waits for ever.
+  // A thread of the encoder that waits for the GIL while the interpreter ends waits forever.
   if (!is_of_this_process() || python_is_ending()) return;
   // Its threads may be about to write, for which they need the GIL.
   const WithoutGil released;

@@ -10,7 +10,7 @@ namespace {
   while (true) pause();
 }
 
-// Takes the GIL. pthread_exit() is an exception that cannot be ended, so its handler never returns.
+// Takes the GIL. pthread_exit() is an exception that nothing can swallow, so its handler never returns.
 template <class Take>
 void take_or_sleep(Take take) noexcept {
   try {

@@ -1,15 +1,16 @@
 // The lock of Python's interpreter (GIL), also while the interpreter ends.
 //
-// A thread of Python that waits for the GIL when the interpreter ends is ended by pthread_exit(), which runs destructors
-// on its stack and calls terminate() at the first one that is noexcept: pybind11's guards are. These guards let such a
-// thread sleep until the process is gone, as Python 3.14 does itself.
+// A thread of Python that waits for the GIL when the interpreter ends is ended by pthread_exit(), which runs
+// destructors on its stack and calls terminate() at the first one that is noexcept: pybind11's guards are.
+// These guards let such a thread sleep until the process is gone, as Python 3.14 does itself.
 #pragma once
 
 #include <pybind11/pybind11.h>
 
 namespace tagrid_python {
 
-/// Whether the interpreter ends or has ended: threads other than the one that ends it must not take the GIL any more.
+/// Whether the interpreter ends or has ended: threads other than the one that ends it must not take the GIL
+/// any more.
 bool python_is_ending();
 
 /// Releases the GIL for as long as it lives. REQUIRES: this thread has the GIL.

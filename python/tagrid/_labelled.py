@@ -1,5 +1,5 @@
-"""What arrays of others say of themselves beside their samples: the place and the attributes of a DataArray of xarray, and
-numbers that stand for missing samples. What cannot be kept is told of by a warning."""
+"""What arrays of other libraries store besides their samples: the position and the attributes of a DataArray of xarray, and
+numbers that mark missing samples. A warning names what cannot be kept."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ._errors import ArgumentError
 from ._geometry import FIELDS, PLACES, Metadata, header_of, is_key
 from ._volume import Volume
 
-#: Of the backend tagrid.xarray: they are those of the file that is encoded now, or come from coordinates.
+#: Attributes of the backend tagrid.xarray that are not copied: a new file has its own, or they follow from coordinates.
 _OF_THE_FILE = ("affine", "achieved_max_error", "slice_positions", "space", "space units", "space origin")
-#: Names that a .tag file has for attributes of the CF conventions.
+#: Names in a .tag file for attributes of the CF conventions.
 _NAMES = {"units": "sample units", "scale_factor": "rescale_slope", "add_offset": "rescale_intercept",
           "max_error": "source_max_error"}
-#: Names of the number that stands for missing samples.
+#: Names of the number that marks missing samples.
 MISSING = ("_FillValue", "missing_value")
 
 
@@ -33,7 +33,7 @@ class Label(NamedTuple):
 
 
 def check_missing(data: Any, max_error: Optional[float]) -> None:
-    """ArgumentError: a number stands for missing samples, and a bound would make other numbers of it."""
+    """ArgumentError: a number marks missing samples, and a bound would change it."""
     attributes = data.metadata if isinstance(data, Volume) else getattr(data, "attrs", None)
     if max_error == 0 or not isinstance(attributes, Mapping):
         return
@@ -46,7 +46,7 @@ def check_missing(data: Any, max_error: Optional[float]) -> None:
 
 
 def missing_of(attributes: Mapping[str, Any], name: str) -> Optional[float]:
-    """The number that stands for missing samples; None if there is none."""
+    """The number that marks missing samples; None if there is none."""
     try:
         return float(np.asarray(attributes[name]).ravel()[0])
     except (KeyError, IndexError, TypeError, ValueError):
@@ -54,12 +54,12 @@ def missing_of(attributes: Mapping[str, Any], name: str) -> Optional[float]:
 
 
 def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Label:
-    """The place of a DataArray with the axes z, y, x, unless takes_place is False, and its attributes, unless there is metadata;
-    nothing but this metadata of others."""
+    """The position of a DataArray with the axes z, y, x, unless takes_place is False, and its attributes, unless there is
+    metadata. For other arrays, only this metadata."""
     if getattr(data, "dims", None) != ("z", "y", "x") or not hasattr(data, "coords"):
         return Label(metadata=metadata)
     if isinstance(metadata, str):
-        # Lines of a header, which say what their writer wants.
+        # Header lines are kept as their writer gave them.
         spacing, affine, _ = label_of(data, takes_place, {})
         return Label(spacing, affine, metadata)
     pairs = _attributes(data) if metadata is None else dict(metadata)
@@ -102,7 +102,7 @@ class _Axis:
         attributes: Mapping[str, Any] = {} if coordinate is None else coordinate.attrs
         meaning = str(attributes.get("long_name", ""))
         self.units = str(attributes.get("units", "mm"))
-        # What the backend says of files that do not know their spacing.
+        # The backend marks files with unknown spacing in this way.
         self.is_placed = coordinate is not None and not (meaning == "sample" and self.units == "1")
         self.is_distance = meaning.split()[:1] == ["distance"]
         if coordinate is None or not self.is_placed:
@@ -120,7 +120,7 @@ class _Axis:
         if mean != 0 and np.allclose(steps, mean, rtol=1e-4, atol=0):
             self.step = mean
         elif name == "z" and not self.is_distance and (np.all(steps > 0) or np.all(steps < 0)):
-            # As readers of scans have it: a usual step, and the position of each slice.
+            # As in readers of scans: a usual step, and the position of each slice.
             self.step, self.is_uneven = float(np.median(steps)), True
             _warn("slices lie at unequal distances; the position of each slice is kept, but a mesh has equal steps")
         else:

@@ -1,8 +1,8 @@
 """Chunks of arrays of other libraries as .tag files that may be coded again and again.
 
-HDF5 and Zarr decode and encode a chunk whenever a part of it is written. If every encoding added an error of its own, no
-bound would hold. So a sample is rounded to a lattice that depends on nothing but its type and the bound, not on samples
-beside it, and the number of its place is stored losslessly. A rounded sample is its own place: coding it again changes
+HDF5 and Zarr decode and encode a chunk whenever part of it is written. If every encoding added an error of its own, no
+bound would hold. A sample is therefore rounded to a lattice that depends only on its type and the bound, not on other
+samples. The number of its place is stored losslessly. A rounded sample is its own place, so encoding it again changes
 nothing. The HDF5 filter does the same (plugins/hdf5/lattice.h).
 """
 
@@ -23,9 +23,9 @@ _MOST_OTHERS = 8
 
 
 def step_of(dtype: np.dtype[Any], max_error: float) -> float:
-    """The distance of the places of the lattice; 0 if nothing but a sample itself is within the bound. Of
-    integers it is 2 E + 1 for the whole part E of the bound. Of floats it is the largest m * 2^n, with m below 32, that is
-    at most twice the bound: its products with small numbers are exact."""
+    """The distance between places of the lattice; 0 if only the sample itself is within the bound. For integers, it is
+    2 E + 1, where E is the integer part of the bound. For floats, it is the largest m * 2^n, with m below 32, that is at
+    most twice the bound. Its products with small numbers are exact."""
     if dtype.kind != "f":
         whole = math.floor(min(max_error, 2.0**30))
         return 2.0 * whole + 1 if whole >= 1 else 0.0
@@ -41,8 +41,8 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
                  **settings: Any) -> bytes:
     """The .tag file of a chunk of any number of axes, at most three of which are longer than 1.
 
-    fill: a sample that stands for missing ones, and is not rounded.
-    whole_chunks: the chunk is written once, as a whole, and may be coded without the lattice.
+    fill: a sample that marks missing data, and is not rounded.
+    whole_chunks: the chunk is written once and as a whole, and may be encoded without the lattice.
     """
     chunk = with_three_axes(samples)
     dtype = checked_dtype(chunk.dtype)
@@ -59,7 +59,7 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
 
 
 def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
-    """The samples of a chunk's file, whoever made it. DamagedError: what it says of its lattice is not understood."""
+    """The samples of a chunk's file, whoever made it. DamagedError: its lattice is not understood."""
     step, dtype = lattice_of(volume)
     samples = volume.read()
     if step == 0:

@@ -193,7 +193,8 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
         and byte order; or anything with shape, dtype and slices, which is loaded slab by slab (h5py, zarr, dask); or an
         open Volume or the path of a .tag file, whose place and metadata are kept; or a DataArray of xarray, whose
-        coordinates along z, y and x say where it is, and whose attributes are kept; a warning tells of what is not. The program `tagrid encode` reads scans: DICOM, TIFF and others.
+        coordinates along z, y and x give its position. Its attributes are kept, and a warning names those that are not.
+        The program `tagrid encode` reads scans: DICOM, TIFF and others.
     out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
         object with write().
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless. None, with
@@ -273,7 +274,7 @@ def _write_of(out: Any) -> Callable[[bytes], object]:
         while rest:
             taken = write(bytes(rest) if len(rest) < len(data) else data)
             if taken is None and not isinstance(out, io.RawIOBase):
-                # Writers that return nothing take everything; only Python's raw files mean that nothing was taken.
+                # If write() returns None, everything was taken. Only in Python's raw files does None mean that nothing was.
                 return
             if taken is None:
                 raise BlockingIOError(errno.EAGAIN, "the file takes no bytes at the moment; give one that waits until it does")

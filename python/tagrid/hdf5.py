@@ -48,9 +48,9 @@ class Filter(_Base):
 
     max_error: no sample is further than this from the original, in units of the samples; 0: lossless.
     effort: "fast", "default" or "best": time that is spent to make chunks smaller.
-    whole_chunks: promises that every chunk is written once, as a whole. Then chunks with a bound take fewer bytes. HDF5
-        decodes and encodes a chunk again whenever a part of it is written, and the errors of these encodings would add up.
-        Without the promise, the bound holds however a chunk is written.
+    whole_chunks: promises that every chunk is written once and as a whole. Chunks with a bound then take fewer bytes. HDF5
+        decodes and encodes a chunk again whenever part of it is written, and the errors of these encodings add up.
+        Without this promise, the bound holds however a chunk is written.
 
     Chunks of 64 x 64 x 64 are best. The filter must be the first one: not together with shuffle.
     """

@@ -19,7 +19,7 @@ from ._volume import Volume
 #: Tells arrays whose samples have the byte order of other machines.
 _ORDER = "zarr_byte_order"
 
-#: The arrays that decode() gave, by their id. Zarr writes a part of a chunk into such an array, and encodes it again.
+#: The arrays that decode() returned, by their id. Zarr writes a part of a chunk into such an array, and encodes it again.
 _decoded: weakref.WeakValueDictionary[int, np.ndarray[Any, Any]] = weakref.WeakValueDictionary()
 
 
@@ -29,11 +29,11 @@ class Tagrid(Codec):
 
     max_error: no sample is further than this from what the codec is given; 0: lossless. With a bound, use no filters of Zarr
     (Delta and others): they add up the errors, or make numbers of which no bound is known.
-    whole_chunks: promises that every chunk is written once, as a whole. Then chunks with a bound take fewer bytes, and a part
-    of a chunk cannot be written. Otherwise the bound holds however chunks are written; a chunk that is written in parts is
-    coded once for each part, of which a warning tells.
-    fill_value: a sample that stands for missing ones, such as _FillValue: it comes back as it is, also within a bound. Not with
-    whole_chunks. Samples of floats that are not finite come back in any case. The other arguments are those of tagrid.encode().
+    whole_chunks: promises that every chunk is written once and as a whole. Chunks with a bound then take fewer bytes, and parts
+    of a chunk cannot be written. Without it, the bound holds however chunks are written. A chunk that is written in parts is
+    encoded once for each part, with a warning.
+    fill_value: a sample that marks missing data, such as _FillValue. It comes back unchanged, also with a bound. It cannot be
+    used with whole_chunks. Floats that are not finite always come back. The other arguments are those of tagrid.encode().
     """
 
     codec_id = "tagrid"
@@ -88,7 +88,7 @@ class Tagrid(Codec):
         return self.fill_value
 
     def _check_parts(self, samples: np.ndarray[Any, Any]) -> None:
-        """Tells of a chunk that was decoded, written in part, and is encoded again."""
+        """Warns of a chunk that was decoded, written in part, and is encoded again."""
         owner = samples
         while isinstance(owner.base, np.ndarray):
             owner = owner.base

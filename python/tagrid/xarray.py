@@ -24,10 +24,10 @@ class VolumeArray(BackendArray):
         self.dtype = volume.dtype
 
     def __getitem__(self, key: Any) -> Any:
-        # Not by explicit_indexing_adapter(): it takes slices with steps below -1 for others.
+        # explicit_indexing_adapter() is not used, because it mistakes slices with steps below -1 for others.
         axes = [_along_axis(entry, size) for entry, size in zip(key.tuple, self.shape)]
         read = [positions for positions, _ in axes]
-        # A volume takes one array: where positions are sparsest. Along other axes, all samples between the positions are read.
+        # A volume takes one array, along the axis with the sparsest positions. Other axes read all samples between positions.
         arrays = [axis for axis in range(3) if isinstance(read[axis], np.ndarray)]
         for axis in sorted(arrays, key=lambda axis: np.ptp(read[axis]) / len(read[axis]))[:-1]:
             first, last = int(read[axis][0]), int(read[axis][-1])
@@ -89,8 +89,8 @@ class TagridBackend(BackendEntrypoint):
 
 
 def _attributes_of(volume: Volume) -> dict[str, Any]:
-    """The metadata. "units" are those of samples, as xarray has it; coordinates have those of places. What stands for missing
-    samples is a number."""
+    """The metadata. As in xarray, "units" are the units of samples; coordinates have the units of positions. What marks
+    missing samples is a number."""
     found: dict[str, Any] = dict(volume.metadata)
     for name in MISSING:
         number = missing_of(found, name)

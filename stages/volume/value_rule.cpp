@@ -27,7 +27,7 @@ bool shift(const From* from, To* to, std::size_t count, Wide add) {
 template <class From, class To>
 bool slice_of_integers(const From* from, To* to, std::size_t count, double intercept) {
   if constexpr (sizeof(From) <= 2 && sizeof(To) <= 2) {
-    // Beyond, no sum of a narrow sample is a narrow value.
+    // Beyond this, no sum with a narrow sample fits a narrow type.
     constexpr double most = 1 << 18;
     return intercept >= -most && intercept <= most &&
            shift(from, to, count, static_cast<std::int32_t>(intercept));

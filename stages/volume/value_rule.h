@@ -22,16 +22,17 @@ struct ValueRule {
   bool operator==(const ValueRule&) const = default;
 };
 
-/// A value that the type of values cannot have.
+/// A value that its type cannot hold.
 struct ValueOutside {
   double value = 0;
 };
 
-/// Replaces `samples` by their values; `samples` become larger where the type of values is. They are slices of
-/// `slice_samples` samples each, the first of which is slice `first_slice` of the volume. Integers become integers
-/// exactly; values that are floats are computed in float64, and rounded to the nearest number of their type. Integer
-/// values beyond their type are returned as the first one of them, and `samples` then stay as they are.
-/// REQUIRES: integers become integers only with slopes of 1 and whole intercepts below 2^53; floats become floats.
+/// Replaces `samples` by their values; `samples` become larger where the type of values is. They are slices
+/// of `slice_samples` samples each, the first of which is slice `first_slice` of the volume. Integers become
+/// integers exactly; values that are floats are computed in float64, and rounded to the nearest number of
+/// their type. Integer values beyond their type are returned as the first one of them, and `samples` then
+/// stay as they are. REQUIRES: integers become integers only with slopes of 1 and whole intercepts below
+/// 2^53; floats become floats.
 std::optional<ValueOutside> make_values(const ValueRule& rule, std::int64_t first_slice,
                                         std::int64_t slice_samples, std::vector<std::byte>& samples);
 

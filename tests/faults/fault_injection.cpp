@@ -10,7 +10,7 @@
 //                         "SIGKILL", "SIGTERM", "SIGINT": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
-//   TAGRID_FAULT_THREAD   the number of the thread, from 1, that cannot be made, and none after it; needs no folder
+//   TAGRID_FAULT_THREAD   number, from 1, of the first thread that cannot be made, nor any after it; no folder
 //
 // A close() that fails has closed the file anyway, as on Linux.
 #include <dlfcn.h>

@@ -111,7 +111,7 @@ struct DecodeCommand {
     return samples ? Numbers::samples : values ? Numbers::values : Numbers::automatic;
   }
 
-  /// Says what the numbers in the output are, where somebody could take them for others.
+  /// Says whether the output holds samples or values, if users could confuse them.
   void tell_of_numbers(const std::string& name, const Format& chosen, const DecodeResult& result) const {
     if (run.quiet || numbers() != Numbers::automatic) return;
     const std::string& fields = result.header.nrrd_fields;

@@ -44,11 +44,11 @@ inline constexpr std::size_t member_count<DoneLine> = 3;
 
 namespace {
 
-/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none: outputs would
-/// be scattered.
+/// Collective. Throws WorldError if a rank on another machine sees another folder of this name, or none:
+/// outputs would be scattered.
 void require_shared_folder(Ranks& ranks, const std::string& folder) {
   if (ranks.machine().empty()) return;
-  std::unique_ptr<OutputFile> seen;  // its temporary name is in no other folder
+  std::unique_ptr<OutputFile> seen;  // no other folder has its temporary name
   std::string name;
   all_do(ranks, [&] {
     if (ranks.rank() > 0) return;

@@ -62,7 +62,8 @@ void describe(const TagHeader& header, const TagIndex& index, const std::vector<
   record["status"] = "ok";
 }
 
-/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples were exact.
+/// Why the files do not come back byte for byte; "" if they do. `why_lost`: why they would not, if samples
+/// were exact.
 std::string why_not_restorable(const std::string& why_lost, const CodingParameters& parameters) {
   if (!why_lost.empty() || parameters.is_exact()) return why_lost;
   return parameters.max_error < 0 ? "nothing bounds the error of its samples"
@@ -144,8 +145,8 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
     if (is_there && known->state == KnownOutput::State::ok) return adopt(volume, was_removed, record);
   }
   // An output may have no record: a run was killed between naming the output and recording it, or records
-  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume, which
-  // no option replaces.
+  // were lost. It is either good, or belongs to someone else. It may also be all that is left of a volume,
+  // which no option replaces.
   const bool replace = !was_removed && (options_.overwrite || is_ours);
   if (!replace && status_of_name(volume.output)) {
     if (options_.skip_done) return adopt(volume, was_removed, record);

@@ -45,7 +45,8 @@ std::string uid_of(const VolumeInfo& info) {
   return "";
 }
 
-/// What tells a series of DICOM from others, as it is in the choice behind its size: ", CT, EchoTime 2.46".
+/// What distinguishes a DICOM series from others, as the choice lists it after the size: ", CT, EchoTime
+/// 2.46".
 std::string told_by(const Choice& choice) {
   const std::size_t comma = choice.text.find(", ");
   return comma == std::string::npos ? "" : choice.text.substr(comma);
@@ -104,8 +105,8 @@ class Finder {
     }
   }
 
-  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are met through
-  /// their links alone.
+  /// True if the search also meets the file to which a link leads. Files elsewhere, or in hidden folders, are
+  /// met through their links alone.
   bool is_found_itself(const fs::path& link) const {
     const fs::path place = fs::weakly_canonical(link).lexically_relative(root_);
     return !place.empty() &&
@@ -175,7 +176,7 @@ class Finder {
     for (std::size_t i = 0; i < series.size(); ++i) {
       NumberedFiles one = series[i];
       if (std::erase_if(one.paths, [&](const std::string& path) { return is_in_a_set(path); }) > 0) {
-        // What a set leaves has other steps between its numbers.
+        // Without the files of a set, steps between numbers differ.
         std::vector<NumberedFiles> left = numbered_files(std::move(one.paths));
         series.insert(series.end(), left.begin(), left.end());
       } else if (one.paths.size() == 1 || has_slices(one.paths.front())) {
@@ -258,8 +259,8 @@ class Finder {
     }
   }
 
-  /// Notes the files of a volume that was found by the name of a file. True if those are files of a set that was listed, so
-  /// that `path` is a file which only says so.
+  /// Notes the files of a volume that was found by the name of a file. True if they belong to a set that is
+  /// already listed, so that `path` only refers to it.
   bool is_of_a_listed_set(const std::string& path, const VolumeSource& volume) {
     const std::vector<std::string>& files = volume.files();
     if (files.size() < 2 || is_folder(path)) return false;
@@ -284,7 +285,8 @@ class Finder {
         known->second);
   }
 
-  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file is compressed.
+  /// Volumes of one file that follow each other, all of one size: opening each would take long where the file
+  /// is compressed.
   void look_at_numbered(const fs::path& path, const std::string& option, std::size_t count,
                         const Format& format) {
     const bool may_be_short = path.extension() != ".gz";

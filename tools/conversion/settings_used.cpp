@@ -37,7 +37,8 @@ std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
   return "";
 }
 
-/// The first setting of `now` that `was` does not have; "" if there is none. Rules are not in `was`, which has their results.
+/// The first setting of `now` that `was` does not have; "" if there is none. Rules are not in `was`, which
+/// has their results.
 std::string difference_of(const ordered_json& was, const ordered_json& now, bool with_rules) {
   for (const auto& [name, value] : now.items()) {
     const bool is_rule = value.is_string() && name != "effort" && name != "mode" && name != "grid";
@@ -59,11 +60,12 @@ std::string difference_of(const KnownOutput& known, const OptionTexts& asked, co
   if (difference.empty() &&
       (members_of(was.source) != members_of(now.source) || was.options.strip != now.options.strip))
     difference = "other options of the input";
-  // People know the texts that they gave better than what these became.
+  // Users recognize the texts that they gave, not what these became.
   if (!difference.empty())
     if (const std::string in_texts = difference_of(known.options, asked); !in_texts.empty()) return in_texts;
   if (!difference.empty()) return difference;
-  // A default may have been another one for the program that wrote the output. For a volume of another type it is, too.
+  // The program that wrote the output may have had another default. Defaults also depend on the type of the
+  // volume.
   const ordered_json record = ordered_json::parse(known.record);
   return record.value("type", ordered_json()) == name_of(volume.info().type)
              ? difference_of(record.value("settings", ordered_json()), settings, false)

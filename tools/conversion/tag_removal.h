@@ -19,8 +19,9 @@ struct Decoding {
   Numbers numbers = Numbers::automatic;
 };
 
-/// The files that decode --rm will remove: the .tag file. Throws UsageError if it is not a file, if `output` is not a file
-/// that stays, or if the output would hold less than the .tag file, with what would be lost; BrokenInput; WorldError.
+/// The files that decode --rm will remove: the .tag file. Throws UsageError if it is not a file, if `output`
+/// is not a file that stays, or if the output would hold less than the .tag file, with what would be lost;
+/// BrokenInput; WorldError.
 std::vector<std::string> replaced_tag(const std::string& input, const std::string& output,
                                       const Decoding& decoding);
 

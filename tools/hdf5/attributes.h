@@ -23,15 +23,15 @@ struct ForeignNumbers {
   ForeignNumber::Outcome outcome = ForeignNumber::Outcome::absent;
   std::vector<double> values;  ///< as many as were asked for; NaN and infinities are possible
   bool decimal_comma = false;  ///< a text whose commas count as points
-  std::string text;            ///< what stands there, for messages
+  std::string text;            ///< the text of the attribute, for messages
 
   bool is_absent() const { return outcome == ForeignNumber::Outcome::absent; }
   bool is_number() const { return outcome == ForeignNumber::Outcome::number; }
   bool is_unreadable() const { return outcome == ForeignNumber::Outcome::unreadable; }
 };
 
-/// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. Of another type or
-/// another number of them, the attribute is unreadable.
+/// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. The attribute is
+/// unreadable if it has another type or another count.
 ForeignNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count);
 /// What an attribute holds, for messages: its texts or numbers, otherwise the name of its type; "" if there
 /// is none.

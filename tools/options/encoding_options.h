@@ -37,8 +37,8 @@ struct EncodingOptions {
   std::optional<ErrorRule> error_rule() const;
 };
 
-/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and other options of the input.
-/// Without those that are named `but`.
+/// --max-error and the other bounds, --accuracy and the rest of the grid, --dims and other options of the
+/// input. Without those that are named `but`.
 void add_encoding_options(CLI::App& command, EncodingOptions& options,
                           const std::vector<std::string>& but = {});
 
@@ -59,7 +59,8 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result);
 
-/// Warns if the samples were compressed with a loss before, and the .tag file is larger than what they came from.
+/// Warns if the samples were compressed with a loss before, and the .tag file is larger than what they came
+/// from.
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result);
 
 }  // namespace tagrid

@@ -10,9 +10,9 @@
 
 namespace tagrid {
 
-/// The files in a folder as series by the numbers in their names. Only names with one of the extensions (in lower case:
-/// ".tif") count, none that begins with a dot, and not the preview beside a SkyScan reconstruction. Throws BrokenInput if
-/// there are no such files; WorldError.
+/// The files in a folder as series by the numbers in their names. Only names with one of the extensions (in
+/// lower case: ".tif") count, none that begins with a dot, and not the preview beside a SkyScan
+/// reconstruction. Throws BrokenInput if there are no such files; WorldError.
 std::vector<NumberedFiles> series_of_slices(const std::string& folder,
                                             const std::vector<std::string>& extensions);
 
@@ -22,8 +22,8 @@ Choice choice_of(const NumberedFiles& files);
 /// Throws BrokenInput if numbers are missing, without the option "gaps-ok".
 void require_no_gap(const std::string& folder, const NumberedFiles& files, const ReaderOptions& options);
 
-/// The files of one series in a folder, in the order of their numbers; of several series, that which the option "series"
-/// chooses. Throws as the functions above; SeveralVolumes, UsageError.
+/// The files of one series in a folder, in the order of their numbers; of several series, that which the
+/// option "series" chooses. Throws as the functions above; SeveralVolumes, UsageError.
 NumberedFiles slice_files(const std::string& folder, const std::vector<std::string>& extensions,
                           const ReaderOptions& options);
 
@@ -39,15 +39,16 @@ struct BytesAfter {
 /// Says that they are no part of the volume, for all files at once.
 void add_bytes_after(const std::vector<BytesAfter>& files, std::vector<std::string>& warnings);
 
-/// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as pairs.
+/// What a SkyScan (Bruker) log in the folder of the slices says: the size of a voxel, and all its fields as
+/// pairs.
 struct SliceLog {
   std::string path;  ///< "" if there is none
   Geometry geometry;
   KeyValues pairs;
   std::vector<std::string> warnings;  ///< of numbers in it that cannot be read, without its name
 };
-/// The log of these slices: the one whose name the names of the slices begin with, otherwise the only one with a
-/// reconstruction.
+/// The log of these slices: the one whose name the names of the slices begin with, otherwise the only one
+/// with a reconstruction.
 SliceLog log_of_slices(const std::string& folder, const NumberedFiles& slices);
 /// Adds a log to what is known of a volume, and its file after those of the slices.
 void add(SliceLog log, Geometry& geometry, KeyValues& pairs, std::vector<std::string>& files,

@@ -14,8 +14,8 @@ namespace {
 // Far below 1 GiB, which is the limit for messages in some networks.
 constexpr std::size_t largest_message = std::size_t{1} << 26;
 
-// Messages to rank 0, and its answers. A rank that has sent one does nothing else until it is answered, so no
-// message is left over when all ranks meet, and rank 0 can receive the rest of one without a deadlock.
+// Messages to rank 0, and its answers. A rank that has sent a message does nothing else until it is answered.
+// So no message is left when all ranks meet, and rank 0 can receive the rest of a message without a deadlock.
 enum Tag : int {
   told,   // bytes, preceded by their size
   heard,  // nothing: the bytes were heard

@@ -1,5 +1,4 @@
-// A reader that a malicious file has taken over: each thing that it tries works without the sandbox, and
-// fails within it.
+// A reader that a malicious file controls: each attempt succeeds without the sandbox, and fails within it.
 
 #include "io/sandbox/sandbox.h"
 

@@ -309,7 +309,8 @@ TEST_F(VdbReaderTest, AnyDamageIsReadOrRefused) {
       } catch (const BrokenInput&) {
         ++refused;
       } catch (const WorldError& error) {
-        // The library trusts sizes in a file: it may take all memory that it is given, or write where it must not.
+        // The library trusts sizes in a file: it may take all memory that it is given, or write where it must
+        // not.
         const std::string_view message = error.what();
         EXPECT_TRUE(message.find("damaged") != message.npos) << message;
         ++refused;

@@ -113,7 +113,7 @@ TEST_F(Documentation, BashCompletesEveryOptionAndNoOther) {
   EXPECT_EQ(completed("decode --format = r"), Words{"raw"});
 }
 
-// A list of formats in one help would be forgotten when there are more.
+// A second list of formats in a help text would become outdated.
 TEST_F(Documentation, HelpRefersToOneListOfFormats) {
   for (const char* command : {"encode", "estimate"})
     EXPECT_NE(tagrid({command, "--help"}).out.find("tagrid formats"), std::string::npos) << command;

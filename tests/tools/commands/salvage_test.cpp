@@ -36,7 +36,8 @@ TEST_F(SalvageCommand, WhatIsWholeIsWrittenAndTheExitCodeTellsThatItIsNotAll) {
   const auto at = [&](const char* end, int axis) {
     return lost[0][end][static_cast<std::size_t>(axis)].get<int>();
   };
-  // The message names the region, as --region takes it: what lies there is the fill, and all else is as it was.
+  // The message names the region, as --region takes it: what lies there is the fill, and all else is as it
+  // was.
   const std::string region = fmt::format("{}:{},{}:{},{}:{}", at("low", 0), at("high", 0), at("low", 1),
                                          at("high", 1), at("low", 2), at("high", 2));
   EXPECT_NE(ending.err.find(region), std::string::npos) << ending.err;

@@ -176,7 +176,8 @@ TEST_F(ConvertRemoval, AChangeWithinTheBoundIsAChange) {
   EXPECT_EQ(content("a.raw"), bytes);
 }
 
-// The reader of the volume changes a sample when it is asked for the n-th time: each check opens the volume anew.
+// The reader of the volume changes a sample when it is asked for the n-th time: each check opens the volume
+// anew.
 TEST_F(ConvertRemoval, AVolumeThatChangesBetweenTwoChecksIsKept) {
   std::filesystem::create_directory(path("readers"));
   file("readers/tagrid-read-late", R"sh(#!/bin/sh
@@ -341,7 +342,8 @@ TEST_F(ConvertRemoval, FilesThatComeBackInAnotherFormAreKept) {
   EXPECT_TRUE(exists("z.nhdr") && exists("z.raw.gz") && exists("y.nrrd"));
 }
 
-// restore has nothing to give back then. Samples alone would come back with another name and in another byte order.
+// restore has nothing to give back then. Samples alone would come back with another name and in another byte
+// order.
 TEST_F(ConvertRemoval, StrippedVolumesAreKept) {
   volume("b.nrrd", 2);
   volume("c.raw", 3);

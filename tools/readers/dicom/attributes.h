@@ -46,8 +46,8 @@ struct ForeignNumbers {
   bool are_numbers() const { return outcome == ForeignNumber::Outcome::number; }
 };
 
-/// `count` numbers, or any count of them if it is 0. An empty attribute is unreadable, but worth no remark:
-/// it means that a value is not known.
+/// `count` numbers, or any count of them if it is 0. An empty attribute is unreadable without a remark,
+/// because it means that the value is unknown.
 ForeignNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count,
                           std::string_view consequence, DicomNotes& notes);
 

@@ -125,8 +125,8 @@ void read_concatenation(DcmDataset& dataset, DicomFile& file) {
     file.concatenated = integer_in(dataset, DCM_InConcatenationTotalNumber).value_or(0);
 }
 
-/// Finds the places of samples, as far as they are to be found. `offset` is the byte behind the head of the
-/// pixels; of a deflated file, among those that are inflated.
+/// Finds the places of samples, if possible. `offset` is the byte after the head of the pixels; in a deflated
+/// file, it counts inflated bytes.
 void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
   DicomPixels& pixels = file.pixels;
   if (!pixels.unsupported.empty()) return;
@@ -155,7 +155,7 @@ void find_samples(const DcmXfer& found, std::uint64_t offset, DicomFile& file) {
     pixels.offset = offset;
     pixels.step = pixels.frame_bytes();
   } catch (const BrokenInput& error) {
-    pixels.unsupported = error.what();  // another series of the folder may be whole
+    pixels.unsupported = error.what();  // another series in the directory may be intact
     pixels.is_cut = true;
   }
 }

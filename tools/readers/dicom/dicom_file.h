@@ -43,10 +43,10 @@ struct DicomPixels {
   int allocated = 0, stored = 0;  ///< bits of a sample, and those that count
   bool is_signed = false;
   std::string photometric;          ///< "MONOCHROME2"
-  std::string syntax, syntax_name;  ///< the UID, and what people call it
+  std::string syntax, syntax_name;  ///< the UID, and its usual name
   /// The byte of the file at which samples lie plainly; nothing if they must be decoded, or lie in pieces.
   std::optional<std::uint64_t> offset;
-  std::uint64_t step = 0;  ///< from the begin of a frame to that of the next one, if samples lie plainly
+  std::uint64_t step = 0;  ///< from the beginning of a frame to that of the next one, if samples lie plainly
   /// Pieces of the file that hold all frames, one after the other, if they lie plainly in pieces of other
   /// sizes than frames.
   std::vector<Stretch> stretches;
@@ -78,7 +78,7 @@ struct DicomFile {
   std::vector<DicomFrame> frames;
   Moments moments;  ///< of all frames
   DicomNotes notes;
-  /// How many files a concatenation has of which this is one, and its UID; 0 if it is none.
+  /// The number of files in the concatenation that this file belongs to, and its UID; 0 if there is none.
   std::int64_t concatenated = 0;
   std::string concatenation;
   /// Texts by the standard's names of attributes, "PatientName", in UTF-8.

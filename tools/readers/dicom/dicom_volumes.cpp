@@ -228,7 +228,7 @@ class DicomVolume final : public ServedVolume {
     return *fits_[z];
   }
 
-  /// What is to be said of the files. In doubt, no sample is changed.
+  /// Notes about the files. In doubt, samples stay as they are.
   void add_notes(const std::string& name) {
     for (DicomFile& file : files_) {
       if (!file.pixels.inflated) continue;
@@ -258,7 +258,7 @@ class DicomVolume final : public ServedVolume {
       if (!file.pixels.unsupported.empty())
         throw BrokenInput(
             fmt::format("{}: DICOM file: {}{}", file.path, file.pixels.unsupported, role_of_file(series)),
-            // Without the files that are cut, slices must be left.
+            // After truncated files are left out, some slices must remain.
             file.pixels.is_cut && std::ranges::any_of(files_, is_whole) ? Problem::slices_missing
                                                                         : Problem::none);
   }
@@ -336,8 +336,8 @@ std::string counted(std::size_t count, const char* what) {
   return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
-/// What is to be said of the files of a folder that are not in the volume. Slices that cannot be read are
-/// left out with `gaps_ok`. Throws BrokenInput without it.
+/// Notes about files in the directory that are not in the volume. Slices that cannot be read are left out
+/// with `gaps_ok`. Throws BrokenInput without it.
 std::vector<std::string> warnings_about(const std::string& path, const ImageFiles& files, DicomSeries& series,
                                         bool gaps_ok) {
   std::vector<std::string> warnings;

@@ -70,7 +70,7 @@ void read_distances(DcmItem& item, DicomFrame& frame, DicomNotes& notes) {
   frame.step = step.value_or(frame.step);
 }
 
-/// A number in an order of images. What is no number gives no order.
+/// A number that orders images. Other texts give no order.
 std::int64_t order_in(DcmItem& item, const DcmTagKey& tag, std::int64_t otherwise, DicomNotes& notes) {
   const ForeignNumber number = number_in(item, tag);
   if (number.is_unreadable() && trimmed(number.text).empty()) return otherwise;

@@ -1,4 +1,4 @@
-// The frames of a data set: places, spacing, rescaling, and what tells them from each other.
+// The frames of a data set: places, spacing, rescaling, and what distinguishes them.
 #pragma once
 
 #include "tools/readers/dicom/attributes.h"

@@ -167,7 +167,7 @@ std::string sibling_of(const DicomFile& image) {
           other->instance != image.instance)
         return file_name(path);
     } catch (const Error&) {
-      continue;  // a broken file tells nothing of this one
+      continue;  // a broken file says nothing about this one
     }
   }
   return "";

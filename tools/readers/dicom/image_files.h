@@ -28,8 +28,8 @@ struct ImageFiles {
 /// unreadable file is the error. Throws BrokenInput and WorldError.
 ImageFiles image_files_at(const std::string& path);
 
-/// The unreadable files that may be images of a series: those that say so; and of the others those whose name
-/// is like the names of its files, or unlike the names of all images.
+/// The unreadable files that may be images of a series: files that name the series, and other files whose
+/// names are like those of its files, or unlike those of all images.
 std::vector<UnreadableImage> unreadable_in(const DicomSeries& series, const ImageFiles& files);
 
 /// The name of another image of the series of `image`, in its folder; "" if none of the files whose names are

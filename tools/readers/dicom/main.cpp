@@ -11,7 +11,7 @@
 int main() {
   // What is wrong is said in answers.
   OFLog::configure(OFLogger::OFF_LOG_LEVEL);
-  // Archives store attributes as UN that they do not know.
+  // Archives store unknown attributes as UN.
   dcmEnableUnknownVRConversion.set(OFTrue);
   return tagrid::serve_volumes("dicom", tagrid::open_dicom);
 }

@@ -1,4 +1,4 @@
-// What tells images at one place from each other: moments, echoes, energies, segments and others.
+// What distinguishes images at one position: moments, echoes, energies, segments and others.
 #pragma once
 
 #include <cstddef>

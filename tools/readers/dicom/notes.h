@@ -1,4 +1,4 @@
-// What is to be said of a file, besides errors.
+// Notes about a file, besides errors.
 #pragma once
 
 #include <algorithm>

@@ -28,7 +28,7 @@ double along_normal(const DicomFrame& frame);
 /// The first slice that is where the next one is; slices.size() if there is none. REQUIRES: sorted slices.
 std::size_t first_of_two(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
 
-/// Sorted slices, parted by what tells images at one place from each other; in one part if nothing does.
+/// Sorted slices, split by what distinguishes images at one place; in one part if nothing does.
 std::vector<DicomPart> parted(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
 
 /// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there

@@ -116,7 +116,7 @@ void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin
   const auto table = item_at(bytes, begin);
   if (!table) return;
   const std::uint64_t frames = file.frames.size();
-  // Of RLE, a fragment is a frame.
+  // In RLE, each fragment is a frame.
   const bool is_rle = file.pixels.syntax == "1.2.840.10008.1.2.5";
   std::uint64_t streams = 0;
   for (auto item = item_at(bytes, table->end()); item; item = item_at(bytes, item->end()))
@@ -144,7 +144,7 @@ void find_plain_fragments(DicomFile& file, const ByteSource& bytes, std::uint64_
   if (one_each && items.size() >= frames) {
     pixels.offset = items.front().offset;
     pixels.step = even + item_head;
-    // Items of odd length are forbidden, but not unheard of.
+    // Items of odd length are forbidden, but exist.
     for (std::size_t i = 0; i < items.size() && frames > 1; ++i)
       if (items[i].offset != *pixels.offset + i * pixels.step)
         throw BrokenInput("its fragments have odd lengths");

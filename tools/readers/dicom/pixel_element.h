@@ -23,8 +23,8 @@ PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_expli
 void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
                          std::uint64_t offset);
 
-/// Notes frames that are in the fragments from byte `begin` on and that nothing says to be there. Errors are
-/// left to the decoder.
+/// Notes frames in the fragments from byte `begin` on that no attribute counts. Errors are left to the
+/// decoder.
 void check_streams(DicomFile& file, const ByteSource& bytes, std::uint64_t begin);
 
 /// Notes bytes of samples that are more than the frames of a file have. REQUIRES: there are enough of them.

@@ -36,7 +36,7 @@ void note_overlays(DcmDataset& dataset, DicomFile& file) {
           "it has an overlay in bits of its pixels (OverlayBitPosition); only the samples are kept");
 }
 
-/// Attributes by which samples are not, or not only, numbers.
+/// Attributes that say that samples are not plain numbers, or not only.
 void note_what_samples_mean(DcmDataset& dataset, DicomFile& file) {
   note_tables(dataset, file.notes);
   note_overlays(dataset, file);

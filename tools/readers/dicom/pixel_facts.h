@@ -14,8 +14,7 @@ void read_pixel_facts(DcmDataset& dataset, const std::string& syntax, DicomFile&
 /// Sets pixels.unsupported if samples cannot be read. REQUIRES: file.frames.
 void require_readable(DcmDataset& dataset, DicomFile& file);
 
-/// What DicomPixels::lossy is. It does not name the syntax, so that it is the same of a file that was
-/// decoded.
+/// What DicomPixels::lossy is. It does not name the syntax, so it stays the same for a decoded file.
 std::string lossy_compression(DcmDataset& dataset, const DicomFile& file);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// Sentences on the files of a volume.
+// Sentences about the files of a volume.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Words that tell users which series is which.
+// Words that help users to distinguish series.
 #pragma once
 
 #include <string>
@@ -12,8 +12,7 @@ namespace tagrid {
 /// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
 std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
 
-/// Adds to texts that are equal what tells their series from each other: direction, spacing, numbers of
-/// images and others.
+/// Adds to equal texts what distinguishes their series: direction, spacing, numbers of images and others.
 void make_distinct(std::vector<DicomSeries>& series, const std::vector<DicomFile>& files);
 
 }  // namespace tagrid

@@ -30,9 +30,9 @@ struct AxisReading {
   std::string why_not;  ///< "it has 5"
 };
 
-/// The axis of `samples` samples that the data set is; the borders of samples become their centers. It is
-/// none if it is no list of as many finite numbers, or if they are in another place than the file at `path`
-/// is.
+/// The axis of `samples` samples that the data set is; the borders of samples become their centers. No axis
+/// if the data set is not a list of as many finite numbers, or if it is in another directory than the file at
+/// `path`.
 AxisReading axis_of(hid_t dataset, std::uint64_t samples, const std::string& path);
 
 }  // namespace tagrid

@@ -65,7 +65,7 @@ class Candidates {
 
   /// Those with several slices; without any, those with one.
   std::vector<Candidate>& list() { return volumes_.empty() ? slices_ : volumes_; }
-  /// Data sets of several axes that are none.
+  /// Data sets with several axes that cannot be volumes.
   const ShortList& others() const { return others_; }
   /// Links into other files, which were not followed.
   const ShortList& links() const { return links_; }

@@ -27,7 +27,7 @@ std::string file_of(hid_t dataset);
 bool is_in_folder_of(const std::string& path, hid_t dataset);
 
 /// True if it is so, and if its elements are in that file, too: external storage could be any file of this
-/// machine, and the library fills what it does not find of a virtual data set.
+/// machine, and the library silently fills the missing parts of a virtual data set.
 bool has_own_samples(const std::string& path, hid_t dataset);
 
 /// The number of elements along each axis, the slowest one first; none if it is not an array.

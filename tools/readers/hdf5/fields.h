@@ -1,4 +1,4 @@
-// Attributes that say where samples lie and what they mean, as other programs wrote them.
+// Attributes of other programs about the position and the meaning of samples.
 #pragma once
 
 #include <hdf5.h>
@@ -31,7 +31,7 @@ class Fields {
   /// A text; "" if there is none.
   std::string text(const std::string& attribute, const char* consequence);
 
-  /// A sentence on an attribute: "scan.h5: HDF5 file: /data: spacing is ..."; "" if nothing is unusual.
+  /// A sentence about an attribute: "scan.h5: HDF5 file: /data: spacing is ..."; "" if nothing is unusual.
   std::string remark(const std::string& attribute, const ForeignNumbers& found, std::size_t count,
                      const char* consequence) const;
 

@@ -15,7 +15,7 @@ struct NamedUnit {
   LengthUnit unit;
 };
 
-/// Symbols, in which a large letter means something else than a small one.
+/// Symbols, in which capitals and small letters differ in meaning.
 constexpr NamedUnit symbols[] = {
     {"m", {1, 0}},          {"dm", {1, -1}},    {"cm", {1, -2}},
     {"mm", {1, -3}},        {"um", {1, -6}},    {"\xc2\xb5m", {1, -6}},

@@ -89,7 +89,7 @@ std::string why_missing(hid_t file, const std::string& path, std::vector<std::st
     if (std::ranges::count(passed, part) > 0) return "";
     passed.push_back(part);
     std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
-    // A link to a link: the last one tells more.
+    // A link to a link: the target of the last one is more useful.
     if (deeper.starts_with("there is no ")) deeper.clear();
     return fmt::format("{} is a link to {}, which is not there{}{}", part, link->target,
                        deeper.empty() ? "" : ": ", deeper);

@@ -24,11 +24,11 @@ struct Visitor {
   std::function<void(const FoundLink& link)> link;
 };
 
-/// Visits all objects of a file once, however many hard links lead to them, and all other links, which are
-/// not followed. Says `working` meanwhile. Objects that cannot be opened are left out.
+/// Visits each object of a file once, whatever the number of hard links to it. Also visits all other links,
+/// without following them. Reports `working` meanwhile. Objects that cannot be opened are left out.
 void visit_objects(hid_t file, const Visitor& visitor);
 
-/// A sentence that tells why there is no object at this absolute path, and names the target of a link that
+/// A sentence that explains why there is no object at this absolute path, and names the target of a link that
 /// leads nowhere; "" if there is one.
 std::string why_missing(hid_t file, const std::string& path);
 

@@ -34,7 +34,7 @@ struct NexusPlaces {
 std::optional<NexusPlaces> nexus_places(hid_t file, const std::string& path, const std::string& name,
                                         const std::vector<hsize_t>& sizes);
 
-/// What a group says about the samples of its signal and nobody reads: their errors, a mask. A sentence each.
+/// What a group stores about its signal and tagrid does not read: errors, a mask. One sentence for each.
 std::vector<std::string> nexus_companions(hid_t file, const std::string& path, const std::string& name);
 
 }  // namespace tagrid

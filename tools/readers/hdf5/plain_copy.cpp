@@ -64,8 +64,8 @@ std::vector<std::string> names_of_attributes(hid_t object) {
   return names;
 }
 
-/// Sets for a new group, or the root of a new file, what was chosen for another one. (A list of properties that the library
-/// gives of a group also has places in its file.)
+/// Sets for a new group, or the root of a new file, what was chosen for another one. (A list of properties
+/// that the library gives of a group also has places in its file.)
 void set_like(hid_t group, hid_t properties) {
   const Hdf5Handle old = made(H5Gget_create_plist(group), H5Pclose, "a group of it");
   unsigned order = 0, most_compact = 0, least_dense = 0, links = 0, name_length = 0;

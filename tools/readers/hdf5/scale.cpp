@@ -149,7 +149,7 @@ class Scale {
 
   void look_at_missing(const char* attribute) {
     const ForeignNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
-    // NaN is not taken for a value by anybody.
+    // No program takes NaN for a value.
     if (missing.is_absent() || missing.text == "nan") return;
     found_.not_understood.push_back(fmt::format(
         "{}: samples that are {} stand for missing ones ({}); they are encoded like all others", object_name_,

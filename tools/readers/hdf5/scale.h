@@ -1,4 +1,4 @@
-// What the samples of a data set mean, as numbers: a scale, and samples that stand for missing ones.
+// The meaning of samples in a data set: a scale, and samples that mark missing data.
 #pragma once
 
 #include <hdf5.h>

@@ -83,7 +83,7 @@ std::string name_of_storage(hid_t properties) {
 void require_own_samples(hid_t properties, const std::string& path, const std::string& name) {
   // Without the first slash, as h5repack has it.
   const std::string relative = name.starts_with('/') ? name.substr(1) : name;
-  // Such files could be any of this machine.
+  // These could be any files of this machine.
   if (H5Pget_external_count(properties) > 0)
     throw broken_hdf5(
         path, fmt::format("its samples are in other files (external storage), which is not supported; "

@@ -1,4 +1,4 @@
-// How the samples of a data set are stored, and which of them are not there.
+// How the samples of a data set are stored, and which of them are missing.
 #pragma once
 
 #include <hdf5.h>
@@ -10,7 +10,8 @@ namespace tagrid {
 /// For users: "shuffle, deflate". `properties` are those of the data set, here and below.
 std::string name_of_storage(hid_t properties);
 
-/// Throws BrokenInput if a filter is missing, with its number and what brings it; `path` is that of the file.
+/// Throws BrokenInput if a filter is missing, with its number and the package that provides it; `path` is
+/// that of the file.
 void require_filters(hid_t properties, const std::string& path);
 
 /// Throws BrokenInput if samples lie in other files.

@@ -57,7 +57,8 @@ class Walk {
     return value;
   }
 
-  /// Returns where the last box ends. A length of 0 is that of all that is left, and 1 says that a longer number follows.
+  /// Returns where the last box ends. A length of 0 is that of all that is left, and 1 says that a longer
+  /// number follows.
   std::uint64_t boxes(std::uint64_t at, std::uint64_t end, int depth) {
     while (at < end) {
       auto length = number(file_, at, 4, end);

@@ -15,8 +15,8 @@ struct Jp2Outline {
       false;  ///< The code stream says that it needs more than part 1 of the standard, and part 15.
 };
 
-/// Walks over boxes, and over the parts of code streams, without decoding any. Of damaged files, which the decoder refuses,
-/// as far as it comes. Safe for any bytes. Throws WorldError.
+/// Walks over boxes, and over the parts of code streams, without decoding any. Of damaged files, which the
+/// decoder refuses, as far as it comes. Safe for any bytes. Throws WorldError.
 Jp2Outline jp2_outline(const ByteSource& file);
 
 }  // namespace tagrid

@@ -36,8 +36,8 @@ struct CalibratedSamples {
   std::string scale_doubt;     ///< what of it cannot be read; "" if all can
 };
 
-/// Signed numbers, which ImageJ keeps as unsigned ones with c0 = -32768, become signed samples. Other straight lines
-/// are a slope and an intercept.
+/// Signed numbers, which ImageJ keeps as unsigned ones with c0 = -32768, become signed samples. Other
+/// straight lines are a slope and an intercept.
 CalibratedSamples calibrated(const ImageJCalibration& calibration, SampleType type);
 
 }  // namespace tagrid

@@ -69,7 +69,7 @@ Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& r
   const std::string& unit = image_j.unit[0];
   if (unit.empty() || unit == "pixel" || unit == "pixels") return {};
   ForeignNumber between = image_j.spacing;
-  // ImageJ reads it so, too.
+  // ImageJ also ignores the sign.
   if (between.is_number() && between.value < 0) {
     between.value = -between.value;
     remarks.warn(fmt::format("ImageJ's spacing is {}; it is read as {}", between.text, between.value));

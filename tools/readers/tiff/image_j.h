@@ -23,8 +23,8 @@ struct ImageJ {
 /// Nothing if the description is not ImageJ's. Throws BrokenInput if its numbers do not fit each other.
 std::optional<ImageJ> image_j_of(std::string_view description);
 
-/// The spacing of a stack whose first page is `first`. Resolutions are lengths if ImageJ gives a unit; otherwise they are
-/// those of paper.
+/// The spacing of a stack whose first page is `first`. Resolutions are lengths if ImageJ gives a unit;
+/// otherwise they are those of paper.
 Geometry spacing_of(const ImageJ& image_j, const TiffPage& first, TiffRemarks& remarks);
 
 }  // namespace tagrid

@@ -21,8 +21,8 @@ struct GivenDistance {
 /// "um" for "micron" and the like, other units as they are.
 std::string plain_unit(std::string_view unit);
 
-/// The spacing, in the unit of the first axis that has one. It is unknown along an axis without a distance, and along one
-/// whose distance or unit cannot be read, which is said.
+/// The spacing, in the unit of the first axis that has one. It is unknown along an axis without a distance,
+/// and along one whose distance or unit cannot be read, which is said.
 Geometry spacing_of(const std::array<GivenDistance, 3>& distances, TiffRemarks& remarks);
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// What libtiff says: it gives its reasons to functions of the whole program.
+// Messages of libtiff, which it passes to handlers for the entire process.
 #pragma once
 
 #include <tiffio.h>
@@ -17,7 +17,8 @@ extern TiffRemarks of_tags;
 /// From now on, libtiff tells these.
 void listen_to_libtiff();
 
-/// The number of a tag, or its default; `otherwise` if it has none. REQUIRES: T is the type in which libtiff gives it.
+/// The number of a tag, or its default; `otherwise` if it has none. REQUIRES: T is the type in which libtiff
+/// gives it.
 template <class T>
 T value_of(TIFF* tiff, std::uint32_t tag, T otherwise) {
   T value = otherwise;

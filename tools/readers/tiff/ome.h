@@ -47,11 +47,12 @@ struct OmeXml {
   std::vector<OmeImage> images;
 };
 
-/// Nothing if the text is not OME-XML. A number that cannot be read is an error if it says which samples there are. Throws
-/// BrokenInput.
+/// Nothing if the text is not OME-XML. A number that cannot be read is an error if it says which samples
+/// there are. Throws BrokenInput.
 std::optional<OmeXml> ome_xml_of(std::string_view text);
 
-/// The planes of an image. `pages_of` says how many pages a file has. Throws BrokenInput if a plane is in two places.
+/// The planes of an image. `pages_of` says how many pages a file has. Throws BrokenInput if a plane is in two
+/// places.
 std::vector<OmePlane> planes_of(const OmeImage& image,
                                 const std::function<std::int64_t(const OmeData&)>& pages_of);
 

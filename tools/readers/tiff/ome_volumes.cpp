@@ -123,7 +123,7 @@ class SetOfFiles {
   TiffRemarks remarks_;
 };
 
-/// What is missing, by the name of the first file that is there: the same whichever was named.
+/// What is missing, with the name of the first file that exists: the same for whichever file was named.
 class MissingSlices {
  public:
   void add(const std::string& volume, std::int64_t slice) { slices_[volume].push_back(slice); }
@@ -150,7 +150,7 @@ class MissingSlices {
   std::map<std::string, std::vector<std::int64_t>> slices_;  // by the names of their volumes
 };
 
-/// XML that speaks of other pages than there are may be that of another file.
+/// XML that describes pages that do not exist may belong to another file.
 void compare(const OmeImage& image, const TiffPage& page, TiffRemarks& remarks) {
   const std::string size = fmt::format("{} x {}", page.width, page.height);
   std::string type = image.type;

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a folder holds: slices by the numbers in their names, or a file that is one volume or several by itself, perhaps
-/// with others of its set.
+/// What a folder holds: slices by the numbers in their names, or a file that is one volume or several by
+/// itself, perhaps with others of its set.
 struct Entry {
   std::string name;
   NumberedFiles slices;  ///< none for a file

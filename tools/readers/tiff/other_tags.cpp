@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint16_t tag_of_pixel_scale = 33550, tag_of_transformation = 34264;  // GeoTIFF
 constexpr std::uint32_t tag_of_stk = 33629;
 
-/// Tags of programs that keep there which pages are channels and moments.
+/// Tags in which programs store which pages are channels and moments.
 struct OwnOrder {
   std::uint32_t tag;
   const char* program;
@@ -27,7 +27,8 @@ struct OwnOrder {
 constexpr std::array own_orders = {OwnOrder{34412, "Zeiss LSM"}, OwnOrder{34361, "FluoView"},
                                    OwnOrder{51123, "Micro-Manager"}};
 
-/// The values of a tag of which libtiff knows no more than its type: how many there are, and the bytes of all.
+/// The values of a tag of which libtiff knows no more than its type: how many there are, and the bytes of
+/// all.
 struct Values {
   std::uint32_t count = 0;
   const void* data = nullptr;

@@ -13,7 +13,7 @@ namespace tagrid {
 /// (https://gdal.org/drivers/raster/gtiff.html).
 void look_at_values(TIFF* tiff, TiffPage& page, TiffRemarks& remarks);
 
-/// Says what the tags of other programs may change, and those that libtiff passes over. `page` is the image
+/// Reports what the tags of other programs may change, and the tags that libtiff ignores. `page` is the image
 /// with this directory. Throws BrokenInput, without the name of a file, if samples would be left out.
 void look_at_other_tags(const TiffDirectory& directory, TiffPage& page, TiffRemarks& remarks);
 

@@ -28,8 +28,8 @@ bool TiffFile::is_unwritten(std::uint32_t piece) const {
   return TIFFGetStrileOffset(tiff_.get(), piece) == 0 && TIFFGetStrileByteCount(tiff_.get(), piece) == 0;
 }
 
-/// A strip or tile without a place and without bytes was never written (GDAL calls such files sparse). One that has only one
-/// of them is broken; and without compression, one needs as many bytes as its samples.
+/// A strip or tile without a place and without bytes was never written (GDAL calls such files sparse). One
+/// that has only one of them is broken; and without compression, one needs as many bytes as its samples.
 void TiffFile::check_pieces(TiffPage& page) const {
   TIFF* tiff = tiff_.get();
   const bool is_tiled = TIFFIsTiled(tiff) != 0;
@@ -59,8 +59,8 @@ void TiffFile::check_pieces(TiffPage& page) const {
   if (page.unwritten > 0) require_all_places(page);
 }
 
-/// The bytes of each strip as the file has them, if libtiff has calculated others; empty if it has not, or if there is only
-/// one.
+/// The bytes of each strip as the file has them, if libtiff has calculated others; empty if it has not, or if
+/// there is only one.
 std::vector<std::uint64_t> TiffFile::replaced_counts(const TiffPage& page) const {
   if (of_tags.warnings.empty() || page.pieces < 2) return {};
   try {

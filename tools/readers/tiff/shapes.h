@@ -1,4 +1,5 @@
-// The shape of an array that tifffile (https://github.com/cgohlke/tifffile) writes into the description of the first page.
+// The shape of an array that tifffile (https://github.com/cgohlke/tifffile) writes into the description of
+// the first page.
 #pragma once
 
 #include <cstddef>

@@ -101,7 +101,7 @@ bool TiffFile::is_preview_or_mask(const TiffPage& page, const std::vector<TiffPa
   if ((value_of<std::uint32_t>(tiff_.get(), TIFFTAG_SUBFILETYPE, 0) & not_full) != 0) return true;
   if (!slices.empty() && page.width == slices.front().width && page.height == slices.front().height)
     return false;
-  // libtiff passes the older tag over.
+  // libtiff ignores the older tag.
   try {
     const TiffDirectories file(path_);
     for (const TiffField& field : file.at(page.directory).fields)
@@ -113,7 +113,7 @@ bool TiffFile::is_preview_or_mask(const TiffPage& page, const std::vector<TiffPa
   return false;
 }
 
-/// Previews and masks are smaller than slices. Others may be slices that only claim to be none.
+/// Previews and masks are smaller than slices. Full-size ones may be slices with a wrong mark.
 void TiffFile::look_at_left_out(const std::vector<TiffPage>& pages, const std::vector<TiffPage>& left_out) {
   const auto is_full = [&](const TiffPage& page) {
     return page.width >= pages.front().width && page.height >= pages.front().height;
@@ -125,7 +125,7 @@ void TiffFile::look_at_left_out(const std::vector<TiffPage>& pages, const std::v
         full));
 }
 
-/// Pages are alike in their tags but for values of their own.
+/// The pages have the same kinds of tags, so the first one is enough.
 void TiffFile::look_at_tags(TiffPage& first) {
   try {
     look_at_other_tags(TiffDirectories(path_).at(first.directory), first, remarks_);

@@ -23,8 +23,8 @@ class TiffFile {
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
-  /// All pages but previews and masks, in the order of the file. Throws BrokenInput for a page that is broken, or whose
-  /// samples are not single numbers of a type that tagrid knows.
+  /// All pages but previews and masks, in the order of the file. Throws BrokenInput for a page that is
+  /// broken, or whose samples are not single numbers of a type that tagrid knows.
   std::vector<TiffPage> pages();
   /// ImageDescription of the current page: before pages(), of the first one. "" if there is none.
   std::string description() const;

@@ -25,7 +25,7 @@ struct TiffPage {
   /// The byte at which its samples begin, if they lie there plainly, in raster order.
   std::optional<std::uint64_t> plain;
   std::string description;  ///< ImageDescription: text, in which programs keep what TIFF has no tags for
-  /// Pixels in a unit, which TIFF files of volumes rarely name; 0 and less cannot be meant.
+  /// Pixels per unit. TIFF files of volumes rarely name the unit. Values of 0 and less are invalid.
   std::optional<double> x_resolution, y_resolution;
   Rescale rescale;  ///< what tags say that samples mean
   /// A sentence if tags of another program say which pages are channels and moments; "" if none do.
@@ -35,7 +35,7 @@ struct TiffPage {
   std::uint16_t orientation = 1;
   bool big_endian = false;
   std::uint32_t pieces = 0;     ///< strips or tiles
-  std::uint32_t unwritten = 0;  ///< those that have neither a place nor bytes: nobody wrote them
+  std::uint32_t unwritten = 0;  ///< those with neither a place nor bytes: never written
   double fill = 0;              ///< what the samples of such pieces are
   std::uint64_t memory = 0;     ///< bytes that reading takes, besides the samples
 

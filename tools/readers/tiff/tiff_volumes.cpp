@@ -40,8 +40,8 @@ bool are_alike(const TiffPage& a, const TiffPage& b) {
   return a.width == b.width && a.height == b.height && a.type == b.type && a.zero_is_white == b.zero_is_white;
 }
 
-/// Some programs write one page, whose samples those of all other images follow: ImageJ if there are more than 4 GiB. `who`
-/// says that there are `count` images.
+/// Some programs write one page, whose samples those of all other images follow: ImageJ if there are more
+/// than 4 GiB. `who` says that there are `count` images.
 std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage> pages, std::uint64_t count,
                                      const char* who) {
   if (pages.size() == count) return pages;
@@ -192,7 +192,7 @@ TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok) {
 
 namespace {
 
-/// How many images the description of a file speaks of, which has one page.
+/// The number of images in the description of a file that has one page.
 std::size_t images_in(const std::string& description) {
   if (const auto image_j = image_j_of(description)) return static_cast<std::size_t>(image_j->images);
   const auto xml = ome_xml_of(description);
@@ -204,7 +204,8 @@ std::size_t images_in(const std::string& description) {
   return shape.is_truncated ? shape.images : 1;
 }
 
-/// The spacing within a slice. What its file says of the distance to others, of which it knows nothing, does not count.
+/// The spacing within a slice. The distance between slices in its file does not count, because the file does
+/// not know other slices.
 Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
   Geometry geometry;
   if (const auto image_j = image_j_of(page.description)) {

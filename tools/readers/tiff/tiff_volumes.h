@@ -37,9 +37,9 @@ struct TiffVolumes {
   std::vector<std::string> warnings;  ///< sentences that begin with the name of a file
 };
 
-/// The volumes in a file: its pages, in the order that ImageJ or OME-XML gives them, or in that of the file. Each channel
-/// and each moment is a volume. If OME-XML says that the file is one of a set, those of the set. With `gaps_ok`, slices may
-/// be missing there. Throws BrokenInput, WorldError.
+/// The volumes in a file: its pages, in the order that ImageJ or OME-XML gives them, or in that of the file.
+/// Each channel and each moment is a volume. If OME-XML says that the file is one of a set, those of the set.
+/// With `gaps_ok`, slices may be missing there. Throws BrokenInput, WorldError.
 TiffVolumes volumes_of_file(const std::string& path, bool gaps_ok);
 
 /// The volume whose slices are these files, with one page each.

@@ -12,7 +12,7 @@ namespace tagrid {
 
 /// Of a scheme that is not read.
 std::string name_of_compression(std::uint16_t scheme);
-/// What pixels are that are no single numbers.
+/// What pixels are if they are not single numbers.
 std::string name_of_meaning(std::uint16_t photometric);
 /// How the samples of the current page are stored, for users.
 std::string name_of_storage(TIFF* tiff, const TiffPage& page);
