@@ -58,11 +58,11 @@ ForeignNumber foreign_number(double stored) {
 
 std::string remark_on(const ForeignNumber& number, std::string_view name, std::string_view consequence) {
   if (number.decimal_comma)
-    return fmt::format("{} is {}, with a decimal comma; it is read as {}", name, quoted(number.text),
+    return fmt::format("{} is {}, with a decimal comma; it is read as {}", name, tagrid::quoted(number.text),
                        number.value);
   if (!number.is_unreadable()) return "";
   if (trimmed(number.text).empty()) return fmt::format("{} is empty; {}", name, consequence);
-  return fmt::format("{} is {}, which is not a number; {}", name, quoted(number.text), consequence);
+  return fmt::format("{} is {}, which is not a number; {}", name, tagrid::quoted(number.text), consequence);
 }
 
 }  // namespace tagrid

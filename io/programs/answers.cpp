@@ -24,6 +24,13 @@ std::string text_in(const Json& object, const char* key) {
   return value.get<std::string>();
 }
 
+bool flag_in(const Json& object, const char* key) {
+  const Json& flag = member(object, key);
+  if (!flag.is_null() && !flag.is_boolean())
+    throw WrongAnswer(fmt::format("\"{}\" is neither true nor false", key));
+  return flag.is_boolean() && flag.get<bool>();
+}
+
 const Json& list_in(const Json& object, const char* key) {
   static const Json none = Json::array();
   const Json& value = member(object, key);

@@ -36,6 +36,8 @@ auto with(FormatProgram& program, Work work) {
 /// The value of a key; null if there is none.
 const Json& member(const Json& object, const char* key);
 std::string text_in(const Json& object, const char* key);
+/// False if there is none.
+bool flag_in(const Json& object, const char* key);
 const Json& list_in(const Json& object, const char* key);
 /// A whole number of at least `least`; `otherwise` if there is none.
 std::int64_t count_in(const Json& object, const char* key, std::int64_t otherwise, std::int64_t least);

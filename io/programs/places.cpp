@@ -14,13 +14,6 @@ SliceRows rows_of(const VolumeInfo& info) {
   return {*sample_bytes({info.dims.x, 1, 1}, info.type), info.dims.y};
 }
 
-bool flag_in(const Json& place, const char* key) {
-  const Json& flag = member(place, key);
-  if (!flag.is_null() && !flag.is_boolean())
-    throw WrongAnswer(fmt::format("\"{}\" is neither true nor false", key));
-  return flag.is_boolean() && flag.get<bool>();
-}
-
 StoredBits stored_bits_of(const Json& place, SampleType type) {
   StoredBits stored;
   const std::int64_t bits = count_in(place, "bits", 0, 0), add = count_in(place, "add", 0, -most_added);

@@ -115,13 +115,6 @@ Rescale rescale_of(const Json& answer) {
   return rescale;
 }
 
-bool flag_in(const Json& answer, const char* key) {
-  const Json& value = member(answer, key);
-  if (!value.is_null() && !value.is_boolean())
-    throw WrongAnswer(fmt::format("\"{}\" is neither true nor false", key));
-  return value.is_boolean() && value.get<bool>();
-}
-
 /// A reader that does not claim to have understood everything may have misread something.
 std::vector<std::string> not_understood_in(const Json& answer, const std::string& path) {
   std::vector<std::string> texts = texts_in(answer, "not_understood");

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <optional>
+#include <string_view>
 
 #include "io/files/text.h"
 #include "tools/hdf5/handle.h"
@@ -60,6 +61,9 @@ class Scale {
   NamedScale attributes(Fields& fields, const char* slope, const char* intercept) const {
     NamedScale scale = {slope, intercept, foreign_numbers(dataset_.get(), slope, 1),
                         foreign_numbers(dataset_.get(), intercept, 1)};
+    // In NRRD, from which this attribute comes, a slope of 0 is none.
+    if (std::string_view(slope) == "rescale_slope" && scale.slope.is_number() && scale.slope.values[0] == 0)
+      return {slope, intercept};
     if (scale.slope.is_number() && !is_slope(scale.slope.values))
       scale.slope.outcome = ForeignNumber::Outcome::unreadable;
     if (scale.intercept.is_number() && !are_finite(scale.intercept.values))
