@@ -57,8 +57,7 @@ class Reading {
     const ForeignNumber number = foreign_number(value);
     const std::string remark = remark_on(number, key, "what values samples mean is unknown");
     if (number.is_unreadable()) {
-      doubt(remark);
-      comment_out(line);
+      doubt(remark);  // the line stays, so that the doubt stays with the volume
     } else if (number.decimal_comma) {
       warn(remark);
       changes_.replace(value, fmt::format("{}", number.value));

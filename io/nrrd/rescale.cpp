@@ -18,7 +18,7 @@ Rescale rescale_of(std::string_view nrrd_fields) {
   for (const auto& [key, value] : key_values_of(nrrd_fields)) {
     if (key == "slice_slopes") return {};
     if (key == "rescale_slope") rescale.slope = number_of(value).value_or(0);
-    if (key == "rescale_intercept") rescale.intercept = number_of(value).value_or(0);
+    if (key == "rescale_intercept") rescale.intercept = number_of(value).value_or(NAN);
     if (key == "rescale_units") rescale.units = value;
   }
   const bool valid = std::isfinite(rescale.slope) && rescale.slope != 0 && std::isfinite(rescale.intercept);

@@ -20,7 +20,8 @@ TEST(Rescaling, IsNoneIfThereIsNoneOrItIsNotNumbers) {
   EXPECT_EQ(rescale_of("rescale_units:=HU\n"), (Rescale{1, 0, "HU"}));
   for (const char* fields :
        {"rescale_slope:=0\nrescale_intercept:=5\n", "rescale_slope:=nan\n", "rescale_slope:=x\n",
-        "rescale_slope:=2\nrescale_intercept:=inf\n", "rescale_slope:=2\nslice_slopes:=2 3\n"})
+        "rescale_slope:=2\nrescale_intercept:=inf\n", "rescale_slope:=2\nrescale_intercept:=x\n",
+        "rescale_slope:=2\nslice_slopes:=2 3\n"})
     EXPECT_EQ(rescale_of(fields), Rescale{}) << fields;
 }
 
