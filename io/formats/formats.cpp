@@ -366,11 +366,29 @@ namespace {
 
 /// True for pairs that say nothing more: their content is in the samples and in the geometry, or belongs to
 /// one kind of files.
-bool is_said_otherwise(std::string_view key, const Format& format) {
-  constexpr std::array<std::string_view, 8> said = {
-      "rescale_",     "applied_",         "slice_applied_",        "slice_positions",
-      "slice_slopes", "slice_intercepts", "dicom_added_intercept", "hdf5_dataset"};
+bool is_said_otherwise(std::string_view key, std::string_view value, const Format& format) {
+  constexpr std::array<std::string_view, 17> said = {"rescale_",
+                                                     "applied_",
+                                                     "slice_applied_",
+                                                     "slice_positions",
+                                                     "slice_slopes",
+                                                     "slice_intercepts",
+                                                     "dicom_added_intercept",
+                                                     "hdf5_dataset",
+                                                     "hdf5_element_size_um",
+                                                     "metaimage_AnatomicalOrientation",
+                                                     "nifti_pixdim",
+                                                     "nifti_scl_",
+                                                     "nifti_qoffset_",
+                                                     "nifti_quatern_",
+                                                     "nifti_qform_",
+                                                     "nifti_sform_",
+                                                     "nifti_srow_"};
   const auto begins = [&](std::string_view beginning) { return key.starts_with(beginning); };
+  // ITK writes it into every file.
+  if (key == "metaimage_CenterOfRotation" &&
+      std::ranges::all_of(words_of(value), [](auto word) { return number_of(word) == 0.0; }))
+    return true;
   return begins("vdb_") || std::ranges::any_of(said, begins) ||
          (!format.own_pairs.empty() && begins(format.own_pairs));
 }
@@ -385,7 +403,7 @@ bool is_remark(std::string_view comment) {
 std::string lost_texts(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> keys, others;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (!is_said_otherwise(key, format)) keys.push_back(key);
+    if (!is_said_otherwise(key, value, format)) keys.push_back(key);
   bool has_comments = false;
   for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
     const std::string_view text = take_line(rest);

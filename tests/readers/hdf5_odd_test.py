@@ -349,6 +349,16 @@ class Odd(ReaderTest):
         self.assertIn("2 more", message)
         self.assertNotIn("--dataset", message)
 
+    def test_a_link_into_another_folder_is_told_from_one_that_leads_nowhere(self):
+        (self.folder / "far").mkdir()
+        self.make(lambda file: file.create_dataset("data", data=volume()), "far/b.h5")
+        for number, name in enumerate(("far/b.h5", str(self.folder / "far/b.h5"))):
+            def write(file):
+                file["link"] = h5py.ExternalLink(name, "/data")
+            self.make(write, f"a{number}.h5")
+            self.assert_refused(65, "another folder, where nothing is read; give that file itself", "encode", f"a{number}.h5", "--dataset", "link")
+        self.assert_same(self.encoded("far/b.h5", "--dataset", "data")[0], volume())
+
     def test_the_only_volume_beside_links_and_odd_data_sets_is_read_and_they_are_said(self):
         self.make(lambda file: file.create_dataset("data", data=volume("f4")), "there.h5")
 

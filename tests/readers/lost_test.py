@@ -117,6 +117,10 @@ class Lost(ReaderTest):
                 ("labels: \"a\" \"b\" \"c\"\n", 'the field "labels"', everywhere),
                 ("nifti_descrip:=a scan\n", "key/value pair", everywhere - {"b.nii", "b.nii.gz"}),
                 ("metaimage_Modality:=MET_MOD_CT\n", "key/value pair", everywhere - {"b.mha", "b.mhd"}),
+                ("metaimage_CenterOfRotation:=1 0 0\n", '1 key/value pair ("metaimage_CenterOfRotation")', everywhere - {"b.mha", "b.mhd"}),
+                # What the geometry says, too, and what ITK writes into every file.
+                ("metaimage_CenterOfRotation:=0 0 0\nmetaimage_AnatomicalOrientation:=RAI\nhdf5_element_size_um:=1 1 1\n", "no place for", set()),
+                ("nifti_pixdim:=1 1 1 1 0 0 0 0\nnifti_scl_slope:=1\nnifti_quatern_bcd:=0 1 0\nnifti_qoffset_xyz:=1 2 3\n", "no place for", set()),
                 ("# Complete NRRD file format specification at:\n# http://teem.sourceforge.net/nrrd/format.html\nkinds: domain domain domain\n",
                  "no place for", set())):
             self.encode(fields)

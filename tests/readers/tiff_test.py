@@ -322,8 +322,12 @@ class Tiff(ReaderTest):
         truth = volume("uint16", (6, 20, 30))
         (self.folder / "a.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=6\nslices=6\n"))
         self.assert_same(self.encoded("a.tif")[0], truth)
+        self.assertNotIn("are read", self.messages)
         (self.folder / "b.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=7\nslices=7\n"))
         self.assert_refused(65, "says 7 images, but there are bytes for 6", "encode", "b.tif")
+        (self.folder / "c.tif").write_bytes(one_page(truth, f"ImageJ=1.53t\nimages=5\nslices=5\n"))
+        self.assert_same(self.encoded("c.tif")[0], truth[:5])
+        self.assertIn("says 5 images, but there are bytes for 6; only the first 5 are read", self.messages)
 
     def test_ome_tiff_in_any_order_of_dimensions(self):
         for axes, shape in (("ZYX", (5, 20, 30)), ("CZYX", (2, 5, 20, 30)), ("ZCYX", (5, 2, 20, 30)), ("TCZYX", (2, 2, 3, 20, 30))):

@@ -118,8 +118,8 @@ std::string attribute_in_words(hid_t object, const std::string& name) {
   return count_of(attribute.get()) == 0 ? "" : samples_in_words(type.get());
 }
 
-ForeignNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count) {
-  ForeignNumbers result;
+AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count) {
+  AttributeNumbers result;
   if (H5Aexists(object, name.c_str()) <= 0) return result;
   result.outcome = ForeignNumber::Outcome::unreadable;
   result.text = attribute_in_words(object, name);

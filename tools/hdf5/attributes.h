@@ -19,7 +19,7 @@ std::vector<std::string> text_list_attribute(hid_t object, const std::string& na
 /// Numbers, at most 1000; none if there is no such attribute, or if it is not of numbers.
 std::vector<double> number_attribute(hid_t object, const std::string& name);
 /// One reading of an attribute that should hold numbers, whoever wrote it.
-struct ForeignNumbers {
+struct AttributeNumbers {
   ForeignNumber::Outcome outcome = ForeignNumber::Outcome::absent;
   std::vector<double> values;  ///< as many as were asked for; NaN and infinities are possible
   bool decimal_comma = false;  ///< a text whose commas count as points
@@ -32,7 +32,7 @@ struct ForeignNumbers {
 
 /// `count` numbers, which may be texts: "[0.5, 0.5, 2]", "0,5 0,5 2" or a list of texts. The attribute is
 /// unreadable if it has another type or another count.
-ForeignNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count);
+AttributeNumbers foreign_numbers(hid_t object, const std::string& name, std::size_t count);
 /// What an attribute holds, for messages: its texts or numbers, otherwise the name of its type; "" if there
 /// is none.
 std::string attribute_in_words(hid_t object, const std::string& name);

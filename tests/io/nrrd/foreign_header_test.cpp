@@ -10,7 +10,7 @@
 namespace tagrid {
 namespace {
 
-const std::string plain =
+const std::string plain_header =
     "NRRD0005\ntype: short\ndimension: 3\nsizes: 3 4 5\nencoding: raw\nendian: little\n";
 
 TEST(ForeignNrrdHeader, WhatCanBeReadStaysByteForByte) {
@@ -18,8 +18,8 @@ TEST(ForeignNrrdHeader, WhatCanBeReadStaysByteForByte) {
        {"spacings: 0.5 nan 2\r\n", "space: LPS\nspace directions: (1,0,0) (0, 1 ,0) (0,0,-2)\n",
         "# spacings: x\nrescale_slope:=2\nwho:=nobody, 2,5\n", "space origin: (nan,nan,nan)\n",
         "data file: LIST\nspacings: x\n", "space directions: (1,0,0) (0,1,0) none\n"}) {
-    const ForeignNrrdHeader header = foreign_nrrd_header(plain + fields);
-    EXPECT_EQ(header.text, plain + fields);
+    const ForeignNrrdHeader header = foreign_nrrd_header(plain_header + fields);
+    EXPECT_EQ(header.text, plain_header + fields);
     EXPECT_TRUE(header.warnings.empty() && header.not_understood.empty() && header.scale_doubt.empty())
         << fields;
   }
@@ -43,8 +43,8 @@ TEST(ForeignNrrdHeader, WhatCannotBeReadIsUnknownAndSaid) {
       {"block size: 4\n", "# block size: 4\n"},
       {"rescale_slope:=2,50\nrescale_intercept:=-1\n", "rescale_slope:=2.5\nrescale_intercept:=-1\n"}};
   for (const auto& [fields, wanted] : changed) {
-    const ForeignNrrdHeader header = foreign_nrrd_header(plain + fields);
-    EXPECT_EQ(header.text, plain + wanted);
+    const ForeignNrrdHeader header = foreign_nrrd_header(plain_header + fields);
+    EXPECT_EQ(header.text, plain_header + wanted);
     EXPECT_FALSE(header.warnings.empty()) << fields;
     EXPECT_NO_THROW(parse_nrrd_header(header.text)) << header.text;
     // Nothing is unusual about what was made of it.
@@ -54,11 +54,12 @@ TEST(ForeignNrrdHeader, WhatCannotBeReadIsUnknownAndSaid) {
 
 TEST(ForeignNrrdHeader, AScaleThatCannotBeReadIsInDoubt) {
   for (const std::string fields : {"rescale_slope:=\n", "rescale_slope:=1,024\n", "rescale_intercept:=nan\n"})
-    EXPECT_NE(foreign_nrrd_header(plain + fields).scale_doubt, "") << fields;
-  EXPECT_EQ(foreign_nrrd_header(plain + "slice_positions:=0 0 1; 0 x 2\n").warnings.size(), 1U);
-  const ForeignNrrdHeader half = foreign_nrrd_header(plain + "rescale_slope:=2\nrescale_intercept:=x\n");
+    EXPECT_NE(foreign_nrrd_header(plain_header + fields).scale_doubt, "") << fields;
+  EXPECT_EQ(foreign_nrrd_header(plain_header + "slice_positions:=0 0 1; 0 x 2\n").warnings.size(), 1U);
+  const ForeignNrrdHeader half =
+      foreign_nrrd_header(plain_header + "rescale_slope:=2\nrescale_intercept:=x\n");
   EXPECT_EQ(rescale_of(parse_nrrd_header(half.text).info.nrrd_fields), Rescale{});
-  EXPECT_EQ(foreign_nrrd_header(plain + "old min: 0\nold max: 5\n").not_understood.size(), 2U);
+  EXPECT_EQ(foreign_nrrd_header(plain_header + "old min: 0\nold max: 5\n").not_understood.size(), 2U);
 }
 
 }  // namespace

@@ -66,9 +66,9 @@ void remark(const ForeignNumber& number, const DcmTagKey& tag, std::string_view 
     DicomNotes::add(notes.warnings, name_of(tag), std::move(text));
 }
 
-ForeignNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count,
-                          std::string_view consequence, DicomNotes& notes) {
-  ForeignNumbers numbers;
+DicomNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count, std::string_view consequence,
+                        DicomNotes& notes) {
+  DicomNumbers numbers;
   const auto text = text_of(item, tag);
   if (!text) return numbers;
   numbers.outcome = Outcome::unreadable;

@@ -38,7 +38,7 @@ void remark(const ForeignNumber& number, const DcmTagKey& tag, std::string_view 
             DicomNotes& notes);
 
 /// An attribute with several numbers.
-struct ForeignNumbers {
+struct DicomNumbers {
   ForeignNumber::Outcome outcome = ForeignNumber::Outcome::absent;
   std::vector<double> values;
 
@@ -48,8 +48,8 @@ struct ForeignNumbers {
 
 /// `count` numbers, or any count of them if it is 0. An empty attribute is unreadable without a remark,
 /// because it means that the value is unknown.
-ForeignNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count,
-                          std::string_view consequence, DicomNotes& notes);
+DicomNumbers numbers_in(DcmItem& item, const DcmTagKey& tag, std::size_t count, std::string_view consequence,
+                        DicomNotes& notes);
 
 /// A whole number that describes the samples; nothing if it is absent or empty. Throws BrokenInput if it is
 /// something else.

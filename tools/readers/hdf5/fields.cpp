@@ -13,9 +13,9 @@ bool are_finite(const std::vector<double>& numbers) {
   return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
 }
 
-ForeignNumbers Fields::numbers(const std::string& attribute, std::size_t count, const char* consequence,
-                               const IsGood& is_good) {
-  ForeignNumbers found = foreign_numbers(object_, attribute, count);
+AttributeNumbers Fields::numbers(const std::string& attribute, std::size_t count, const char* consequence,
+                                 const IsGood& is_good) {
+  AttributeNumbers found = foreign_numbers(object_, attribute, count);
   if (found.is_number() && !is_good(found.values)) found.outcome = ForeignNumber::Outcome::unreadable;
   if (const std::string said = remark(attribute, found, count, consequence); !said.empty())
     warnings.push_back(said);
@@ -30,7 +30,7 @@ std::string Fields::text(const std::string& attribute, const char* consequence) 
   return "";
 }
 
-std::string Fields::remark(const std::string& attribute, const ForeignNumbers& found, std::size_t count,
+std::string Fields::remark(const std::string& attribute, const AttributeNumbers& found, std::size_t count,
                            const char* consequence) const {
   if (found.is_unreadable())
     return fmt::format(

@@ -26,13 +26,13 @@ class Fields {
   bool has(const std::string& attribute) const { return H5Aexists(object_, attribute.c_str()) > 0; }
   /// `count` numbers that are good. Otherwise, the attribute is unreadable, and `consequence` says what that
   /// means: "the spacing is not known".
-  ForeignNumbers numbers(const std::string& attribute, std::size_t count, const char* consequence,
-                         const IsGood& is_good = are_finite);
+  AttributeNumbers numbers(const std::string& attribute, std::size_t count, const char* consequence,
+                           const IsGood& is_good = are_finite);
   /// A text; "" if there is none.
   std::string text(const std::string& attribute, const char* consequence);
 
   /// A sentence about an attribute: "scan.h5: HDF5 file: /data: spacing is ..."; "" if nothing is unusual.
-  std::string remark(const std::string& attribute, const ForeignNumbers& found, std::size_t count,
+  std::string remark(const std::string& attribute, const AttributeNumbers& found, std::size_t count,
                      const char* consequence) const;
 
   std::vector<std::string> warnings;

@@ -58,7 +58,7 @@ void convert_units(const std::string& path, Geometry& geometry, std::vector<std:
   std::array<bool, 3> used = {};
   for (std::size_t axis = 0; axis < 3; ++axis)
     used[axis] = geometry.has_directions || !std::isnan(geometry.spacing[axis]);
-  const CommonUnit common = common_unit(geometry.units, used);
+  const UnitOfAxes common = common_unit(geometry.units, used);
   if (!common.remark.empty()) warnings.push_back(fmt::format("{}: {}", path, common.remark));
   // Units of directions are those of the axes of space.
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -44,7 +44,10 @@ class Hdf5Volume final : public ServedVolume {
     files = {path};
     if (const std::string other = file_of(dataset_.get()); !other.empty() && other != path) {
       if (!is_in_folder_of(path, dataset_.get()))
-        throw broken_hdf5(path, fmt::format("the data set is in another folder, {}", other));
+        throw broken_hdf5(
+            path,
+            fmt::format("the data set is in another folder, where nothing is read; give that file itself: {}",
+                        other));
       files.push_back(other);
     }
     DatasetDescription description = description_of_dataset(file_.get(), path, name, dims);

@@ -12,7 +12,7 @@ namespace {
 
 struct NamedUnit {
   std::string_view name;
-  LengthUnit unit;
+  MeterUnit unit;
 };
 
 /// Symbols, in which capitals and small letters differ in meaning.
@@ -36,7 +36,7 @@ constexpr NamedUnit words[] = {
 
 }  // namespace
 
-std::optional<LengthUnit> length_unit_of(std::string_view name) {
+std::optional<MeterUnit> length_unit_of(std::string_view name) {
   name = trimmed(name);
   for (const NamedUnit& known : symbols)
     if (known.name == name) return known.unit;
@@ -48,7 +48,7 @@ std::optional<LengthUnit> length_unit_of(std::string_view name) {
   return std::nullopt;
 }
 
-double converted(double length, const LengthUnit& from, const LengthUnit& to) {
+double converted(double length, const MeterUnit& from, const MeterUnit& to) {
   if (from.mantissa != to.mantissa) length = length * from.mantissa / to.mantissa;
   const int exponent = from.exponent - to.exponent;
   // A power of ten is exact, and its inverse is not.
@@ -56,13 +56,13 @@ double converted(double length, const LengthUnit& from, const LengthUnit& to) {
   return exponent < 0 ? length / power : length * power;
 }
 
-double CommonUnit::convert(std::size_t axis, double length) const {
+double UnitOfAxes::convert(std::size_t axis, double length) const {
   return conversions[axis] ? converted(length, conversions[axis]->from, conversions[axis]->to) : length;
 }
 
-CommonUnit common_unit(const std::array<std::string, 3>& units, const std::array<bool, 3>& used) {
-  CommonUnit common = {units, {}, ""};
-  std::array<std::optional<LengthUnit>, 3> lengths;
+UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array<bool, 3>& used) {
+  UnitOfAxes common = {units, {}, ""};
+  std::array<std::optional<MeterUnit>, 3> lengths;
   std::optional<std::size_t> chosen;
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (used[axis]) lengths[axis] = length_unit_of(units[axis]);

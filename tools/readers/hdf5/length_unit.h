@@ -9,23 +9,23 @@
 namespace tagrid {
 
 /// mantissa * 10^exponent meters.
-struct LengthUnit {
+struct MeterUnit {
   double mantissa = 1;
   int exponent = 0;
 
-  bool operator==(const LengthUnit&) const = default;
+  bool operator==(const MeterUnit&) const = default;
 };
 
 /// The unit of this name: "mm", "micron", "Angstrom"; nothing if it is none of length, or not known.
-std::optional<LengthUnit> length_unit_of(std::string_view name);
+std::optional<MeterUnit> length_unit_of(std::string_view name);
 
 /// A length in another unit. Rounded once if both are powers of ten: 2500 um are 2.5 mm.
-double converted(double length, const LengthUnit& from, const LengthUnit& to);
+double converted(double length, const MeterUnit& from, const MeterUnit& to);
 
 /// How axes with units of their own become axes of one unit.
-struct CommonUnit {
+struct UnitOfAxes {
   struct Conversion {
-    LengthUnit from, to;
+    MeterUnit from, to;
   };
   std::array<std::string, 3> units;                      ///< of the axes x, y, z from then on
   std::array<std::optional<Conversion>, 3> conversions;  ///< of their lengths
@@ -35,6 +35,6 @@ struct CommonUnit {
 };
 
 /// The unit that most of the `used` axes have; the first one, if several are as frequent.
-CommonUnit common_unit(const std::array<std::string, 3>& units, const std::array<bool, 3>& used);
+UnitOfAxes common_unit(const std::array<std::string, 3>& units, const std::array<bool, 3>& used);
 
 }  // namespace tagrid

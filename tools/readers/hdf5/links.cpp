@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
+#include <system_error>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -31,9 +33,22 @@ std::optional<FoundLink> link_at(hid_t group, const std::string& path, const std
   } else if (info.type == H5L_TYPE_EXTERNAL &&
              H5Lunpack_elink_val(bytes.data(), info.u.val_size, nullptr, &file, &object) >= 0) {
     link.target = fmt::format("{} in the file {}", object, file);
+    link.file = file;
     link.is_external = true;
   }
   return link;
+}
+
+/// True if the file that a link names is there, but in another folder than the file with the link. Nothing is read from
+/// there, and the sandbox hides what such a file holds, but not that it is there.
+bool is_elsewhere(hid_t file, const std::string& named) {
+  namespace fs = std::filesystem;
+  if (named.empty()) return false;
+  std::string own(static_cast<std::size_t>(std::max<ssize_t>(H5Fget_name(file, nullptr, 0), 0)), '\0');
+  H5Fget_name(file, own.data(), own.size() + 1);
+  std::error_code unknown;
+  const fs::path folder = fs::absolute(own, unknown).parent_path(), target = folder / named;
+  return fs::is_regular_file(target, unknown) && !fs::equivalent(target.parent_path(), folder, unknown);
 }
 
 struct Waiting {
@@ -88,6 +103,10 @@ std::string why_missing(hid_t file, const std::string& path, std::vector<std::st
     if (!link) return fmt::format("{} cannot be opened", part);
     if (std::ranges::count(passed, part) > 0) return "";
     passed.push_back(part);
+    if (is_elsewhere(file, link->file))
+      return fmt::format(
+          "{} is a link to {}, which is in another folder, where nothing is read; give that file itself",
+          part, link->target);
     std::string deeper = value.empty() ? "" : why_missing(file, inside(group_path, value), passed);
     // A link to a link: the target of the last one is more useful.
     if (deeper.starts_with("there is no ")) deeper.clear();

@@ -16,6 +16,7 @@ struct FoundLink {
   std::string path;
   std::string target;  ///< "/raw/frames", or "/scan/frames in the file frames.h5"
   bool is_external = false;
+  std::string file = {};  ///< of an external one
 };
 
 /// What a visitor of a file is told. Groups come before what they hold, in the order of names.
@@ -29,7 +30,7 @@ struct Visitor {
 void visit_objects(hid_t file, const Visitor& visitor);
 
 /// A sentence that explains why there is no object at this absolute path, and names the target of a link that
-/// leads nowhere; "" if there is one.
+/// leads nowhere, or to a file in another folder, from which nothing is read; "" if there is one.
 std::string why_missing(hid_t file, const std::string& path);
 
 }  // namespace tagrid

@@ -83,7 +83,7 @@ class Places {
         units[axis] = axes_[axis]->unit;
         used[axis] = axes_[axis]->places.size() > 1 || axes_[axis]->width > 0 || !units[axis].empty();
       }
-    const CommonUnit common = common_unit(units, used);
+    const UnitOfAxes common = common_unit(units, used);
     if (!common.remark.empty()) found_.warnings.push_back(fmt::format("{}: {}", path_, common.remark));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!axes_[axis]) continue;

@@ -19,7 +19,7 @@ namespace {
 /// A slope and an intercept of one convention.
 struct NamedScale {
   std::string slope_name, intercept_name;
-  ForeignNumbers slope = {}, intercept = {};
+  AttributeNumbers slope = {}, intercept = {};
 
   bool is_there() const { return !slope.is_absent() || !intercept.is_absent(); }
   double slope_value() const { return slope.is_number() ? slope.values[0] : 1; }
@@ -80,8 +80,8 @@ class Scale {
     return {prefix + "scaling_factor", prefix + "offset", field(prefix + "scaling_factor", is_slope),
             field(prefix + "offset", are_finite)};
   }
-  ForeignNumbers field(const std::string& name, bool (*is_good)(const std::vector<double>&)) const {
-    ForeignNumbers found;
+  AttributeNumbers field(const std::string& name, bool (*is_good)(const std::vector<double>&)) const {
+    AttributeNumbers found;
     if (H5Lexists(file_, name.c_str(), H5P_DEFAULT) <= 0) return found;
     const Hdf5Handle dataset = opened_dataset(file_, name);
     const Hdf5Handle space(dataset ? H5Dget_space(dataset.get()) : -1, H5Sclose);
@@ -152,7 +152,7 @@ class Scale {
   }
 
   void look_at_missing(const char* attribute) {
-    const ForeignNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
+    const AttributeNumbers missing = foreign_numbers(dataset_.get(), attribute, 1);
     // No program takes NaN for a value.
     if (missing.is_absent() || missing.text == "nan") return;
     found_.not_understood.push_back(fmt::format(

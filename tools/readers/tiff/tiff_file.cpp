@@ -47,7 +47,7 @@ TiffFile::TiffFile(const std::string& path) : path_(path) {
     close(descriptor);
     if (!is_file) throw BrokenInput(path + ": is not a regular file");
     if (!begins_tiff(path)) throw BrokenInput(path + ": is not a TIFF file");
-    fail(fmt::format("ends too soon, or is damaged ({})", last_reason));
+    fail("ends too soon, or is damaged" + (last_reason.empty() ? "" : fmt::format(" ({})", last_reason)));
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

@@ -43,15 +43,20 @@ bool are_alike(const TiffPage& a, const TiffPage& b) {
 /// Some programs write one page, whose samples those of all other images follow: ImageJ if there are more
 /// than 4 GiB. `who` says that there are `count` images.
 std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage> pages, std::uint64_t count,
-                                     const char* who) {
+                                     const char* who, TiffRemarks& remarks) {
   if (pages.size() == count) return pages;
   if (pages.size() != 1 || !pages.front().plain)
     throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but it has {}", file.path(),
                                   who, count, pages.size()));
   const TiffPage first = pages.front();
-  if ((file.size() - *first.plain) / first.bytes() < count)
+  const std::uint64_t room = (file.size() - *first.plain) / first.bytes();
+  if (room < count)
     throw BrokenInput(fmt::format("{}: TIFF file: {} description says {} images, but there are bytes for {}",
-                                  file.path(), who, count, (file.size() - *first.plain) / first.bytes()));
+                                  file.path(), who, count, room));
+  if (room > count)
+    remarks.warn(
+        fmt::format("{} description says {} images, but there are bytes for {}; only the first {} are read",
+                    who, count, room, count));
   pages.resize(count, first);
   for (std::size_t i = 1; i < count; ++i) pages[i].plain = *first.plain + i * first.bytes();
   return pages;
@@ -59,7 +64,8 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
 
 void add_image_j(const TiffFile& file, std::vector<TiffPage> pages, const ImageJ& image_j,
                  TiffVolumes& volumes) {
-  pages = pages_of_stack(file, std::move(pages), static_cast<std::uint64_t>(image_j.images), "ImageJ's");
+  pages = pages_of_stack(file, std::move(pages), static_cast<std::uint64_t>(image_j.images), "ImageJ's",
+                         volumes.remarks);
   const Geometry geometry = spacing_of(image_j, pages.front(), volumes.remarks);
   for (std::int64_t t = 0; t < image_j.frames; ++t)
     for (std::int64_t c = 0; c < image_j.channels; ++c) {
@@ -76,7 +82,7 @@ void add_pages(const TiffFile& file, std::vector<TiffPage> pages, const std::str
                TiffVolumes& volumes) {
   const TiffShape shape = shape_in(description);
   if (shape.images > 1 && shape.images != pages.size() && shape.is_truncated)
-    pages = pages_of_stack(file, std::move(pages), shape.images, "tifffile's");
+    pages = pages_of_stack(file, std::move(pages), shape.images, "tifffile's", volumes.remarks);
   if (shape.images == pages.size() && !shape.is_of_slices)
     volumes.remarks.miss(fmt::format(
         "its description says that its pages are an array of {}, so some axis may be channels or moments; "
