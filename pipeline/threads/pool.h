@@ -13,10 +13,9 @@ class PoolWork {
   virtual void leave() noexcept = 0;
 };
 
-/// Lets a thread that waits run `work`, or makes one; false if the system gives no more threads, or if `most` threads of the
-/// pool are at work. Threads are never ended: a
-/// program that one of them has started ends with it (see io/programs/format_program.h). In a process that was forked, there
-/// are none at first.
+/// Lets a thread that waits run `work`, or makes one; false if the system gives no more threads, or if `most`
+/// threads of the pool are at work. Threads are never ended: a program that one of them has started ends with
+/// it (see io/programs/format_program.h). In a process that was forked, there are none at first.
 bool run_in_pool(PoolWork& work, int most);
 
 }  // namespace tagrid
