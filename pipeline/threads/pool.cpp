@@ -1,7 +1,7 @@
 #include "pipeline/threads/pool.h"
 
 #include <pthread.h>
-#include <unistd.h>
+#include <sys/mman.h>
 
 #include <condition_variable>
 #include <cstddef>
@@ -13,8 +13,8 @@
 namespace tagrid {
 namespace {
 
-// As much as oneTBB gives its own threads, and assumes that others have.
-constexpr std::size_t stack_bytes = std::size_t{4} << 20;
+// As much as oneTBB gives its own threads, and assumes that others have. The guard below it is not accessible.
+constexpr std::size_t stack_bytes = std::size_t{4} << 20, guard_bytes = std::size_t{1} << 16;
 
 struct Waiter {
   std::mutex mutex;
@@ -30,18 +30,34 @@ struct Waiter {
 
 struct Pool {
   std::mutex mutex;
-  pid_t process = getpid();
   std::vector<Waiter*> waiting;
   std::size_t all = 0;
   int busy = 0;
 };
 
 // Never destroyed, as its threads wait in it until the process ends.
+Pool* the_pool = nullptr;
+
 Pool& pool() {
-  static Pool* the_pool = new Pool;
-  // Threads do not come along with a fork, and the lock may be held by one of them.
-  if (the_pool->process != getpid()) the_pool = new Pool;
+  static const bool is_made = [] {
+    the_pool = new Pool;
+    // Threads do not come along with a fork, and the lock may be held by one of them.
+    pthread_atfork(nullptr, nullptr, [] { the_pool = new Pool; });
+    return true;
+  }();
+  static_cast<void>(is_made);
   return *the_pool;
+}
+
+// Not a stack of the C library, which a forked process gives to its next threads: lists of oneTBB lead
+// through the stacks of threads that slept when the process was forked.
+void* map_stack() {
+  void* mapped = mmap(nullptr, guard_bytes + stack_bytes, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0);
+  if (mapped == MAP_FAILED) return nullptr;
+  if (mprotect(mapped, guard_bytes, PROT_NONE) == 0) return mapped;
+  munmap(mapped, guard_bytes + stack_bytes);
+  return nullptr;
 }
 
 void* wait_and_work(void* given) {
@@ -68,11 +84,15 @@ void* wait_and_work(void* given) {
 bool start(Waiter& waiter) {
   pthread_attr_t attributes;
   if (pthread_attr_init(&attributes) != 0) return false;
+  void* const mapped = map_stack();
   pthread_t thread;
-  const bool made = pthread_attr_setstacksize(&attributes, stack_bytes) == 0 &&
-                    pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED) == 0 &&
-                    pthread_create(&thread, &attributes, wait_and_work, &waiter) == 0;
+  const bool made =
+      mapped != nullptr &&
+      pthread_attr_setstack(&attributes, static_cast<std::byte*>(mapped) + guard_bytes, stack_bytes) == 0 &&
+      pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED) == 0 &&
+      pthread_create(&thread, &attributes, wait_and_work, &waiter) == 0;
   pthread_attr_destroy(&attributes);
+  if (!made && mapped != nullptr) munmap(mapped, guard_bytes + stack_bytes);
   return made;
 }
 
