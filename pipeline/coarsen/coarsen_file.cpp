@@ -1,6 +1,5 @@
 #include "pipeline/coarsen/coarsen_file.h"
 
-
 #include "pipeline/coarsen/coarsened_grid.h"
 #include "pipeline/decode/graph.h"
 #include "pipeline/memory/of_bricks.h"
