@@ -28,7 +28,7 @@ ordered_json settings_of(const EncodeOptions& given, const VolumeSource& volume)
   return settings;
 }
 
-std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
+std::string difference_of_texts(const OptionTexts& was, const OptionTexts& now) {
   for (const auto& [name, value] : was)
     if (const auto found = now.find(name); found == now.end() || found->second != value)
       return fmt::format("{} was {}, now {}", name, value, found == now.end() ? "not given" : found->second);
@@ -39,7 +39,7 @@ std::string difference_of(const OptionTexts& was, const OptionTexts& now) {
 
 /// The first setting of `now` that `was` does not have; "" if there is none. Rules are not in `was`, which
 /// has their results.
-std::string difference_of(const ordered_json& was, const ordered_json& now, bool with_rules) {
+std::string difference_of_settings(const ordered_json& was, const ordered_json& now, bool with_rules) {
   for (const auto& [name, value] : now.items()) {
     const bool is_rule = value.is_string() && name != "effort" && name != "mode" && name != "grid";
     const auto found = was.is_object() ? was.find(name) : was.end();
@@ -56,19 +56,20 @@ std::string difference_of(const KnownOutput& known, const OptionTexts& asked, co
                           const VolumeSource& volume) {
   const Encoding was = encoding_of(known.options, run), now = encoding_of(asked, run);
   const ordered_json settings = settings_of(now.options, volume);
-  std::string difference = difference_of(settings_of(was.options, volume), settings, true);
+  std::string difference = difference_of_settings(settings_of(was.options, volume), settings, true);
   if (difference.empty() &&
       (members_of(was.source) != members_of(now.source) || was.options.strip != now.options.strip))
     difference = "other options of the input";
   // Users recognize the texts that they gave, not what these became.
   if (!difference.empty())
-    if (const std::string in_texts = difference_of(known.options, asked); !in_texts.empty()) return in_texts;
+    if (const std::string in_texts = difference_of_texts(known.options, asked); !in_texts.empty())
+      return in_texts;
   if (!difference.empty()) return difference;
   // The program that wrote the output may have had another default. Defaults also depend on the type of the
   // volume.
   const ordered_json record = ordered_json::parse(known.record);
   return record.value("type", ordered_json()) == name_of(volume.info().type)
-             ? difference_of(record.value("settings", ordered_json()), settings, false)
+             ? difference_of_settings(record.value("settings", ordered_json()), settings, false)
              : "";
 }
 
