@@ -84,7 +84,9 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   const auto number = static_cast<std::uint64_t>(
       number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
   const std::uint64_t before = number * *sample_bytes(header.info.dims, header.info.type);
-  SourceFacts facts{.info = header.info, .files = {path}};
+  SourceFacts facts;
+  facts.info = header.info;
+  facts.files = {path};
   facts.rescale = header.rescale;
   for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);
   if (!header.scale_doubt.empty()) facts.scale_doubt = name + ": " + header.scale_doubt;

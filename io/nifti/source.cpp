@@ -59,7 +59,9 @@ std::unique_ptr<VolumeSource> open_nifti(std::unique_ptr<FileBytes> file, const 
   const auto number = static_cast<std::uint64_t>(
       number_of_volume(name, source.series, header.volumes, described(header.info.dims, header.info.type)));
   const std::uint64_t before = header.offset + number * *sample_bytes(header.info.dims, header.info.type);
-  SourceFacts facts{.info = std::move(header.info), .files = {path}};
+  SourceFacts facts;
+  facts.info = std::move(header.info);
+  facts.files = {path};
   facts.rescale = header.rescale;
   facts.holds_other_bytes = true;  // the header says more than the file that is made
   for (const std::string& warning : header.warnings) facts.warnings.push_back(name + ": " + warning);

@@ -171,7 +171,9 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
   const ProgramSource::Request request{program, path, options, first_memory};
   auto conversation = request.conversation();
   ReaderVolume volume = conversation->describe(path, options);
-  SourceFacts facts{.info = std::move(volume.info), .files = std::move(volume.files), .traits = {}};
+  SourceFacts facts;
+  facts.info = std::move(volume.info);
+  facts.files = std::move(volume.files);
   facts.warnings = std::move(volume.warnings);
   facts.not_understood = std::move(volume.not_understood);
   facts.scale_doubt = std::move(volume.scale_doubt);
