@@ -108,8 +108,11 @@ std::unique_ptr<VolumeSource> open_meta_image(std::unique_ptr<FileBytes> file, c
   const auto open = [=](std::int64_t i) {
     const std::string& data_file = header.data_files[static_cast<std::size_t>(i)];
     const std::string data_path = path_of_data_file(path, data_file);
+    SourceFacts facts_of_part;
+    facts_of_part.info = part;
+    facts_of_part.files = {data_path};
     return open_samples(open_data_file(data_path, data_file, name, "MetaImage"), header,
-                        {.info = part, .files = {data_path}}, before, i == 0 ? header_bytes : 0, path);
+                        std::move(facts_of_part), before, i == 0 ? header_bytes : 0, path);
   };
   if (count > 1) return joined(std::move(facts), count, open);
   const std::string& data_file = header.data_files.front();
