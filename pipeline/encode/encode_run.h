@@ -12,7 +12,7 @@
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "pipeline/memory/finished.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "pipeline/encode/input_slices.h"
+#include "pipeline/job/input_slices.h"
 
 namespace tagrid {
 

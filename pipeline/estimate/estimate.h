@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 

@@ -4,7 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "pipeline/estimate/bricks_of_source.h"
+#include "pipeline/job/bricks_of_source.h"
 #include "stages/survey/survey.h"
 
 namespace tagrid {

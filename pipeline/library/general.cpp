@@ -1,7 +1,7 @@
 // Versions, texts and defaults of the library.
 #include <cmath>
 
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "stages/volume/sample_type.h"
 #include "tagrid/tagrid.h"
 

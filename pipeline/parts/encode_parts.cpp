@@ -16,7 +16,7 @@
 #include "io/parts/part_folder.h"
 #include "io/tag/bricks.h"
 #include "pipeline/encode/row_encoder.h"
-#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/job/plain_bound.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/part_work.h"
 #include "pipeline/parts/run_settings.h"

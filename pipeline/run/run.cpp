@@ -15,7 +15,7 @@
 #include "pipeline/decode/row_output.h"
 #include "pipeline/encode/row_encoder.h"
 #include "pipeline/encode/slices_ahead.h"
-#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/job/plain_bound.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/decode_parts.h"

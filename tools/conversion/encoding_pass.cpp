@@ -13,7 +13,7 @@
 #include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/job/plain_bound.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"

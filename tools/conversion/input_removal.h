@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "io/volume/volume_info.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 
 namespace tagrid {
 

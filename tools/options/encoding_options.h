@@ -7,7 +7,7 @@
 #include <string>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "pipeline/run/run.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/source_rows.h"

@@ -5,7 +5,7 @@
 
 #include "io/files/errors.h"
 #include "io/tag/header.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 
 namespace tagrid {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "io/files/errors.h"
 #include "io/formats/open_volume.h"
-#include "pipeline/estimate/bricks_of_source.h"
-#include "pipeline/estimate/noise.h"
-#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/job/bricks_of_source.h"
+#include "pipeline/job/noise.h"
+#include "pipeline/job/plain_bound.h"
 #include "pipeline/memory/of_bricks.h"
 #include "tests/support/runs.h"
 #include "tests/support/sample_types.h"

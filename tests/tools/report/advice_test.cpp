@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "tools/commands/commands.h"
 #include "tools/options/command_line_error.h"
 

@@ -1,4 +1,4 @@
-#include "pipeline/encode/input_slices.h"
+#include "pipeline/job/input_slices.h"
 
 #include "io/bytes/memory_size.h"
 

@@ -1,9 +1,9 @@
-#include "pipeline/estimate/noise.h"
+#include "pipeline/job/noise.h"
 
 #include <algorithm>
 #include <vector>
 
-#include "pipeline/estimate/bricks_of_source.h"
+#include "pipeline/job/bricks_of_source.h"
 #include "stages/survey/survey.h"
 
 namespace tagrid {

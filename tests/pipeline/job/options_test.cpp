@@ -1,4 +1,4 @@
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "io/volume/volume_source.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 #include "pipeline/memory/progress.h"
 
 namespace tagrid {

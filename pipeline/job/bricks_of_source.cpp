@@ -1,4 +1,4 @@
-#include "pipeline/estimate/bricks_of_source.h"
+#include "pipeline/job/bricks_of_source.h"
 
 #include <oneapi/tbb/parallel_for.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/encode/input_slices.h"
+#include "pipeline/job/input_slices.h"
 
 namespace tagrid {
 

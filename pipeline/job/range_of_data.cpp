@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "io/files/errors.h"
-#include "pipeline/encode/options.h"
+#include "pipeline/job/options.h"
 
 namespace tagrid {
 

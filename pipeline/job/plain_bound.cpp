@@ -1,4 +1,4 @@
-#include "pipeline/estimate/plain_bound.h"
+#include "pipeline/job/plain_bound.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "io/files/errors.h"
-#include "pipeline/estimate/bricks_of_source.h"
-#include "pipeline/estimate/noise.h"
+#include "pipeline/job/bricks_of_source.h"
+#include "pipeline/job/noise.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
