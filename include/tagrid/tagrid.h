@@ -343,6 +343,19 @@ typedef enum tagrid_effort TAGRID_INT {
   TAGRID_EFFORT_BEST = 2
 } tagrid_effort;
 
+/* How the largest error follows from the samples. */
+typedef enum tagrid_error_rule TAGRID_INT {
+  TAGRID_RULE_NONE = 0,     /* it does not: max_error */
+  TAGRID_RULE_NOISE = 1,    /* a multiple of the standard deviation of the noise */
+  TAGRID_RULE_RELATIVE = 2, /* a fraction of the range of the samples: max - min */
+  TAGRID_RULE_PSNR = 3      /* the loosest bound that reaches this many dB */
+} tagrid_error_rule;
+
+/* Reads `count` samples of the volume to encode, from number `first` on, x fastest. Returns 0, or any other value
+ * if it fails; the call then fails with TAGRID_IO_ERROR. Called by one thread at a time, and only while
+ * tagrid_encoder_open() works. */
+typedef int (*tagrid_read_samples)(void* user, int64_t first, int64_t count, void* samples);
+
 /* The volume to encode, and the settings. dims and type must be set; the rest has defaults. */
 typedef struct tagrid_encode_options {
   size_t struct_size;
@@ -366,7 +379,14 @@ typedef struct tagrid_encode_options {
   int max_level;      /* no point of a higher level is marked; -1: no limit */
   double range[2];    /* the range of values that matters for the grid; NaN: the usual range of the type */
   double field_scale; /* voxels per unit of value, instead of a range; NaN: from the range. Types of 32 and 64
-                       * bits need a range or a field scale. */
+                       * bits need a range, a field scale, or read_samples, which gives the range. */
+
+  /* What follows from the samples needs them before they are written. */
+  tagrid_error_rule error_rule; /* instead of max_error; needs read_samples */
+  double error_rule_value;
+  int range_from_data; /* 1: the range is that of the samples; needs read_samples */
+  tagrid_read_samples read_samples;
+  void* read_user;
 } tagrid_encode_options;
 
 TAGRID_API void tagrid_encode_options_init(tagrid_encode_options* options);

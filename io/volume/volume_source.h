@@ -53,6 +53,12 @@ struct SourceFacts {
   /// For a source without places: tells its files as they would be if samples lay plainly in them. Empty if nobody can
   /// tell. Throws as opening the source does.
   std::function<PlainForm()> plain_form = {};
+
+  /// For messages: the path that the user gave, or "standard input". REQUIRES: there are files.
+  std::string shown_name() const {
+    const std::string& shown = name.empty() ? files.back() : name;
+    return shown == "-" ? "standard input" : shown;
+  }
 };
 
 /// Everything that users should be told of a source: its warnings, what was not understood, and a doubt about its scale.
@@ -73,11 +79,7 @@ class VolumeSource {
   const VolumeInfo& info() const { return facts_.info; }
   const SourceTraits& traits() const { return facts_.traits; }
   const std::vector<std::string>& files() const { return facts_.files; }
-  /// For messages: the path that the user gave, or "standard input".
-  std::string name() const {
-    const std::string& name = facts_.name.empty() ? files().back() : facts_.name;
-    return name == "-" ? "standard input" : name;
-  }
+  std::string name() const { return facts_.shown_name(); }
   void set_name(const std::string& name) { facts_.name = name; }
 
   /// Samples in a slice: dims.x * dims.y.

@@ -7,14 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "io/envelope/memory.h"
-#include "io/files/unchanged_files.h"
 #include "io/tag/header.h"
 #include "io/tag/index.h"
 #include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
 #include "pipeline/memory/finished.h"
-#include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 
@@ -44,21 +41,6 @@ struct EncodeRun {
   std::function<void(std::int64_t there, std::int64_t parts)> goes_on = {};
 };
 
-/// Bytes of memory that the names and places of source files take, besides the source's own: they are watched, and kept.
-inline std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
-  const bool keeps = run.keep_files && !run.options.strip;
-  return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
-         (keeps ? memory_of_source_files(input.facts()) : 0);
-}
-
-/// How the input will be read when the file is compared with it; nothing if it will not be.
-inline std::optional<OriginalAccess> original_access(const EncodeRun& run, const VolumeSource& input) {
-  if (!run.verified) return std::nullopt;
-  const std::uint64_t compared = memory_of_files(envelope_size(input.facts()));
-  return OriginalAccess{input.traits().any_rows,
-                        input.traits().memory + memory_of_files(run, input) + compared};
-}
-
 struct EncodeResult {
   TagHeader header;
   TagIndex index;
@@ -67,21 +49,11 @@ struct EncodeResult {
   std::string temporary;              ///< the file's path before it gets its name; "" for pipes and devices
   std::uint64_t memory = 0;           ///< the plan's upper limit
   std::vector<std::string> warnings;  ///< of the source
-  std::string reason_of_bound;        ///< how the largest error follows from the samples; see PlainBound
+  std::string reason_of_bound;        ///< how the largest error follows from the samples; see EncodeJob
   std::string lossy_source;  ///< how samples were compressed with a loss before; "" if nothing says that
   std::string why_not_restorable;  ///< why the source files cannot be restored; "" if they can
   double times_read = 0;           ///< how often a sample was read for encoding, on average
 };
-
-/// Warns if a kept file may have been changed by a program that set its time back, unless a comparison follows.
-inline void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeResult& result) {
-  if (run.verified || !run.keep_files || run.options.strip) return;
-  if (const std::string touched = files.touched(); !touched.empty())
-    result.warnings.push_back(
-        touched +
-        ": was linked, given other rights, or changed with its time set back, while it was being read; "
-        "compare the .tag file with the original");
-}
 
 using FinishedEncode = Finished<EncodeResult>;
 

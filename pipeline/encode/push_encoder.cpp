@@ -17,6 +17,21 @@ std::uint64_t slice_bytes(const CodingParameters& parameters) {
   return *sample_bytes({parameters.dims.x, parameters.dims.y, 1}, parameters.type);
 }
 
+// Bounds are those of samples, whatever these stand for.
+ResolvedOptions resolved_for(const VolumeInfo& info, const EncodeOptions& options) {
+  SourceFacts facts;
+  facts.info = info;
+  return in_samples(options, facts);
+}
+
+EncodeJob job_for(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
+                  std::uint64_t waiting, VolumeSource* samples) {
+  const ResolvedOptions resolved = resolved_for(info, options);
+  const EncodePlan plan =
+      plan_encoding(resolved.parameters, resources, false, waiting * slice_bytes(resolved.parameters));
+  return samples == nullptr ? settle(resolved, plan) : settle(resolved, plan, *samples);
+}
+
 // Copies the rows of a slice without gaps.
 void copy_slice(const std::byte* from, const Strides& strides, const Index3& dims, std::size_t size,
                 std::byte* to) {
@@ -28,17 +43,14 @@ void copy_slice(const std::byte* from, const Strides& strides, const Index3& dim
 }  // namespace
 
 PushEncoder::PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources,
-                         ByteSink& out, Progress progress)
-    : header_{resolve(options, info), info.nrrd_fields},
-      plan_(plan_encoding(header_.parameters, resources, false,
-                          most_waiting * slice_bytes(header_.parameters))),
-      progress_(std::move(progress)) {
-  writer_.emplace(out, header_);
+                         ByteSink& out, Progress progress, VolumeSource* samples)
+    : job_(job_for(info, options, resources, most_waiting, samples)), progress_(std::move(progress)) {
+  writer_.emplace(out, job_.header);
   worker_ = std::thread([this] { run(); });
 }
 
 std::uint64_t PushEncoder::smallest_memory(const VolumeInfo& info, const EncodeOptions& options) {
-  const CodingParameters parameters = parameters_but_scale(options, info);
+  const CodingParameters parameters = resolved_for(info, options).parameters;
   return smallest_memory_of_encoding(parameters, false, most_waiting * slice_bytes(parameters));
 }
 
@@ -55,7 +67,7 @@ void PushEncoder::end_work() noexcept {
 
 // Runs in the thread of the encoder.
 void PushEncoder::run() {
-  const CodingParameters& parameters = header_.parameters;
+  const CodingParameters& parameters = job_.parameters();
   Watch watch = watch_for(progress_, sample_bytes(parameters.dims, parameters.type).value());
   watch.done = [&, done = watch.done](std::uint64_t bytes) {
     // All slices may be available, but the caller no longer wants the file.
@@ -64,7 +76,7 @@ void PushEncoder::run() {
   };
   std::exception_ptr failure;
   try {
-    RowEncoder(parameters, plan_, [&](const Box&) {
+    RowEncoder(parameters, job_.plan, [&](const Box&) {
       return take();
     }).encode(BrickRows::all(parameters.bricks()), *writer_, watch);
     writer_->finish();
@@ -96,7 +108,7 @@ void PushEncoder::wait_for_room() {
 }
 
 void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Strides& strides) {
-  const CodingParameters& parameters = header_.parameters;
+  const CodingParameters& parameters = job_.parameters();
   if (slices < 0 || slices > parameters.dims.z - fed_)
     throw UsageError(fmt::format("{} more slices were given, but only {} of {} are missing", slices,
                                  parameters.dims.z - fed_, parameters.dims.z));
@@ -113,8 +125,8 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
 void PushEncoder::finish() {
   std::unique_lock lock(mutex_);
   if (failure_) std::rethrow_exception(failure_);
-  if (fed_ < header_.parameters.dims.z)
-    throw UsageError(fmt::format("only {} of {} slices were given", fed_, header_.parameters.dims.z));
+  if (fed_ < job_.parameters().dims.z)
+    throw UsageError(fmt::format("only {} of {} slices were given", fed_, job_.parameters().dims.z));
   changed_.wait(lock, [&] { return ended_; });
   if (failure_) std::rethrow_exception(failure_);
 }

@@ -13,8 +13,7 @@
 #include "io/tag/file.h"
 #include "io/volume/volume_info.h"
 #include "pipeline/grid/slices.h"
-#include "pipeline/job/options.h"
-#include "pipeline/memory/plan.h"
+#include "pipeline/job/settle.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
 #include "stages/volume/samples.h"
@@ -25,10 +24,11 @@ namespace tagrid {
 /// is called by one thread at a time.
 class PushEncoder {
  public:
-  /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. Throws UsageError
-  /// if the volume does not allow the options, or if the limit on memory cannot be kept.
+  /// Begins the file. `out` and the objects that `progress` uses must outlive the encoder. `samples`: the
+  /// volume, where some options follow from its samples; it is read only here. Throws UsageError if the volume
+  /// does not allow the options, or if the limit on memory cannot be kept.
   PushEncoder(const VolumeInfo& info, const EncodeOptions& options, const Resources& resources, ByteSink& out,
-              Progress progress);
+              Progress progress, VolumeSource* samples = nullptr);
   /// Ends the work, whether it is complete or not.
   ~PushEncoder();
   PushEncoder(const PushEncoder&) = delete;
@@ -45,7 +45,7 @@ class PushEncoder {
   void finish();
 
   /// REQUIRES: finish().
-  const TagHeader& header() const { return header_; }
+  const TagHeader& header() const { return job_.header; }
   const TagIndex& index() const { return writer_->index(); }
   TagSizes sizes() const { return writer_->sizes(); }
 
@@ -57,8 +57,7 @@ class PushEncoder {
   void wait_for_room();
   void end_work() noexcept;
 
-  TagHeader header_;
-  EncodePlan plan_;
+  EncodeJob job_;
   Progress progress_;
   std::optional<TagWriter> writer_;
   std::int64_t fed_ = 0;  ///< slices

@@ -19,8 +19,8 @@
 #include "io/tag/blocks.h"
 #include "io/tag/header.h"
 #include "pipeline/estimate/sample.h"
-#include "pipeline/job/bricks_of_source.h"
-#include "pipeline/job/noise.h"
+#include "pipeline/job/settle.h"
+#include "pipeline/job/source_survey.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/threads/threads.h"
 #include "stages/brick/decode.h"
@@ -256,14 +256,17 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
                                  run.max_errors.size(), most_bounds));
   std::unique_ptr<VolumeSource> source = open_volume(run.input, run.source);
   const Rescale rescale = source->facts().rescale;
-  const EncodeOptions given = for_samples(run.options, source->facts()).options;
-  EncodeOptions options = given;
-  // Any that the other options allow.
-  if (!options.grid_only) options.max_error = options.surface_error ? 2 * *options.surface_error + 1 : 0;
+  // Any bound that the other options allow stands for those that will be tried.
+  EncodeOptions any = run.options;
+  if (any.surface_error)
+    any.error_rule = ErrorRule{ErrorRule::Kind::noise, 1};
+  else if (!any.grid_only)
+    any.max_error = 0;
+  const ResolvedOptions options = in_samples(any, source->facts());
   // Checked before anything is read.
   const int threads =
-      threads_for(parameters_but_scale(options, source->info()), *source,
-                  run.max_errors.empty() ? usual_bounds : run.max_errors.size(), run.resources);
+      threads_for(options.parameters, *source, run.max_errors.empty() ? usual_bounds : run.max_errors.size(),
+                  run.resources);
   if (!source->traits().any_rows) {
     if (run.resources.spool.empty())
       throw UsageError(
@@ -271,23 +274,25 @@ EstimateResult estimate_encoding(const EstimateRun& run) {
                    {source->name(), Setting{"spool", "a spool"}}});
     source = spooled(std::move(source), run.resources.spool);
   }
-  const CodingParameters first = resolve(options, *source);
+  const CodingParameters first =
+      settle(options, {}, *source, {}, {.max_error = options.parameters.max_error}).parameters();
   const double noise = noise_of(*source);
-  std::vector<std::optional<double>> errors;
-  for (const double error : run.max_errors) {
-    options.max_error = error;
-    errors.push_back(for_samples(options, source->facts()).options.max_error);
-  }
-  if (errors.empty()) errors = usual_errors(noise, given, first);
   std::vector<CodingParameters> parameters;
-  for (const std::optional<double>& error : errors) {
-    options.max_error = error;
-    CodingParameters p = parameters_but_scale(options, source->info());
+  const auto try_bound = [&](const ResolvedOptions& bounded) {
+    CodingParameters p = bounded.parameters;
     p.range_low = first.range_low;
     p.range_high = first.range_high;
     p.field_scale = first.field_scale;
     parameters.push_back(p);
+  };
+  for (const double error : run.max_errors) {
+    EncodeOptions one = run.options;
+    one.max_error = error;
+    try_bound(in_samples(one, source->facts()));
   }
+  if (run.max_errors.empty())
+    for (const auto& error : usual_errors(noise, options.options, first))
+      try_bound(with_bound(options, error));
   EstimateResult result;
   Threads(threads).run([&] { result = Estimator(*source, std::move(parameters), run, threads).estimate(); });
   // In units of values, as they were given.

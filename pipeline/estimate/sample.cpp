@@ -4,7 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "pipeline/job/bricks_of_source.h"
+#include "pipeline/job/source_survey.h"
 #include "stages/survey/survey.h"
 
 namespace tagrid {

@@ -1,4 +1,4 @@
-// The settings of an encoding, and the parameters that follow from them.
+// The settings of an encoding, as a user gives them.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "io/volume/volume_source.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
@@ -49,7 +48,7 @@ struct EncodeOptions {
   bool grid_only = false;
   GridOrigin grid = GridOrigin::stored;
   std::optional<double> max_error;      ///< voxels: 0 if not given; grid: no bound if not given
-  std::optional<ErrorRule> error_rule;  ///< instead of max_error; see with_plain_bound()
+  std::optional<ErrorRule> error_rule;  ///< instead of max_error; see settle()
   std::optional<double> surface_error;  ///< bound of active voxels, below max_error
   std::optional<double> mesh_error;     ///< bound of the mesh: of its piecewise linear field
   int accuracy = 20;                    ///< m
@@ -64,37 +63,5 @@ struct EncodeOptions {
   /// Throws UsageError if values are out of range or cannot be combined.
   void validate() const;
 };
-
-/// Options whose bounds, range and scale are for samples, where those given are for values. Throws UsageError if they bound
-/// errors of values and nobody knows which values the samples of `source` stand for.
-struct OptionsForSamples {
-  EncodeOptions options;
-  std::string reason;  ///< how a bound follows from that of values; "" if it is the same
-};
-OptionsForSamples for_samples(const EncodeOptions& options, const SourceFacts& source);
-
-/// The metadata of the source that the file keeps.
-std::string kept_fields(const EncodeOptions& options, const VolumeInfo& info);
-
-/// The parameters of the encoding of a volume, except those that may depend on its samples: the value range
-/// and the field scale. Throws as resolve() does.
-CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info);
-
-/// The lowest and the highest finite sample; nothing if none is finite. Reads the whole volume and rewinds it. Throws
-/// UsageError if that is not possible.
-std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
-
-/// True if resolve() reads the whole volume to find the value range.
-bool takes_range_from_data(const EncodeOptions& options, const VolumeSource& source);
-
-/// The parameters of the encoding of `source`'s volume. REQUIRES: no error_rule. If the range is taken from the data, it reads the
-/// whole volume once and rewinds it. Throws UsageError if the volume does not allow the options.
-CodingParameters resolve(const EncodeOptions& options, VolumeSource& source);
-
-/// The same for samples that the caller has. `range_of_data` is used if the options leave the range open;
-/// without it, the usual range of the type. `name` is that of the volume, for messages.
-CodingParameters resolve(const EncodeOptions& options, const VolumeInfo& info,
-                         const std::string& name = "this volume",
-                         std::optional<std::pair<double, double>> range_of_data = {});
 
 }  // namespace tagrid

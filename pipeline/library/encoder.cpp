@@ -28,6 +28,32 @@ class CallbackSink : public ByteSink {
   void* user_;
 };
 
+// The samples of a caller, for what follows from them.
+class SamplesOfCaller : public VolumeSource {
+ public:
+  SamplesOfCaller(const VolumeInfo& info, tagrid_read_samples function, void* user)
+      : VolumeSource(facts_of(info)), function_(function), user_(user) {}
+  std::uint64_t bytes_read() const override { return 0; }
+
+ private:
+  static SourceFacts facts_of(const VolumeInfo& info) {
+    SourceFacts facts;
+    facts.info = info;
+    facts.name = "the volume";
+    facts.traits = {.again = true, .any_rows = true};
+    return facts;
+  }
+  void read(std::byte* out, std::int64_t first, std::int64_t count) override {
+    if (const int error = function_(user_, first, count, out); error != 0)
+      throw WorldError("cannot read the samples: error " + std::to_string(error));
+  }
+  void seek(std::int64_t) override {}
+  void end() override {}
+
+  tagrid_read_samples function_;
+  void* user_;
+};
+
 std::optional<double> unless_nan(double value) {
   return std::isnan(value) ? std::nullopt : std::optional(value);
 }
@@ -50,6 +76,13 @@ EncodeOptions options_of(const tagrid_encode_options& given) {
   if (!std::isnan(given.range[0]) || !std::isnan(given.range[1]))
     options.range = {given.range[0], given.range[1]};
   options.field_scale = unless_nan(given.field_scale);
+  options.range_from_data = given.range_from_data != 0;
+  require(given.error_rule >= TAGRID_RULE_NONE && given.error_rule <= TAGRID_RULE_PSNR,
+          "there is no such error_rule");
+  constexpr ErrorRule::Kind kinds[] = {ErrorRule::Kind::noise, ErrorRule::Kind::relative,
+                                       ErrorRule::Kind::psnr};
+  if (given.error_rule != TAGRID_RULE_NONE)
+    options.error_rule = ErrorRule{kinds[given.error_rule - TAGRID_RULE_NOISE], given.error_rule_value};
   return options;
 }
 
@@ -93,9 +126,12 @@ tagrid_status tagrid_encoder_open(const tagrid_encode_options* options, tagrid_w
     const tagrid_encode_options wanted = taken_over_options(options);
     const tagrid_call settings = settings_of(given);
     (*encoder)->sink = std::make_unique<CallbackSink>(write, user);
+    const VolumeInfo info = volume_of(wanted);
+    std::optional<SamplesOfCaller> samples;
+    if (wanted.read_samples != nullptr) samples.emplace(info, wanted.read_samples, wanted.read_user);
     (*encoder)->work =
-        std::make_unique<PushEncoder>(volume_of(wanted), options_of(wanted), resources_of(settings),
-                                      *(*encoder)->sink, progress_of(settings));
+        std::make_unique<PushEncoder>(info, options_of(wanted), resources_of(settings), *(*encoder)->sink,
+                                      progress_of(settings), samples ? &*samples : nullptr);
   });
 }
 

@@ -4,26 +4,21 @@
 #include <utility>
 
 #include "io/files/errors.h"
-#include "io/files/output_file.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
-#include "io/nrrd/geometry.h"
-#include "io/samples/spooled.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
-#include "pipeline/encode/row_encoder.h"
-#include "pipeline/encode/slices_ahead.h"
-#include "pipeline/job/plain_bound.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/decode_parts.h"
-#include "pipeline/parts/encode_parts.h"
+#include "pipeline/parts/parts_store.h"
 #include "pipeline/parts/verify_parts.h"
 #include "pipeline/parts/work_orders.h"
 #include "pipeline/region/decode_region.h"
 #include "pipeline/restore/restore.h"
+#include "pipeline/run/encode_into.h"
 #include "pipeline/verify/verifier.h"
 
 namespace tagrid {
@@ -32,64 +27,6 @@ namespace {
 // True if parts can be read and written independently: from a file or a folder to a file.
 bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
-}
-
-FinishedEncode encode_at_once(const EncodeRun& run, const Resources& resources) {
-  check_output(run.output, run.overwrite);
-  std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
-  for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
-  const UnchangedFiles files(volume->files());
-  // Checked before anything is read: a limit that cannot be kept is reported at once.
-  const SourceTraits& traits = volume->traits();
-  const auto [options, reason] = for_samples(run.options, volume->facts());
-  const EncodePlan plan =
-      plan_encoding(parameters_but_scale(options, volume->info()), resources, traits.any_rows,
-                    traits.memory + memory_of_files(run, *volume), original_access(run, *volume));
-  EncodeResult result;
-  result.memory = plan.memory;
-  const bool copied = options.error_rule && !traits.any_rows && !resources.spool.empty();
-  if (copied) volume = spooled(std::move(volume), resources.spool);
-  const PlainBound plain = with_plain_bound(options, *volume, plan.budget.threads, run.searching);
-  result.warnings = all_warnings(volume->facts());
-  result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
-  result.reason_of_bound = plain.reason.empty() ? reason : plain.reason;
-  const bool reads_range = takes_range_from_data(plain.options, *volume);
-  result.header = {resolve(plain.options, *volume), kept_fields(plain.options, volume->info())};
-  const CodingParameters& parameters = result.header.parameters;
-  const OutputFileOptions like = {.like = attributes_of(volume->files().back())};
-  const auto file = std::make_shared<OutputFile>(run.output, run.overwrite, like);
-  TagWriter writer(*file, result.header);
-
-  const bool spools = plan.spooled && !copied;
-  if (spools) volume = spooled(std::move(volume), resources.spool);
-  // Only programs give nothing but whole slices; they decode them while bricks are encoded.
-  const std::int64_t layer = std::min(parameters.bricks().length(), parameters.dims.z);
-  const std::int64_t count =
-      volume->traits().whole_slices ? slices_beside(parameters, plan, resources, layer) : 0;
-  result.memory += static_cast<std::uint64_t>(count) * volume->slice_bytes();
-  SlicesAhead ahead(*volume, count);
-  RowEncoder encoder(parameters, plan, [&](const Box& rows) { return ahead.read(rows); });
-  ahead.stop_when(encoder.failed());
-  const BrickRows all = BrickRows::all(parameters.bricks());
-  encoder.encode(all, writer,
-                 watch_for(run.progress, sample_bytes(parameters.dims, parameters.type).value()));
-  ahead.end();
-  const KeepingFiles kept = keep_source_files(
-      *volume, parameters, run.keep_files && !plain.options.strip,
-      [&](SourceFiles& source, bool exact) { look_at_contents(source, exact, plan.budget.threads); },
-      [&](std::span<const std::byte> bytes) { writer.write_envelope(bytes); });
-  result.why_not_restorable = kept.why_not_restorable;
-  // Samples and other bytes must be those of the same files.
-  if (run.keep_files) files.require();
-  warn_of_touched(run, files, result);
-  writer.finish();
-  result.index = writer.index();
-  result.bytes_in = volume->bytes_read();
-  result.times_read =
-      times_read(parameters, plan, {all}) + (spools || copied) + reads_range + kept.times_read;
-  result.file_bytes = file->position();
-  result.temporary = file->temporary();
-  return {std::move(result), file};
 }
 
 DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
@@ -155,9 +92,9 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
 FinishedEncode encode_volume(Ranks& ranks, const EncodeRun& run) {
   run.options.validate();
   refuse_same_file(run.input, run.output);
-  if (run.resume || (ranks.count() > 1 && parts_are_possible(run.input, run.output)))
-    return encode_in_parts(ranks, run);
-  return encode_at_once(run, of_this_rank(ranks, run.resources));
+  const Resources resources = of_this_rank(ranks, run.resources);
+  const bool in_parts = run.resume || (ranks.count() > 1 && parts_are_possible(run.input, run.output));
+  return encode_into(in_parts ? store_of_parts(ranks, run) : store_of_stream(run, resources), run, resources);
 }
 
 FinishedDecode decode_volume(Ranks& ranks, const DecodeRun& run) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstring>
 #include <utility>
 
 #include "gil.h"
@@ -30,9 +31,12 @@ class Given {
 
 }  // namespace
 
-Encoder::Encoder(const py::dict& given_options, py::function write, int threads, std::uint64_t memory_limit,
-                 py::object progress)
-    : call_(threads, memory_limit, std::move(progress)), write_(std::move(write)), process_(getpid()) {
+Encoder::Encoder(const py::dict& given_options, py::function write, py::object read, int threads,
+                 std::uint64_t memory_limit, py::object progress)
+    : call_(threads, memory_limit, std::move(progress)),
+      write_(std::move(write)),
+      read_(std::move(read)),
+      process_(getpid()) {
   tagrid_encode_options options;
   tagrid_encode_options_init(&options);
   const Given given(given_options);
@@ -61,12 +65,21 @@ Encoder::Encoder(const py::dict& given_options, py::function write, int threads,
   given.set("range", range);
   options.range[0] = range[0];
   options.range[1] = range[1];
+  int rule = TAGRID_RULE_NONE;
+  given.set("error_rule", rule);
+  options.error_rule = static_cast<tagrid_error_rule>(rule);
+  given.set("error_rule_value", options.error_rule_value);
+  if (!read_.is_none()) {
+    options.read_samples = give;
+    options.read_user = this;
+  }
   try {
     work([&] { return tagrid_encoder_open(&options, take, this, call_.get(), &encoder_); });
   } catch (...) {
     cancel();
     throw;
   }
+  read_ = py::none();  // and what it keeps in memory
 }
 
 Encoder::~Encoder() { cancel(); }
@@ -86,6 +99,24 @@ int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
   const Call::CallingBack mark(encoder->call_);
   try {
     encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
+    return 0;
+  } catch (const py::error_already_set& error) {
+    encoder->raised_.keep(error);
+    return 1;
+  } catch (...) {
+    return 1;
+  }
+}
+
+int Encoder::give(void* self, std::int64_t first, std::int64_t count, void* samples) noexcept {
+  auto* encoder = static_cast<Encoder*>(self);
+  const WithGil gil;
+  const Call::CallingBack mark(encoder->call_);
+  try {
+    const py::buffer_info given = encoder->read_(first, count).cast<py::buffer>().request();
+    const auto bytes = static_cast<std::size_t>(given.size * given.itemsize);
+    if (bytes != static_cast<std::size_t>(count * dtype_of(encoder->type_).itemsize())) return 1;
+    std::memcpy(samples, given.ptr, bytes);
     return 0;
   } catch (const py::error_already_set& error) {
     encoder->raised_.keep(error);

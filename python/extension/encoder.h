@@ -17,9 +17,9 @@ namespace tagrid_python {
 class Encoder {
  public:
   /// `options`: the members of tagrid_encode_options by name; those that are missing have their defaults. `write` takes
-  /// the bytes of the file, in order.
-  Encoder(const py::dict& options, py::function write, int threads, std::uint64_t memory_limit,
-          py::object progress);
+  /// the bytes of the file, in order. `read`: None, or read(first, count) returns so many samples of the volume.
+  Encoder(const py::dict& options, py::function write, py::object read, int threads,
+          std::uint64_t memory_limit, py::object progress);
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
   ~Encoder();
@@ -33,6 +33,7 @@ class Encoder {
 
  private:
   static int take(void* self, const void* bytes, std::size_t count) noexcept;
+  static int give(void* self, std::int64_t first, std::int64_t count, void* samples) noexcept;
   template <class Work>
   void work(Work work);
   void cancel();
@@ -43,6 +44,7 @@ class Encoder {
 
   Call call_;
   py::function write_;
+  py::object read_;
   Raised raised_;
   tagrid_type type_ = TAGRID_UINT8;
   std::int64_t width_ = 0, height_ = 0;

@@ -72,8 +72,8 @@ void bind_reader(py::module_& module) {
 
 void bind_encoder(py::module_& module) {
   py::class_<Encoder>(module, "Encoder")
-      .def(py::init<const py::dict&, py::function, int, std::uint64_t, py::object>(), "options"_a, "write"_a,
-           "threads"_a, "memory_limit"_a, "progress"_a)
+      .def(py::init<const py::dict&, py::function, py::object, int, std::uint64_t, py::object>(), "options"_a,
+           "write"_a, "read"_a, "threads"_a, "memory_limit"_a, "progress"_a)
       .def("write", &Encoder::write, py::arg("slices").noconvert())
       .def("finish", &Encoder::finish)
       .def("close", &Encoder::close);

@@ -11,6 +11,8 @@ from ._errors import ArgumentError
 #: The number of each effort, in the library and in HDF5's files.
 EFFORTS = {"default": 0, "fast": 1, "best": 2}
 GRIDS = ("stored", "derived")
+#: The number of each rule for the largest error, in the library.
+_RULES = {"noise": 1, "relative": 2, "psnr": 3}
 
 
 def number(name: str, value: Any) -> float:
@@ -67,6 +69,24 @@ def flag(name: str, value: Any) -> bool:
 def one_of(name: str, value: Any, choices: Iterable[str]) -> None:
     if value not in choices:
         raise ArgumentError(f"{name} is one of {', '.join(choices)}, not {value!r}")
+
+
+def error_rule(max_error: Any, relative_error: Any, psnr: Any) -> dict[str, Any]:
+    """The setting of a largest error that follows from the samples; none if max_error is a number."""
+    rules = [(name, value) for name, value in (("relative", relative_error), ("psnr", psnr)) if value is not None]
+    if isinstance(max_error, str) and max_error.startswith("noise"):
+        try:
+            rules.append(("noise", float(max_error.removeprefix("noise:"))))
+        except ValueError:
+            raise ArgumentError(f'max_error must be a number, or "noise:K" for K times the noise, not {max_error!r}') from None
+    elif rules and max_error:
+        rules.append(("max_error", max_error))
+    if len(rules) > 1:
+        raise ArgumentError("max_error, relative_error and psnr each give the bound; give one of them")
+    if not rules:
+        return {}
+    (name, value), = rules
+    return {"error_rule": _RULES[name], "error_rule_value": number(name, value)}
 
 
 def work(threads: Any, memory_limit: Any) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import operator
 from itertools import accumulate, pairwise
 from typing import Any, Iterator, Optional
@@ -81,32 +82,50 @@ def slabs_of(volume: Any) -> Iterator[npt.NDArray[Any]]:
     """The slices in order. Arrays in the byte order of the machine are not copied."""
     dtype = checked_dtype(volume.dtype)
     for first, last in pairwise(_borders(volume, dtype)):
-        loaded = volume[first:last]
-        if hasattr(loaded, "compute"):
-            # numpy would drop the masks of dask's chunks.
-            loaded = loaded.compute()
-        if np.ma.is_masked(loaded):
-            raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
-        slab = np.asarray(loaded)
-        if slab.dtype.newbyteorder("=") != dtype:
-            # What would be converted here may be wrapped around, or lose its fractions.
-            raise TypeError(f"slices {first} to {last - 1} are {slab.dtype.name}, where the array says {dtype.name}; convert it "
-                            f"first, for example by array.astype({slab.dtype.name!r})")
-        yield slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
+        yield _slab(volume, dtype, first, last)
 
 
-def range_of(volume: Any) -> tuple[float, float]:
-    """The lowest and the highest finite sample; 0 and 0 if there is none."""
-    if isinstance(volume, Volume) and volume.info["low"] <= volume.info["high"]:
-        return volume.info["low"], volume.info["high"]
-    low: Optional[float] = None
-    high: Optional[float] = None
-    for slab in slabs_of(volume):
-        finite = slab if slab.dtype.kind != "f" else slab[np.isfinite(slab)]
-        if finite.size:
-            low = float(finite.min()) if low is None else min(low, float(finite.min()))
-            high = float(finite.max()) if high is None else max(high, float(finite.max()))
-    return (0.0, 0.0) if low is None or high is None else (low, high)
+class AnySamples:
+    """The samples of a volume in any order. It keeps the slab that was loaded last."""
+
+    def __init__(self, volume: Any):
+        self._volume, self._dtype = volume, checked_dtype(volume.dtype)
+        self._borders = _borders(volume, self._dtype)
+        self._first, self._last, self._slab = 0, 0, np.empty(0, self._dtype)
+
+    def read(self, first: int, count: int) -> npt.NDArray[Any]:
+        """Samples first .. first + count - 1, x fastest."""
+        found = np.empty(count, self._dtype)
+        of_slice, done = self._volume.shape[1] * self._volume.shape[2], 0
+        while done < count:
+            self._load((first + done) // of_slice)
+            begin = first + done - self._first * of_slice
+            part = self._slab[begin:begin + count - done]
+            found[done:done + len(part)] = part
+            done += len(part)
+        return found
+
+    def _load(self, z: int) -> None:
+        if self._first <= z < self._last:
+            return
+        after = bisect.bisect_right(self._borders, z)
+        self._first, self._last = self._borders[after - 1], self._borders[after]
+        self._slab = _slab(self._volume, self._dtype, self._first, self._last).reshape(-1)
+
+
+def _slab(volume: Any, dtype: np.dtype[Any], first: int, last: int) -> npt.NDArray[Any]:
+    loaded = volume[first:last]
+    if hasattr(loaded, "compute"):
+        # numpy would drop the masks of dask's chunks.
+        loaded = loaded.compute()
+    if np.ma.is_masked(loaded):
+        raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
+    slab = np.asarray(loaded)
+    if slab.dtype.newbyteorder("=") != dtype:
+        # What would be converted here may be wrapped around, or lose its fractions.
+        raise TypeError(f"slices {first} to {last - 1} are {slab.dtype.name}, where the array says {dtype.name}; convert it "
+                        f"first, for example by array.astype({slab.dtype.name!r})")
+    return slab if slab.dtype == dtype and slab.dtype.isnative else slab.astype(dtype)
 
 
 def _borders(volume: Any, dtype: np.dtype[Any]) -> list[int]:

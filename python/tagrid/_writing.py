@@ -11,8 +11,8 @@ from typing import Any, Callable, Optional, Protocol, Sequence, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import EFFORTS, GRIDS, encoder_settings, one_of, work
-from ._arrays import as_volume, checked_dtype, checked_shape, range_of, slabs_of
+from ._arguments import EFFORTS, GRIDS, encoder_settings, error_rule, one_of, work
+from ._arrays import AnySamples, as_volume, checked_dtype, checked_shape, slabs_of
 from ._errors import ArgumentError, DamagedError, InputError
 from ._files import NewFile
 from ._geometry import Metadata, header_bytes, header_of
@@ -43,30 +43,39 @@ class Writer:
 
     out: a path, or an object with write(), which gets the bytes as they are made.
     shape: samples along z, y and x. dtype: one of the eight types of samples.
-    The other arguments are those of encode(). For samples of 32 and 64 bits, value_range or field_scale must be given.
+    samples: a function that returns samples first .. first + count - 1 of the volume, x fastest, as an array. It is called
+        before the first slice is taken, for what follows from the samples: max_error="noise:K", relative_error, psnr, and
+        the range of samples of 32 and 64 bits. Without it, these need value_range or field_scale.
+    The other arguments are those of encode().
     """
 
-    def __init__(self, out: Output, *, shape: Sequence[int], dtype: npt.DTypeLike, max_error: Optional[float] = 0,
-                 spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
+    def __init__(self, out: Output, *, shape: Sequence[int], dtype: npt.DTypeLike,
+                 max_error: Union[float, str, None] = 0, spacing: Optional[Sequence[float]] = None,
+                 affine: Optional[npt.ArrayLike] = None,
                  metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0,
                  surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
                  grid_only: bool = False, value_range: Optional[Sequence[float]] = None,
                  field_scale: Optional[float] = None, max_level: Optional[int] = None, cube: Optional[int] = None,
                  brick: Optional[int] = None, accuracy: Optional[int] = None, memory_limit: int = 0,
-                 progress: Progress = None):
+                 progress: Progress = None, relative_error: Optional[float] = None, psnr: Optional[float] = None,
+                 samples: Optional[Callable[[int, int], Any]] = None):
         self._shape = checked_shape(shape)
         self._dtype = checked_dtype(dtype)
         one_of("effort", effort, EFFORTS)
         one_of("grid", grid, GRIDS)
-        if self._dtype.itemsize > 2 and value_range is None and field_scale is None:
+        if self._dtype.itemsize > 2 and value_range is None and field_scale is None and samples is None:
             raise ArgumentError(f"{self._dtype.name} samples have no usual range: give value_range=(low, high), the span of "
                                 "values that matters, or field_scale")
         z, y, x = self._shape
         options: dict[str, Any] = {
             "dims": (x, y, z), "dtype": self._dtype, "effort": EFFORTS[effort], "grid_derived": grid == "derived",
             "grid_only": grid_only, "metadata": header_bytes(header_of(spacing, affine, metadata))}
+        rule = error_rule(max_error, relative_error, psnr)
+        if rule and samples is None:
+            raise ArgumentError("the bound follows from the samples; give samples=, a function that reads them, or a number")
+        options.update(rule)
         options.update(encoder_settings(
-            {"max_error": max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
+            {"max_error": None if rule else max_error, "surface_error": surface_error, "mesh_error": mesh_error, "field_scale": field_scale},
             {"max_level": max_level, "cube": cube, "brick": brick, "accuracy": accuracy}, value_range))
         settings = work(threads, memory_limit)
         self._file = NewFile(out) if isinstance(out, (str, bytes, os.PathLike)) else None
@@ -74,7 +83,8 @@ class Writer:
         self._info: Optional[dict[str, Any]] = None
         self._encoder: Optional[Encoder] = None
         try:
-            self._encoder = Encoder(options, _write_of(out) if self._file is None else self._file.write, *settings, progress)
+            self._encoder = Encoder(options, _write_of(out) if self._file is None else self._file.write, samples,
+                                    *settings, progress)
         except BaseException:
             self.abort()
             raise
@@ -162,32 +172,35 @@ class Writer:
 
 
 @overload
-def encode(array_or_path: Any, out: None = None, max_error: Optional[float] = 0,
+def encode(array_or_path: Any, out: None = None, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> bytes: ...
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> bytes: ...
 
 
 @overload
-def encode(array_or_path: Any, out: Output, max_error: Optional[float] = 0,
+def encode(array_or_path: Any, out: Output, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None: ...
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> None: ...
 
 
-def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
+def encode(array_or_path: Any, out: Any = None, max_error: Union[float, str, None] = 0,
            spacing: Optional[Sequence[float]] = None, affine: Optional[npt.ArrayLike] = None,
            metadata: Optional[Metadata] = None, effort: str = "default", threads: int = 0, *,
            surface_error: Optional[float] = None, mesh_error: Optional[float] = None, grid: str = "stored",
            grid_only: bool = False, value_range: Optional[Sequence[float]] = None, field_scale: Optional[float] = None,
            max_level: Optional[int] = None, cube: Optional[int] = None, brick: Optional[int] = None,
-           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> Optional[bytes]:
+           accuracy: Optional[int] = None, memory_limit: int = 0, progress: Progress = None,
+           relative_error: Optional[float] = None, psnr: Optional[float] = None) -> Optional[bytes]:
     """Encodes a volume as a .tag file. Returns its bytes if `out` is None.
 
     array_or_path: samples (z, y, x) of uint8, int8, uint16, int16, uint32, int32, float32 or float64, with any strides
@@ -197,8 +210,10 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
         The program `tagrid encode` reads scans: DICOM, TIFF and others.
     out: a path: the file appears there once it is complete and on the disk, and replaces one that was there. Or an
         object with write().
-    max_error: no sample is further than this from the original, in units of the samples; 0: lossless. None, with
-        grid_only: no bound.
+    max_error: no sample is further than this from the original, in units of the samples; 0: lossless. "noise:K": K times
+        the standard deviation of the noise. None, with grid_only: no bound.
+    relative_error: instead of max_error, the bound as a fraction of the range of the samples. psnr: the loosest bound that
+        reaches this many dB. They and "noise:K" read the samples before they are encoded; Volume.max_error is the bound.
     spacing: the distances of samples along z, y and x, mostly in mm.
     affine: 4 x 4: from voxels (x, y, z, 1) to the world, as Volume.affine.
     metadata: names and texts to keep, as Volume.metadata; or lines of an NRRD header, as Volume.header.
@@ -223,21 +238,22 @@ def encode(array_or_path: Any, out: Any = None, max_error: Optional[float] = 0,
                                 "volume, or volume.read(), the samples as they are")
         if isinstance(volume, Volume) and metadata is None:
             metadata = volume.header if spacing is None and affine is None else volume.metadata
-        check_missing(volume, max_error)
+        follows = error_rule(max_error, relative_error, psnr)
+        check_missing(volume, None if follows or isinstance(max_error, str) else max_error)
         label = label_of(volume, spacing is None and affine is None, metadata)
         if label.spacing is not None or label.affine is not None:
             spacing, affine = label.spacing, label.affine
         metadata = label.metadata
-        if value_range is None and field_scale is None and volume.dtype.itemsize > 2:
-            low, high = range_of(volume)
-            # A constant has no range, and every scale gives the same grid.
-            value_range, field_scale = ((low, high), None) if low < high else (None, 1.0)
+        if (isinstance(volume, Volume) and volume.dtype.itemsize > 2 and value_range is None and field_scale is None
+                and volume.info["low"] < volume.info["high"]):
+            value_range = volume.info["low"], volume.info["high"]
         memory = io.BytesIO() if out is None else None
         with Writer(out if memory is None else memory, shape=volume.shape, dtype=volume.dtype, max_error=max_error, spacing=spacing,
                     affine=affine, metadata=metadata, effort=effort, threads=threads, surface_error=surface_error,
                     mesh_error=mesh_error, grid=grid, grid_only=grid_only, value_range=value_range,
                     field_scale=field_scale, max_level=max_level, cube=cube, brick=brick, accuracy=accuracy,
-                    memory_limit=memory_limit, progress=progress) as writer:
+                    memory_limit=memory_limit, progress=progress, relative_error=relative_error, psnr=psnr,
+                    samples=AnySamples(volume).read) as writer:
             for slab in slabs_of(volume):
                 writer.write(slab)
     finally:

@@ -50,6 +50,50 @@ class Encoding(unittest.TestCase):
                 got = np.asarray(tagrid.open(tagrid.encode(samples, max_error=bound)))
                 self.assertLessEqual(np.abs(got.astype(float) - samples).max(), bound)
 
+    def test_bounds_that_follow_from_the_samples_keep_what_they_promise(self):
+        # Gaussian noise of a known deviation on a ramp, in slabs that are loaded out of order.
+        noisy = (np.linspace(0, 900, 64 * 50 * 40).reshape(64, 50, 40)
+                 + np.random.default_rng(1).normal(0, 10, (64, 50, 40))).astype(np.int16)
+        span = int(noisy.max()) - int(noisy.min())
+        for source in (noisy, noisy[::-1].copy()[::-1], Loaded(noisy, (16, 50, 40))):
+            with tagrid.open(tagrid.encode(source, max_error="noise:2")) as by_noise:
+                self.assertAlmostEqual(by_noise.max_error, 20, delta=2)
+            with tagrid.open(tagrid.encode(source, relative_error=0.05)) as relative:
+                self.assertEqual(relative.max_error, span // 20)
+            found = tagrid.open(tagrid.encode(source, psnr=50))
+            squares = [np.square(np.asarray(tagrid.open(tagrid.encode(noisy, max_error=found.max_error + more))).astype(float)
+                                 - noisy).mean() for more in (0, 1)]
+            reached, next_one = 20 * np.log10(span / np.sqrt(squares))
+            self.assertGreaterEqual(reached, 50)
+            self.assertLess(next_one, 50)
+        self.assertEqual(tagrid.encode(noisy, psnr=50), tagrid.encode(Loaded(noisy), psnr=50))
+
+    def test_a_bound_that_follows_from_the_samples_does_not_change_missing_samples(self):
+        array = Loaded(blobs(SHAPE, "int16"))
+        array.attrs = {"_FillValue": -9}
+        for settings in ({"max_error": "noise:2"}, {"relative_error": 0.1}, {"psnr": 40}):
+            with self.assertRaisesRegex(tagrid.ArgumentError, "_FillValue"):
+                tagrid.encode(array, **settings)
+
+    def test_a_bound_that_follows_from_the_samples_needs_them(self):
+        samples = blobs(SHAPE, "int16")
+        for settings in ({"max_error": "noise:2"}, {"relative_error": 0.1}, {"psnr": 40}):
+            with self.assertRaisesRegex(tagrid.ArgumentError, "samples="):
+                tagrid.Writer(self.folder / "a.tag", shape=SHAPE, dtype="int16", **settings)
+        for settings in ({"max_error": "noise"}, {"max_error": 3, "psnr": 40}, {"relative_error": 1, "psnr": 40}, {"psnr": -1}):
+            with self.assertRaises(tagrid.ArgumentError):
+                tagrid.encode(samples, self.folder / "a.tag", **settings)
+        self.assertEqual(self.left(), [])
+
+    def test_what_reading_the_samples_raises_ends_the_encoding(self):
+        def fails(first, count):
+            raise KeyError("gone")
+        with self.assertRaisesRegex(KeyError, "gone"):
+            tagrid.Writer(self.folder / "a.tag", shape=SHAPE, dtype="int16", psnr=40, samples=fails)
+        with self.assertRaises(tagrid.InputError):
+            tagrid.Writer(self.folder / "a.tag", shape=SHAPE, dtype="int16", psnr=40, samples=lambda first, count: b"short")
+        self.assertEqual(self.left(), [])
+
     def test_strides_and_byte_order_do_not_matter(self):
         for dtype in ("uint8", "int16", "float32"):
             samples = blobs(SHAPE, dtype)

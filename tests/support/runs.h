@@ -4,7 +4,10 @@
 #include <string>
 
 #include "pipeline/mesh/mesh.h"
+#include "pipeline/parts/part_work.h"
+#include "pipeline/parts/parts_store.h"
 #include "pipeline/phantom/phantom.h"
+#include "pipeline/run/encode_into.h"
 #include "pipeline/run/run.h"
 #include "pipeline/surface/surface.h"
 
@@ -26,6 +29,11 @@ inline EncodeResult encode_volume(const std::string& input, const SourceDescript
                                          .overwrite = overwrite,
                                          .options = options,
                                          .resources = resources}));
+}
+
+/// Makes parts even where one stream would do.
+inline FinishedEncode encode_in_parts(Ranks& ranks, const EncodeRun& run) {
+  return encode_into(store_of_parts(ranks, run), run, of_this_rank(ranks, run.resources));
 }
 
 inline DecodeResult decode_region(const std::string& input, const std::string& output, const Format& format,

@@ -13,6 +13,7 @@
 #include "io/files/unchanged_files.h"
 #include "io/formats/open_volume.h"
 #include "io/parts/part_folder.h"
+#include "pipeline/job/resolved_options.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -103,8 +104,7 @@ struct EncodeCommand {
     const char* advice = "leave out --rm";
     auto files = removable_volume(input, asked.source, path, !asked.options.strip, advice);
     const auto volume = open_volume(input, asked.source);
-    const EncodeOptions options = for_samples(asked.options, volume->facts()).options;
-    const double max_error = parameters_but_scale(options, volume->info()).max_error;
+    const double max_error = in_samples(asked.options, volume->facts()).parameters.max_error;
     require_replaceable(
         input,
         {max_error, volume->facts().headerless, trust_description, why_not_understood(volume->facts())},

@@ -13,7 +13,7 @@
 #include "io/samples/file_checksum.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
-#include "pipeline/job/plain_bound.h"
+#include "pipeline/job/settle.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
@@ -205,11 +205,10 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
   try {
     const std::uint64_t output_checksum = checksum_of_file(volume.output);
     const auto original = open_volume(volume.input, source);
-    const EncodeOptions options = for_samples(volume.asked.options, original->facts()).options;
-    const EncodePlan plan = plan_encoding(parameters_but_scale(options, original->info()), resources_,
-                                          original->traits().any_rows, original->traits().memory);
-    const PlainBound plain = with_plain_bound(options, *original, plan.budget.threads);
-    const TagHeader header{resolve(plain.options, *original), kept_fields(plain.options, original->info())};
+    const ResolvedOptions options = in_samples(volume.asked.options, original->facts());
+    const EncodePlan plan =
+        plan_encoding(options.parameters, resources_, original->traits().any_rows, original->traits().memory);
+    const TagHeader header = settle(options, plan, *original).header;
     if (serialize_header(TagReader(volume.output).header()) != serialize_header(header))
       throw BrokenInput("made from another volume, or with other options");
     Ranks alone;
@@ -217,12 +216,12 @@ void EncodingPass::adopt(const Volume& volume, bool was_removed, ordered_json& r
         alone, {.input = volume.output, .original = volume.input, .source = source, .resources = resources_});
     const TagBricks file(std::make_shared<FileSource>(volume.output));
     const bool keeps_files = file.sizes().envelope > 0;
-    if (keeps_files != (!options.strip && source_files(original->facts()).why_not.empty()))
+    if (keeps_files != (!volume.asked.options.strip && source_files(original->facts()).why_not.empty()))
       throw BrokenInput("made with other options");
     if (keeps_files)
       require_same(compare_source_files(file, *original, resources_.threads), original->name());
     const std::string compression = compression_in(volume.output, file.beginning_of_envelope());
-    const std::string why_lost = options.strip ? "only the samples were wanted"
+    const std::string why_lost = volume.asked.options.strip ? "only the samples were wanted"
                                  : keeps_files && compression.empty()
                                      ? ""
                                      : source_files(original->facts()).why_not_restorable();

@@ -4,6 +4,7 @@
 
 #include <tuple>
 
+#include "pipeline/job/resolved_options.h"
 #include "tools/report/report.h"
 
 namespace tagrid {
@@ -19,12 +20,10 @@ auto members_of(const SourceDescription& given) {
 
 /// The settings as the file will have them; a text in place of a number that follows from the samples.
 ordered_json settings_of(const EncodeOptions& given, const VolumeSource& volume) {
-  const EncodeOptions options = for_samples(given, volume.facts()).options;
-  const bool range_is_open = takes_range_from_data(options, volume);
-  ordered_json settings = settings_json(range_is_open ? parameters_but_scale(options, volume.info())
-                                                      : resolve(options, volume.info(), volume.name()));
-  if (range_is_open) settings["range"] = settings["field_scale"] = "that of the data";
-  if (options.error_rule) settings["max_error"] = text_of(*options.error_rule);
+  const ResolvedOptions options = in_samples(given, volume.facts());
+  ordered_json settings = settings_json(options.parameters);
+  if (options.range_from_data) settings["range"] = settings["field_scale"] = "that of the data";
+  if (options.options.error_rule) settings["max_error"] = text_of(*options.options.error_rule);
   return settings;
 }
 

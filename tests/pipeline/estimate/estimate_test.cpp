@@ -8,9 +8,8 @@
 
 #include "io/files/errors.h"
 #include "io/formats/open_volume.h"
-#include "pipeline/job/bricks_of_source.h"
-#include "pipeline/job/noise.h"
-#include "pipeline/job/plain_bound.h"
+#include "pipeline/job/settle.h"
+#include "pipeline/job/source_survey.h"
 #include "pipeline/memory/of_bricks.h"
 #include "tests/support/runs.h"
 #include "tests/support/sample_types.h"
@@ -23,6 +22,7 @@ namespace {
 class EstimatedVolume : public TemporaryFolder {
  protected:
   EncodeResult encode(EncodeOptions options, double max_error) const {
+    options.error_rule.reset();
     options.max_error = max_error;
     return encode_volume(in_, {}, path("a.tag"), true, options, Resources(2));
   }
@@ -31,9 +31,13 @@ class EstimatedVolume : public TemporaryFolder {
     return estimate_encoding(
         {.input = in_, .options = options, .max_errors = errors, .resources = Resources(threads)});
   }
-  PlainBound plain(const EncodeOptions& options, int threads = 2) const {
-    return with_plain_bound(options, *open_volume(in_), threads);
+  EncodeJob settled(const EncodeOptions& options, int threads = 2) const {
+    const auto source = open_volume(in_);
+    EncodePlan plan;
+    plan.budget.threads = threads;
+    return settle(in_samples(options, source->facts()), plan, *source);
   }
+  double bound_of(const EncodeOptions& options) const { return settled(options).parameters().max_error; }
   static EncodeOptions rule(ErrorRule::Kind kind, double value) {
     EncodeOptions options;
     options.error_rule = ErrorRule{kind, value};
@@ -113,7 +117,7 @@ TEST_F(EstimatedVolume, ALimitOnMemoryIsKeptOrRefused) {
   Resources little(4);
   little.memory = std::uint64_t{1} << 20;
   EXPECT_THROW(estimate_encoding({.input = in_, .resources = little}), MemoryLimit);
-  little.memory = memory_of_estimating(resolve({}, *open_volume(in_)), 1, 8, 12);
+  little.memory = memory_of_estimating(settled({}).parameters(), 1, 8, 12);
   EXPECT_NO_THROW(estimate_encoding({.input = in_, .resources = little}));
 }
 
@@ -123,18 +127,17 @@ TYPED_TEST(EstimatesOfType, NoiseAndRangeGiveBounds) {
   const double noise = noise_of(*open_volume(this->in_));
   EXPECT_NEAR(noise, 20 / std::sqrt(12.0), 0.4);
   const auto whole = [](double bound) { return std::is_integral_v<TypeParam> ? std::floor(bound) : bound; };
-  const PlainBound by_noise = this->plain(this->rule(ErrorRule::Kind::noise, 1.5));
-  EXPECT_EQ(by_noise.options.max_error, whole(1.5 * noise));
-  EXPECT_FALSE(by_noise.options.error_rule);
-  EXPECT_NE(by_noise.reason.find("noise"), std::string::npos);
+  const EncodeJob by_noise = this->settled(this->rule(ErrorRule::Kind::noise, 1.5));
+  EXPECT_EQ(by_noise.parameters().max_error, whole(1.5 * noise));
+  EXPECT_NE(by_noise.reason_of_bound.find("noise"), std::string::npos);
   const auto samples = read_samples<TypeParam>(this->in_);
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
-  EXPECT_EQ(this->plain(this->rule(ErrorRule::Kind::relative, 0.1)).options.max_error,
+  EXPECT_EQ(this->bound_of(this->rule(ErrorRule::Kind::relative, 0.1)),
             whole(0.1 * (static_cast<double>(*high) - static_cast<double>(*low))));
   EncodeOptions none;
   none.max_error = 3;
-  EXPECT_EQ(this->plain(none).options.max_error, 3);
-  EXPECT_EQ(this->plain(none).reason, "");
+  EXPECT_EQ(this->bound_of(none), 3);
+  EXPECT_EQ(this->settled(none).reason_of_bound, "");
 }
 
 TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
@@ -142,11 +145,10 @@ TYPED_TEST(EstimatesOfType, APsnrIsReachedByTheLoosestBound) {
   write_nrrd(this->in_, dims, blobs<TypeParam>(dims, 1));
   for (const double wanted : {25.0, 40.0, 47.5}) {
     const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-    const PlainBound found = this->plain(options);
-    EXPECT_EQ(this->plain(options, 1).options.max_error, found.options.max_error);
-    const double bound = *found.options.max_error;
+    const double bound = this->bound_of(options);
+    EXPECT_EQ(this->settled(options, 1).parameters().max_error, bound);
     const auto psnr = [&](double max_error) {
-      const Achieved achieved = achieved_of(this->encode(found.options, max_error).index.total);
+      const Achieved achieved = achieved_of(this->encode(options, max_error).index.total);
       return achieved.rmse > 0 ? achieved.psnr : INFINITY;
     };
     EXPECT_GE(psnr(bound), wanted);
@@ -166,8 +168,8 @@ TYPED_TEST(EstimatesOfType, AnyPsnrIsFoundOrIsLossless) {
     write_nrrd(this->in_, dims, volume);
     for (const double wanted : {1e-3, 10.0, 120.0, 400.0, 1e4, 1e9}) {
       const EncodeOptions options = this->rule(ErrorRule::Kind::psnr, wanted);
-      const double bound = *this->plain(options).options.max_error;
-      const Achieved achieved = achieved_of(this->encode(this->plain(options).options, bound).index.total);
+      const double bound = this->bound_of(options);
+      const Achieved achieved = achieved_of(this->encode(options, bound).index.total);
       if (achieved.rmse > 0) {
         EXPECT_GE(achieved.psnr, wanted);
       }
@@ -180,16 +182,15 @@ TEST_F(EstimatedVolume, SamplesThatAreNotFiniteHaveNoRange) {
   const auto count = static_cast<std::size_t>(Box::of_size(dims).count());
   write_nrrd(in_, dims, std::vector<float>(count, NAN));
   for (const auto kind : {ErrorRule::Kind::noise, ErrorRule::Kind::relative, ErrorRule::Kind::psnr})
-    EXPECT_EQ(plain(rule(kind, 2)).options.max_error, 0);
+    EXPECT_EQ(bound_of(rule(kind, 2)), 0);
   write_nrrd(in_, dims, std::vector<float>(count, 5));
-  EXPECT_EQ(plain(rule(ErrorRule::Kind::relative, 2)).options.max_error, 0)
-      << "a constant volume has no range";
+  EXPECT_EQ(bound_of(rule(ErrorRule::Kind::relative, 2)), 0) << "a constant volume has no range";
   std::vector<double> wide(count, 0);
   wide[0] = -std::numeric_limits<double>::max();
   wide[1] = std::numeric_limits<double>::max();
   write_nrrd(in_, dims, wide);
-  EXPECT_THROW(plain(rule(ErrorRule::Kind::psnr, 50)), UsageError);
-  EXPECT_TRUE(std::isfinite(*plain(rule(ErrorRule::Kind::relative, 3)).options.max_error));
+  EXPECT_THROW(bound_of(rule(ErrorRule::Kind::psnr, 50)), UsageError);
+  EXPECT_TRUE(std::isfinite(bound_of(rule(ErrorRule::Kind::relative, 3))));
 }
 
 TEST_F(EstimatedVolume, RowsAreSpreadWithoutAPeriod) {

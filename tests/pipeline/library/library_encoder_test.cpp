@@ -116,6 +116,44 @@ TEST_F(LibraryEncoder, EveryTypeAndModeGivesTheBytesOfTheProgramAndComesBack) {
 
 constexpr Index3 dims = {21, 18, 16};
 
+// A program that computes samples gets the bound that `tagrid encode` finds in the same file.
+TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
+  const Index3 dims = {40, 30, 20};
+  const auto samples = blobs<std::int16_t>(dims, 1, 20);
+  write_nrrd(path("volume.nrrd"), dims, samples, "");
+  const std::pair<tagrid_error_rule, ErrorRule> rules[] = {
+      {TAGRID_RULE_NOISE, {ErrorRule::Kind::noise, 1.5}},
+      {TAGRID_RULE_RELATIVE, {ErrorRule::Kind::relative, 0.05}},
+      {TAGRID_RULE_PSNR, {ErrorRule::Kind::psnr, 45}}};
+  for (const auto& [rule, same_rule] : rules) {
+    EncodeOptions same;
+    same.error_rule = same_rule;
+    tagrid_encode_options options = encode_options(dims, TAGRID_INT16);
+    same.cube_size = options.cube;
+    if (options.brick != 0) same.brick_edge = options.brick;
+    encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
+    options.error_rule = rule;
+    options.error_rule_value = same_rule.value;
+    Encoded encoded;
+    encode(options, samples.data(), encoded);
+    EXPECT_EQ(encoded.status, TAGRID_INVALID_ARGUMENT) << "without samples";
+    options.read_user = const_cast<std::int16_t*>(samples.data());
+    options.read_samples = [](void* user, std::int64_t first, std::int64_t count, void* to) {
+      std::memcpy(to, static_cast<const std::int16_t*>(user) + first, static_cast<std::size_t>(count) * 2);
+      return 0;
+    };
+    encoded = {};
+    encode(options, samples.data(), encoded);
+    ASSERT_EQ(encoded.status, TAGRID_OK) << encoded.message;
+    EXPECT_EQ(encoded.bytes, content("volume.tag"));
+    EXPECT_GT(encoded.info.max_error, 0);
+    options.read_samples = [](void*, std::int64_t, std::int64_t, void*) { return 7; };
+    encoded = {};
+    encode(options, samples.data(), encoded);
+    EXPECT_EQ(encoded.status, TAGRID_IO_ERROR);
+  }
+}
+
 TEST_F(LibraryEncoder, SlicesMayLieAnywhere) {
   const auto samples = awkward_volume<std::int16_t>(Awkward::noise, dims, 1);
   const tagrid_encode_options options = encode_options(dims, SampleType::int16);

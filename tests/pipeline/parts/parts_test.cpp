@@ -9,7 +9,7 @@
 #include "io/parts/part_file.h"
 #include "io/parts/part_folder.h"
 #include "io/parts/run_record.h"
-#include "pipeline/parts/encode_parts.h"
+#include "pipeline/parts/parts_store.h"
 #include "pipeline/parts/parts.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "io/files/errors.h"
-#include "pipeline/parts/encode_parts.h"
 #include "tests/support/fake_ranks.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"

@@ -1,8 +1,10 @@
-// Samples of single bricks, read from a volume in any order.
+// What a look at the samples of a volume tells before it is encoded: its noise, its range, and single bricks.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <utility>
 
 #include "io/volume/volume_source.h"
 #include "pipeline/grid/slices.h"
@@ -10,6 +12,15 @@
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {
+
+/// The standard deviation of the noise of a volume: that of its samples from planes that fit small blocks, where most
+/// blocks agree (see stages/survey/survey.h). Reads a sample of the volume, a quarter of a million blocks. 0 if no block is
+/// noisy. REQUIRES: source.traits().any_rows.
+double noise_of(VolumeSource& source);
+
+/// The lowest and the highest finite sample; nothing if none is finite. Reads the whole volume and rewinds it.
+/// Throws UsageError if that is not possible.
+std::optional<std::pair<double, double>> range_of_data(VolumeSource& source);
 
 /// The slices of a box, as far as the volume reaches: of each, the rows of the box. Throws as VolumeSource does.
 /// REQUIRES: source.traits().any_rows.

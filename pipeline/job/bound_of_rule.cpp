@@ -1,4 +1,4 @@
-#include "pipeline/job/plain_bound.h"
+#include "pipeline/job/bound_of_rule.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,12 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "io/files/errors.h"
-#include "pipeline/job/bricks_of_source.h"
-#include "pipeline/job/noise.h"
+#include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
 
 namespace tagrid {
@@ -23,13 +24,11 @@ double width(const std::optional<std::pair<double, double>>& range) {
 // The PSNR of encodings of a volume.
 class Psnr {
  public:
-  Psnr(const EncodeOptions& options, VolumeSource& source, double peak, const Progress& progress)
-      : source_(source), peak_(peak), progress_(progress) {
-    EncodeOptions voxels = options;
-    voxels.error_rule.reset();
-    voxels.mesh_error.reset();
-    voxels.grid = GridOrigin::derived;
-    parameters_ = parameters_but_scale(voxels, source.info());
+  Psnr(const CodingParameters& parameters, VolumeSource& source, double peak, const Progress& progress)
+      : source_(source), parameters_(parameters), peak_(peak), progress_(progress) {
+    // Of the voxels alone: a grid changes no decoded sample.
+    parameters_.mesh_error = -1;
+    parameters_.grid = GridOrigin::derived;
   }
 
   /// In dB; infinite if nothing is lost. `sampled`: of a part of the rows of bricks, spread over the volume.
@@ -127,57 +126,49 @@ double loosest(Psnr& psnr, double wanted, double peak, bool whole) {
       {source.name(), setting, std::string(reads), setting::max_error, Setting{"spool", "a folder"}}});
 }
 
-PlainBound by_noise(const EncodeOptions& options, VolumeSource& source, double times) {
+FoundBound by_noise(VolumeSource& source, double times) {
   if (!source.traits().any_rows) refuse(source, setting::max_error, "noise: reads parts of the volume first");
   const double noise = noise_of(source);
-  PlainBound plain = {options, fmt::format("the noise is {:.4g} (standard deviation)", noise)};
-  plain.options.max_error = times * noise;
-  return plain;
+  return {times * noise, fmt::format("the noise is {:.4g} (standard deviation)", noise)};
 }
 
-PlainBound by_range(const EncodeOptions& options, VolumeSource& source, double part) {
+FoundBound by_range(VolumeSource& source, double part) {
   if (!source.traits().again) refuse(source, setting::relative_error, "reads the volume twice");
   const auto range = range_of_data(source);
-  PlainBound plain = {options, "no sample is finite"};
-  if (range) plain.reason = fmt::format("the samples lie between {} and {}", range->first, range->second);
-  plain.options.max_error = part * width(range);
-  return plain;
+  return {part * width(range),
+          range ? fmt::format("the samples lie between {} and {}", range->first, range->second)
+                : "no sample is finite"};
 }
 
-PlainBound by_psnr(const EncodeOptions& options, VolumeSource& source, double wanted,
+FoundBound by_psnr(const CodingParameters& parameters, VolumeSource& source, double wanted,
                    const Progress& progress) {
   if (!source.traits().any_rows) refuse(source, setting::psnr, "reads the volume several times");
   const double peak = width(range_of_data(source));
   if (!std::isfinite(peak))
     throw UsageError(Sentence{"{}: {} has no meaning for samples whose range is not finite",
                               {source.name(), setting::psnr}});
-  PlainBound plain = {options, fmt::format("{} dB are reached", wanted)};
-  Psnr psnr(options, source, peak, progress);
-  plain.options.max_error = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
+  Psnr psnr(parameters, source, peak, progress);
+  const double bound = loosest(psnr, wanted, peak, !is_float_type(source.info().type));
   source.rewind();
-  return plain;
+  return {bound, fmt::format("{} dB are reached", wanted)};
 }
 
 }  // namespace
 
-PlainBound with_plain_bound(const EncodeOptions& options, VolumeSource& source, int threads,
-                            const Progress& progress) {
-  if (!options.error_rule) return {options, ""};
-  const ErrorRule::Kind kind = options.error_rule->kind;
-  const double value = options.error_rule->value;
-  PlainBound plain;
-  Threads(std::max(threads, 1)).run([&] {
-    plain = kind == ErrorRule::Kind::noise      ? by_noise(options, source, value)
-            : kind == ErrorRule::Kind::relative ? by_range(options, source, value)
-                                                : by_psnr(options, source, value, progress);
+FoundBound bound_of_rule(const ResolvedOptions& options, VolumeSource& source, int threads,
+                         const Progress& progress) {
+  const auto [kind, value] = options.options.error_rule.value();
+  FoundBound found;
+  Threads(std::max(threads, 1)).run([&, kind = kind, value = value] {
+    found = kind == ErrorRule::Kind::noise      ? by_noise(source, value)
+            : kind == ErrorRule::Kind::relative ? by_range(source, value)
+                                                : by_psnr(options.parameters, source, value, progress);
   });
-  double& bound = *plain.options.max_error;
-  bound = std::min(bound, std::numeric_limits<double>::max());
-  if (!is_float_type(source.info().type)) bound = std::floor(bound);
-  plain.options.error_rule.reset();
-  plain.reason +=
-      fmt::format("{} the largest error is {}", kind == ErrorRule::Kind::psnr ? " if" : ", so", bound);
-  return plain;
+  found.max_error = std::min(found.max_error, std::numeric_limits<double>::max());
+  if (!is_float_type(source.info().type)) found.max_error = std::floor(found.max_error);
+  found.reason += fmt::format("{} the largest error is {}", kind == ErrorRule::Kind::psnr ? " if" : ", so",
+                              found.max_error);
+  return found;
 }
 
 }  // namespace tagrid

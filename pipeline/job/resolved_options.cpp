@@ -1,0 +1,187 @@
+#include "pipeline/job/resolved_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "io/files/errors.h"
+#include "io/nrrd/geometry.h"
+#include "io/nrrd/rescale.h"
+#include "io/tag/header.h"
+#include "stages/grid/lattice.h"
+
+namespace tagrid {
+namespace {
+
+void require(bool condition, const Sentence& otherwise) {
+  if (!condition) throw UsageError(otherwise);
+}
+
+// The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
+// proportional to S, the number of active points would depend on S.
+constexpr double voxels_per_range = 8;
+
+// The default does not depend on the data, so that files and pipes give the same bytes.
+std::pair<double, double> usual_range(SampleType type) {
+  switch (type) {
+    case SampleType::uint8:
+      return {0, 256};
+    case SampleType::int8:
+      return {-128, 128};
+    case SampleType::uint16:
+      return {0, 4096};
+    case SampleType::int16:
+      return {-1024, 3072};
+    default:  // follows from the samples
+      return {0, 0};
+  }
+}
+
+void set_range(std::pair<double, double> range, CodingParameters& p) {
+  const auto [low, high] = range;
+  p.range_low = low;
+  p.range_high = high;
+  p.field_scale = voxels_per_range / (high - low);
+  // Ranges of floats may be so wide that their width is not a number, or so narrow that its reciprocal is
+  // not.
+  if (!std::isfinite(high - low)) p.field_scale = 1 / (high / voxels_per_range - low / voxels_per_range);
+  if (!std::isfinite(p.field_scale)) p.field_scale = high > low ? std::numeric_limits<double>::max() : 1;
+}
+
+// The mesh has the values of active voxels, and so their errors.
+void require_mesh_of_voxels(const CodingParameters& p) {
+  const bool two_bounds = p.surface_error >= 0;
+  const double of_values = two_bounds ? p.surface_error : p.max_error;
+  if (p.mesh_error < 0 || p.mesh_error >= of_values) return;
+  const Setting& bound = two_bounds ? setting::surface_error : setting::max_error;
+  Sentence refusal{
+      "{0} {1} cannot be kept with {2} {3}: the values of the mesh are off by up to {3}; give {0} {3} or "
+      "more, or {2} {1} or less",
+      {setting::mesh_error, p.mesh_error, bound, of_values}};
+  if (!two_bounds) {
+    refusal.text += ", or add {4} {1}";
+    refusal.terms.push_back(setting::surface_error);
+  }
+  throw UsageError(refusal);
+}
+
+void set_bounds(const EncodeOptions& options, CodingParameters& p) {
+  // If samples are integers, so are errors.
+  const bool real = is_float_type(p.type);
+  const auto whole = [real](const std::optional<double>& e) {
+    return !e ? -1.0 : real ? *e : std::floor(*e);
+  };
+  // Until the rule has given a bound, any that is not 0 stands for it.
+  const std::optional<double> max_error =
+      options.error_rule ? 2 * options.surface_error.value_or(0) + 1 : options.max_error;
+  p.mesh_error = whole(options.mesh_error);
+  if (p.mode == FileMode::voxels) {
+    p.max_error = std::max(whole(max_error), 0.0);
+    p.surface_error = whole(options.surface_error);
+    require(p.surface_error < p.max_error || p.surface_error < 0,
+            {"{} must be below {} after both are rounded down to whole units",
+             {setting::surface_error, setting::max_error}});
+    if (!options.error_rule) require_mesh_of_voxels(p);
+    return;
+  }
+  p.max_error = whole(max_error);
+  if (p.max_error < 0) return;
+  // The error of a voxel is at most E_m (interpolation) + E_n (stored points). Rounding once keeps a number
+  // within E of an integer if it was within E before. For floats, the mesh criterion subtracts the rounding
+  // errors.
+  const double tighter = p.mesh_error < 0 ? p.max_error : std::min(p.mesh_error, p.max_error);
+  p.point_error = real ? tighter / 2 : std::floor(tighter / 2);
+}
+
+// Refuses to write a file that a reader would refuse.
+void require_valid(const Status& status, const std::string& volume) {
+  require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
+}
+
+// Rules follow from the samples, whatever they stand for.
+bool bounds_values(const EncodeOptions& options) {
+  return options.max_error.value_or(0) > 0 || options.surface_error.value_or(0) > 0 ||
+         options.mesh_error.value_or(0) > 0;
+}
+
+// Turns what is given for values into what it is for samples. Returns how a bound follows from that of values.
+std::string turn_into_samples(const Rescale& rescale, EncodeOptions& o) {
+  const double slope = std::abs(rescale.slope);
+  std::string reason;
+  if (slope != 1)
+    for (std::optional<double>* bound : {&o.max_error, &o.surface_error, &o.mesh_error}) {
+      if (!*bound) continue;
+      const double given = **bound, error = error_in_samples(given, rescale);
+      *bound = error;
+      if (error > 0)
+        reason += fmt::format("{}an error of {} is one of {} in the samples, of which {} is one step",
+                              reason.empty() ? "" : "; ", given, error, slope);
+    }
+  if (o.range) {
+    const double a = (o.range->first - rescale.intercept) / rescale.slope,
+                 b = (o.range->second - rescale.intercept) / rescale.slope;
+    o.range = std::minmax(a, b);
+  }
+  if (o.field_scale) *o.field_scale *= slope;
+  return reason;
+}
+
+CodingParameters parameters_but_scale(const EncodeOptions& options, const VolumeInfo& info) {
+  CodingParameters p;
+  p.dims = info.dims;
+  p.type = info.type;
+  p.mode = options.grid_only ? FileMode::grid : FileMode::voxels;
+  p.effort = options.effort;
+  p.grid = options.grid;
+  p.cube_size = options.cube_size;
+  p.brick_edge = options.brick_edge.value_or(std::max(2, 64 / options.cube_size));
+  p.max_level = options.max_level.value_or(max_level(options.cube_size));
+  p.accuracy = options.accuracy;
+  set_bounds(options, p);
+  return p;
+}
+
+}  // namespace
+
+ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
+  options.validate();
+  require(source.scale_doubt.empty() || !bounds_values(options),
+          {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
+           {source.scale_doubt, setting::max_error}});
+  const VolumeInfo& info = source.info;
+  require_valid(check_fields(info.nrrd_fields), "this volume");
+  ResolvedOptions resolved;
+  resolved.options = options;
+  EncodeOptions& o = resolved.options;
+  resolved.reason_of_bound = turn_into_samples(source.rescale, o);
+  o.validate();
+  resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
+  resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;
+  resolved.parameters = parameters_but_scale(o, info);
+  resolved.range_from_data = !o.range && !o.field_scale && (o.range_from_data || is_wide_type(info.type));
+  if (o.field_scale)
+    resolved.parameters.field_scale = *o.field_scale;
+  else if (!resolved.range_from_data)
+    set_range(o.range.value_or(usual_range(info.type)), resolved.parameters);
+  if (!resolved.range_from_data) require_valid(check_parameters(resolved.parameters), resolved.volume);
+  return resolved;
+}
+
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error) {
+  options.options.max_error = max_error;
+  options.options.error_rule.reset();
+  options.options.validate();
+  set_bounds(options.options, options.parameters);
+  return options;
+}
+
+CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range) {
+  CodingParameters p = options.parameters;
+  set_range(range, p);
+  require_valid(check_parameters(p), options.volume);
+  return p;
+}
+
+}  // namespace tagrid

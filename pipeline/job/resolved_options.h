@@ -1,0 +1,39 @@
+// The settings of an encoding of one volume, in the units of its samples, as far as its header gives them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "io/volume/volume_source.h"
+#include "pipeline/job/options.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// What one volume makes of the options of an encoding, before a sample is read. Two encodings of a volume are
+/// the same if these are: nothing else can tell, since an error of 0.9 and one of 0.1 are both none where a
+/// step of the samples is 1.
+struct ResolvedOptions {
+  EncodeOptions options;  ///< bounds, range and scale are those of samples, not of values
+  /// Complete, unless `range_from_data` or options.error_rule say what only the samples tell.
+  CodingParameters parameters;
+  bool range_from_data = false;  ///< the value range and the field scale follow from the samples
+  std::string fields;            ///< the metadata that the file keeps
+  std::string reason_of_bound;   ///< how a bound of samples follows from that of values; "" if it is the same
+  std::string volume;            ///< its name, for messages
+};
+
+/// Throws UsageError if the volume does not allow the options, or if they bound errors of values and nobody
+/// knows which values the samples stand for.
+ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source);
+
+/// The same with this largest error of samples instead of any that they have. Throws UsageError if the other
+/// options do not allow it.
+ResolvedOptions with_bound(ResolvedOptions options, std::optional<double> max_error);
+
+/// The parameters with the scale that follows from this range of the samples. Throws UsageError if the volume
+/// does not allow it.
+CodingParameters with_range(const ResolvedOptions& options, std::pair<double, double> range);
+
+}  // namespace tagrid

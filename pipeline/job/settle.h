@@ -1,0 +1,43 @@
+// From options to a job: everything is decided here that must be known before the first brick is encoded.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "io/tag/header.h"
+#include "io/volume/volume_source.h"
+#include "pipeline/job/resolved_options.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/memory/progress.h"
+
+namespace tagrid {
+
+/// What an encoding will do. Every way of encoding carries out such a job: in one process or many, in parts,
+/// from a file or from slices that a caller gives.
+struct EncodeJob {
+  TagHeader header;  ///< of the file
+  EncodePlan plan;
+  std::string reason_of_bound;  ///< how the largest error follows from the options; "" if it was given
+  double times_read = 0;        ///< how often a sample was read to find that out
+
+  const CodingParameters& parameters() const { return header.parameters; }
+};
+
+/// What was found out earlier about the same samples, which need not be read for that again.
+struct EarlierFindings {
+  std::optional<double> max_error = {};
+  std::string reason_of_bound = {};
+  std::optional<std::pair<double, double>> range = {};
+};
+
+/// Reads the samples of the volume as far as the options need it, and rewinds it. `searching` is told how far
+/// each try of a bound has come. Throws UsageError if that is not possible, or if the volume does not allow
+/// what was found.
+EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan, VolumeSource& source,
+                 const Progress& searching = {}, const EarlierFindings& earlier = {});
+
+/// The same for samples that cannot be read beforehand. Throws UsageError if the options need that.
+EncodeJob settle(const ResolvedOptions& options, const EncodePlan& plan);
+
+}  // namespace tagrid

@@ -1,0 +1,112 @@
+#include "pipeline/job/source_survey.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "io/files/errors.h"
+#include "pipeline/job/input_slices.h"
+#include "pipeline/job/options.h"
+#include "stages/survey/survey.h"
+
+namespace tagrid {
+namespace {
+
+// Bands of this many rows of a slice are looked at, spread over the volume: blocks of 8 x 8 of them.
+constexpr std::int64_t band = 48;
+constexpr std::int64_t most_blocks = std::int64_t{1} << 18;
+
+}  // namespace
+
+double noise_of(VolumeSource& source) {
+  const Index3 dims = source.info().dims;
+  const std::int64_t of_slice = std::max<std::int64_t>(dims.y / band, 1), bands = of_slice * dims.z,
+                     blocks = std::max<std::int64_t>(dims.x / 8, 1) *
+                              (std::min(band, dims.y) / std::min<std::int64_t>(8, dims.y)),
+                     wanted = std::clamp<std::int64_t>(most_blocks / blocks, 1, bands);
+  std::vector<double> deviations;
+  for (std::int64_t i = 0; i < wanted; ++i) {
+    const std::int64_t chosen = spread_row(i, wanted, bands);
+    const Index3 low = {0, chosen % of_slice * dims.y / of_slice, chosen / of_slice};
+    const Box box = intersection({low, low + Index3{dims.x - 1, band - 1, 0}}, Box::of_size(dims));
+    const BrickSamples samples = samples_of_box(slices_of_box(source, box), source.info(), box);
+    with_sample_type(source.info().type, [&](auto type) {
+      using T = decltype(type);
+      append_deviations(Samples<T>{box, reinterpret_cast<const T*>(samples.bytes.data())}, deviations);
+    });
+  }
+  source.rewind();
+  return usual_deviation(deviations);
+}
+
+std::optional<std::pair<double, double>> range_of_data(VolumeSource& source) {
+  if (!source.traits().again)
+    throw UsageError(Sentence{"{} auto reads the volume twice, which a pipe does not allow; give {} lo:hi",
+                              {setting::range, setting::range}});
+  double low = INFINITY, high = -INFINITY;
+  with_sample_type(source.info().type, [&](auto type) {
+    using T = decltype(type);
+    read_to_end(source, [&](std::span<const std::byte> bytes) {
+      const std::span part(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
+      if constexpr (std::is_integral_v<T>) {
+        const auto [least, most] = std::minmax_element(part.begin(), part.end());
+        low = std::min(low, static_cast<double>(*least));
+        high = std::max(high, static_cast<double>(*most));
+      } else {
+        for (const T v : part) {
+          if (!std::isfinite(v)) continue;
+          low = std::min(low, static_cast<double>(v));
+          high = std::max(high, static_cast<double>(v));
+        }
+      }
+    });
+  });
+  source.rewind();
+  if (low > high) return std::nullopt;
+  return std::pair(low, high);
+}
+
+SliceRange slices_of_box(VolumeSource& source, const Box& box) {
+  const Index3 dims = source.info().dims;
+  Box rows = intersection(box, Box::of_size(dims));
+  rows.low.x = 0;
+  rows.high.x = dims.x - 1;
+  SliceRange range = {rows.low.z, rows.low.y, nullptr};
+  std::vector<SliceSamples> slices;
+  const std::int64_t last = rows.high.z;
+  for (std::int64_t z = rows.low.z; z <= last; ++z) {
+    rows.low.z = rows.high.z = z;
+    slices.push_back(read_input_slice(source, rows));
+  }
+  range.slices = std::make_shared<const std::vector<SliceSamples>>(std::move(slices));
+  return range;
+}
+
+BrickSamples samples_of_box(const SliceRange& slices, const VolumeInfo& volume, const Box& box) {
+  return {box, gather(slices, volume.dims, size_of(volume.type), box)};
+}
+
+void for_each_brick_of_row(VolumeSource& source, const BrickGrid& bricks, std::int64_t row,
+                           const std::function<void(std::int64_t, const BrickSamples&)>& work) {
+  const std::int64_t nx = bricks.bricks(0), ny = bricks.bricks(1);
+  const Index3 first = {0, row % ny, row / ny};
+  const Box box = {bricks.owned_box(first).low, bricks.owned_box({nx - 1, first.y, first.z}).high};
+  const SliceRange slices = slices_of_box(source, box);
+  oneapi::tbb::parallel_for(std::int64_t{0}, nx, [&](std::int64_t x) {
+    const Index3 position = {x, first.y, first.z};
+    work(bricks.id(position), samples_of_box(slices, source.info(), bricks.owned_box(position)));
+  });
+}
+
+std::int64_t spread_row(std::int64_t i, std::int64_t wanted, std::int64_t rows) {
+  // Somewhere in the i-th of equal stretches: multiples of the golden ratio leave no gaps and have no period.
+  const double golden = 0.6180339887498949 * static_cast<double>(i), part = golden - std::floor(golden);
+  const std::int64_t first = i * rows / wanted, end = (i + 1) * rows / wanted;
+  return first + static_cast<std::int64_t>(part * static_cast<double>(end - first));
+}
+
+}  // namespace tagrid

@@ -1,0 +1,252 @@
+#include "pipeline/parts/parts_store.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "io/bytes/checksum.h"
+#include "io/files/errors.h"
+#include "io/files/file_bytes.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
+#include "io/files/temporaries.h"
+#include "io/parts/part_folder.h"
+#include "io/tag/bricks.h"
+#include "pipeline/encode/row_encoder.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/parts/part_work.h"
+#include "pipeline/parts/run_settings.h"
+#include "pipeline/parts/source_contents.h"
+#include "pipeline/parts/work_orders.h"
+#include "pipeline/restore/restore.h"
+
+namespace tagrid {
+namespace {
+
+constexpr Setting resume = {"resume", "the earlier run"};
+
+Bytes content_of(const std::string& path) {
+  FileBytes file(path);
+  Bytes bytes(file.size().value_or(0));
+  bytes.resize(file.read(bytes.data(), bytes.size()));
+  return bytes;
+}
+
+void write_file(const std::string& path, const Bytes& bytes) {
+  OutputFile file(path, true);
+  file.write(bytes);
+  file.commit();
+}
+
+// After this, the run can no longer be continued.
+void remove_record(PartFolder& folder) {
+  folder.remove_parts();
+  end_signals_with(-1, "");
+  folder.remove();
+}
+
+class PartsStore : public BrickStore {
+ public:
+  PartsStore(Ranks& ranks, const EncodeRun& run) : ranks_(ranks), run_(run) {}
+
+  Reading reading(const VolumeSource& source) const override { return {true, memory_besides_parts(source)}; }
+
+  EarlierFindings begin(const ResolvedOptions& options, const VolumeSource& source) override {
+    for (const std::string& file : source.files()) record_.inputs.push_back(identity_of(file));
+    record_.program = run_.program;
+    if (options.options.error_rule) record_.error_rule = text_of(*options.options.error_rule);
+    folder_ = std::make_unique<PartFolder>(run_.output, run_.resume);
+    goes_on_ = run_.resume && read_earlier_record();
+    if (!goes_on_) check_output(run_.output, run_.overwrite);
+    return goes_on_ ? earlier_findings(options) : EarlierFindings{};
+  }
+
+  bool take(const EncodeJob& job, const VolumeSource&) override {
+    record_.settings = settings_of(job.parameters(), run_.source);
+    record_.header = serialize_header(job.header);
+    if (!record_.error_rule.empty()) record_.reason_of_bound = job.reason_of_bound;
+    if (goes_on_) {
+      require_same_run();
+      // Only the record of the run remains to be removed.
+      if (is_finished()) return false;
+      check_output(run_.output, run_.overwrite);
+      folder_->remove_unfinished();
+    } else if (run_.resume) {
+      folder_->clear();
+    }
+    record_bytes_ = serialize_record(record_);
+    write_file(folder_->record(), record_bytes_);
+    return true;
+  }
+
+  void encode(const EncodeJob& job, std::unique_ptr<VolumeSource>& source, EncodeResult& result) override {
+    const PartOrder order{run_.input,    run_.source,    folder_->path(),
+                          record_bytes_, run_.resources, code_after_signal()};
+    parts_ = std::make_unique<PartsOfRun>(folder_->path(), record_bytes_);
+    send_order(ranks_, order);
+    if (goes_on_ && run_.goes_on) tell_of_parts();
+    make_parts(ranks_, order, run_.progress);
+    const std::int64_t kept =
+        slices_kept_for_parts(*source, *parts_, job.plan, of_this_rank(ranks_, run_.resources));
+    result.memory += static_cast<std::uint64_t>(kept) * source->slice_bytes();
+    // For all parts, including those of earlier runs.
+    result.times_read += times_read(job.parameters(), job.plan, parts_->rows());
+    result.bytes_in = input_bytes();
+    place(attributes_of(source->files().back()));
+  }
+
+  void look_at(SourceFiles& files, bool exact) override {
+    share_contents(ranks_, files, exact, run_.resources);
+  }
+
+  void write_envelope(std::span<const std::byte> bytes) override { envelope_->write(bytes); }
+
+  void finish(EncodeResult& result) override {
+    if (!file_) return describe_finished(result);
+    envelope_->finish();
+    const Bytes end =
+        file_end(parts_->header().parameters, index_, position_, checksum_, parts_->header_checksum());
+    file_->write_at(position_, end);
+    file_->sync();
+    result.index = std::move(index_);
+    result.file_bytes = position_ + end.size();
+    result.temporary = file_->temporary();
+    if (run_.resume) record_result();
+  }
+
+  void commit() override {
+    if (file_) file_->commit();
+    remove_record(*folder_);
+  }
+
+ private:
+  bool read_earlier_record() {
+    if (!status_of(folder_->record())) return false;
+    const Status status = parse_record(content_of(folder_->record()), earlier_);
+    if (!status.ok())
+      throw UsageError(Sentence{"{}: {} {}; {}", {resume, folder_->record(), status.what(), advice()}});
+    return true;
+  }
+
+  std::string advice() const { return fmt::format("remove {} to start again", folder_->path()); }
+
+  // What the earlier run found in the same samples need not be searched again.
+  EarlierFindings earlier_findings(const ResolvedOptions& options) const {
+    EarlierFindings findings;
+    TagHeader header;
+    std::uint64_t checksum;
+    if (!inputs_are_the_same() || !parse_header(earlier_.header, header, checksum).ok()) return findings;
+    const CodingParameters& found = header.parameters;
+    if (options.range_from_data && found.range_low < found.range_high)
+      findings.range = {found.range_low, found.range_high};
+    if (!record_.error_rule.empty() && record_.error_rule == earlier_.error_rule && found.max_error >= 0) {
+      findings.max_error = found.max_error;
+      findings.reason_of_bound = earlier_.reason_of_bound;
+    }
+    return findings;
+  }
+
+  bool inputs_are_the_same() const {
+    return std::ranges::equal(earlier_.inputs, record_.inputs,
+                              [](const auto& was, const auto& now) { return change_of(was, now).empty(); });
+  }
+
+  void require_same_run() const {
+    const Sentence difference = difference_of(earlier_, record_);
+    if (difference.text.empty()) return;
+    Sentence refusal{"{}: {}: cannot continue: " + difference.text + "; {}", {resume, run_.output}};
+    refusal.terms.insert(refusal.terms.end(), difference.terms.begin(), difference.terms.end());
+    refusal.terms.push_back(advice());
+    throw UsageError(refusal);
+  }
+
+  bool is_finished() const {
+    const auto output = status_of(run_.output);
+    return output && earlier_.result_inode == output->st_ino &&
+           earlier_.result_size == static_cast<std::uint64_t>(output->st_size);
+  }
+
+  void describe_finished(EncodeResult& result) const {
+    TagSummary summary = summary_of(run_.output);
+    result.index = std::move(summary.index);
+    result.bytes_in = input_bytes();
+    result.file_bytes = summary.sizes.file;
+    result.temporary = run_.output;
+  }
+
+  std::uint64_t input_bytes() const {
+    std::uint64_t sum = 0;
+    for (const FileIdentity& file : record_.inputs) sum += file.size;
+    return sum;
+  }
+
+  // Adds a part to the index, returns the size of its blocks, and continues the checksum.
+  std::uint64_t survey(std::int64_t part) {
+    const PartReader reader(parts_->path(part), parts_->id(part), parts_->header().parameters);
+    for (const PartEntry& entry : reader.table()) {
+      checksum_ = chained_checksum(entry.own_checksum, checksum_);
+      index_.add(entry.activity_bytes, entry.value_bytes, entry.statistics);
+    }
+    return reader.blocks_size();
+  }
+
+  void tell_of_parts() const {
+    std::int64_t there = 0;
+    for (std::int64_t part = 0; part < parts_->count(); ++part)
+      there += status_of(parts_->path(part)).has_value();
+    run_.goes_on(there, parts_->count());
+  }
+
+  // All ranks write the parts into the file. It is created in the folder, so that after a crash it is removed
+  // together with the incomplete parts.
+  void place(const std::optional<FileAttributes>& like) {
+    PlaceOrder order{folder_->path(), record_bytes_, "", run_.output, {}};
+    position_ = record_.header.size();
+    checksum_ = parts_->header_checksum();
+    for (std::int64_t part = 0; part < parts_->count(); ++part) {
+      order.places.push_back({position_, checksum_});
+      position_ += survey(part);
+    }
+    const OutputFileOptions beginning = {.like = like, .others_write = true, .temporaries = folder_->path()};
+    file_ = std::make_unique<OutputFile>(run_.output, run_.overwrite, beginning);
+    file_->write(record_.header);
+    order.file = file_->temporary();
+    send_order(ranks_, order);
+    place_parts(ranks_, order);
+    envelope_.emplace(checksum_, [this](const Bytes& block) {
+      file_->write_at(position_, block);
+      position_ += block.size();
+    });
+  }
+
+  // After this, the run is complete if the file has its name.
+  void record_result() {
+    const auto status = status_of(file_->temporary());
+    if (!status) throw WorldError(file_->temporary() + ": has been removed by another process");
+    record_.result_inode = status->st_ino;
+    record_.result_size = static_cast<std::uint64_t>(status->st_size);
+    write_file(folder_->record(), serialize_record(record_));
+  }
+
+  Ranks& ranks_;
+  const EncodeRun& run_;
+  RunRecord record_, earlier_;
+  Bytes record_bytes_;
+  bool goes_on_ = false;  // from an earlier run
+  // The file is in the folder until it gets its name.
+  std::unique_ptr<PartFolder> folder_;
+  std::unique_ptr<PartsOfRun> parts_;
+  std::unique_ptr<OutputFile> file_;  // none if an earlier run has already given it its name
+  TagIndex index_;
+  std::uint64_t position_ = 0, checksum_ = 0;  // the end of what was written
+  std::optional<EnvelopeBlocks> envelope_;
+};
+
+}  // namespace
+
+std::unique_ptr<BrickStore> store_of_parts(Ranks& ranks, const EncodeRun& run) {
+  return std::make_unique<PartsStore>(ranks, run);
+}
+
+}  // namespace tagrid

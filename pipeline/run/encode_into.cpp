@@ -1,0 +1,95 @@
+#include "pipeline/run/encode_into.h"
+
+#include <utility>
+
+#include "io/envelope/memory.h"
+#include "io/files/errors.h"
+#include "io/files/output_file.h"
+#include "io/files/system_call.h"
+#include "io/files/unchanged_files.h"
+#include "io/formats/open_volume.h"
+#include "io/nrrd/geometry.h"
+#include "io/parts/part_folder.h"
+#include "io/samples/spooled.h"
+#include "pipeline/memory/plan.h"
+#include "pipeline/restore/restore.h"
+
+namespace tagrid {
+namespace {
+
+bool keeps_files(const EncodeRun& run) { return run.keep_files && !run.options.strip; }
+
+// Bytes of memory that the names and places of source files take, besides the source's own: they are watched,
+// and kept.
+std::uint64_t memory_of_files(const EncodeRun& run, const VolumeSource& input) {
+  return (run.verified ? 2 : 1) * UnchangedFiles::memory(input.files()) +
+         (keeps_files(run) ? memory_of_source_files(input.facts()) : 0);
+}
+
+// How the input will be read when the file is compared with it; nothing if it will not be.
+std::optional<OriginalAccess> original_access(const EncodeRun& run, const VolumeSource& input) {
+  if (!run.verified) return std::nullopt;
+  const std::uint64_t compared = memory_of_files(envelope_size(input.facts()));
+  return OriginalAccess{input.traits().any_rows,
+                        input.traits().memory + memory_of_files(run, input) + compared};
+}
+
+// A kept file may have been changed by a program that set its time back. A comparison would show that.
+void warn_of_touched(const EncodeRun& run, const UnchangedFiles& files, EncodeResult& result) {
+  if (run.verified || !keeps_files(run)) return;
+  if (const std::string touched = files.touched(); !touched.empty())
+    result.warnings.push_back(
+        touched +
+        ": was linked, given other rights, or changed with its time set back, while it was being read; "
+        "compare the .tag file with the original");
+}
+
+// Fails early if the output may not be written. A run that was interrupted just before its end may have
+// written it already: a store that continues a run checks later.
+void check_early(const EncodeRun& run) {
+  if (!run.resume || !status_of(part_folder_of(run.output))) check_output(run.output, run.overwrite);
+}
+
+}  // namespace
+
+FinishedEncode encode_into(std::shared_ptr<BrickStore> store, const EncodeRun& run,
+                           const Resources& resources) {
+  check_early(run);
+  std::unique_ptr<VolumeSource> volume = open_volume(run.input, run.source);
+  for (const std::string& file : volume->files()) refuse_same_file(file, run.output);
+  const UnchangedFiles files(volume->files());
+  const ResolvedOptions options = in_samples(run.options, volume->facts());
+  // Checked before anything is read: a limit that cannot be kept is reported at once.
+  const auto [any_rows, memory] = store->reading(*volume);
+  const EncodePlan plan =
+      plan_encoding(options.parameters, resources, any_rows, memory + memory_of_files(run, *volume),
+                    original_access(run, *volume));
+  const EarlierFindings earlier = store->begin(options, *volume);
+  EncodeResult result;
+  result.memory = plan.memory;
+  const bool must_copy = options.options.error_rule && !earlier.max_error && !volume->traits().any_rows;
+  const bool copied = must_copy && !resources.spool.empty();
+  if (copied) volume = spooled(std::move(volume), resources.spool);
+  const EncodeJob job = settle(options, plan, *volume, run.searching, earlier);
+  result.header = job.header;
+  result.reason_of_bound = job.reason_of_bound;
+  result.times_read = job.times_read + copied;
+  result.warnings = all_warnings(volume->facts());
+  result.lossy_source = text_of_key(volume->info().nrrd_fields, lossy_source_key);
+  if (store->take(job, *volume)) {
+    store->encode(job, volume, result);
+    const KeepingFiles kept = keep_source_files(
+        *volume, job.parameters(), keeps_files(run),
+        [&](SourceFiles& source, bool exact) { store->look_at(source, exact); },
+        [&](std::span<const std::byte> bytes) { store->write_envelope(bytes); });
+    result.why_not_restorable = kept.why_not_restorable;
+    result.times_read += kept.times_read;
+    // Samples and other bytes must be those of the same files.
+    files.require();
+    warn_of_touched(run, files, result);
+  }
+  store->finish(result);
+  return {std::move(result), std::move(store)};
+}
+
+}  // namespace tagrid
