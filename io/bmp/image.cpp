@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 
 namespace tagrid {
@@ -104,7 +105,7 @@ BmpImage bmp_image(const ByteSource& file) {
 
 void read_bmp(const ByteSource& file, const BmpImage& image, std::span<std::byte> samples) {
   const auto width = static_cast<std::size_t>(image.width);
-  std::vector<std::byte> bytes(image.row_bytes() * static_cast<std::uint64_t>(image.height));
+  std::vector<std::byte> bytes(memory_size(image.row_bytes() * static_cast<std::uint64_t>(image.height)));
   file.read_at(image.offset, bytes);
   for (std::int64_t y = 0; y < image.height; ++y) {
     const std::int64_t row = image.is_top_down ? y : image.height - 1 - y;

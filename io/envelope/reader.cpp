@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/envelope/envelope.h"
 #include "io/files/errors.h"
 
@@ -163,7 +164,7 @@ SlicesInFile EnvelopeReader::read_slices(std::uint64_t& end) {
   // Every slice has one place, so there are no more runs than slices.
   if (run.slices > slices_left_) fail("a slice has two places");
   slices_left_ -= run.slices;
-  if (slices_.empty()) slices_.resize(static_cast<std::size_t>(shape_.dims.z));
+  if (slices_.empty()) slices_.resize(memory_size(static_cast<std::uint64_t>(shape_.dims.z)));
   for (std::int64_t z = first; z < first + run.slices; ++z) {
     if (slices_[static_cast<std::size_t>(z)]) fail("a slice has two places");
     slices_[static_cast<std::size_t>(z)] = true;

@@ -17,8 +17,9 @@ std::string_view advice(int error_number) {
       return "; check the name, and that its folder exists";
     case EACCES:
     case EPERM:
-    case EROFS:
       return "; check the permissions of the file and its folder";
+    case EROFS:
+      return "; choose another folder, or have this one made writable";
     case ENOSPC:
     case EDQUOT:
       return "; free some space or choose another folder";

@@ -144,6 +144,10 @@ void FormatProgram::start() {
   const std::vector<char*> arguments = pointers(names), variables = pointers(texts);
   const pid_t parent = getpid();
   process_ = fork();
+  if (process_ < 0 && errno == EAGAIN)
+    throw WorldError(
+        program_ +
+        ": cannot start a process for it, as there are too many; raise the limit on processes (ulimit -u)");
   if (process_ < 0) throw world_error("cannot start a process for it", program_, errno);
   if (process_ == 0)
     become(arguments.data(), variables.data(), input[1], output[1], errors[1], report[1], parent,

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/programs/places.h"
 #include "io/programs/serve.h"
@@ -54,7 +55,7 @@ OrderedJson json_of(const SeveralVolumes& several) {
 void give_slices(ServedVolume& volume, std::int64_t from, std::int64_t to) {
   if (from < 0 || to > volume.dims.z || from >= to)
     throw UsageError(fmt::format("there are no slices {} to {}", from, to));
-  std::vector<std::byte> slice(*sample_bytes({volume.dims.x, volume.dims.y, 1}, volume.type));
+  std::vector<std::byte> slice(memory_size(*sample_bytes({volume.dims.x, volume.dims.y, 1}, volume.type)));
   for (std::int64_t z = from; z < to; ++z) {
     volume.read_slice(z, slice.data());
     say({{"answer", "slices"}, {"from", z}, {"to", z + 1}});

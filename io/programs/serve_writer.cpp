@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "io/programs/serve.h"
@@ -83,7 +84,7 @@ class Written {
 
   /// The bytes that follow a request, which this program must take.
   const std::byte* take(std::uint64_t bytes, const std::string& within) {
-    piece_.resize(bytes);
+    piece_.resize(memory_size(bytes));
     if (!std::cin.read(reinterpret_cast<char*>(piece_.data()), static_cast<std::streamsize>(bytes)))
       throw WorldError(fmt::format("{}: the bytes end within {}", name_, within));
     return piece_.data();

@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "pipeline/encode/row_encoder.h"
 
@@ -114,7 +115,7 @@ void PushEncoder::write(const std::byte* samples, std::int64_t slices, const Str
                                  parameters.dims.z - fed_, parameters.dims.z));
   for (; slices > 0; --slices, ++fed_, samples += strides[2]) {
     wait_for_room();
-    auto slice = std::make_shared_for_overwrite<std::byte[]>(slice_bytes(parameters));
+    auto slice = std::make_shared_for_overwrite<std::byte[]>(memory_size(slice_bytes(parameters)));
     copy_slice(samples, strides, parameters.dims, size_of(parameters.type), slice.get());
     const std::lock_guard lock(mutex_);
     waiting_.push_back(std::move(slice));

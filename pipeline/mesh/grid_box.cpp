@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "pipeline/decode/block.h"
 #include "pipeline/grid/derived_grid.h"
@@ -41,7 +42,8 @@ class Layer {
   }
   // The samples of a box. Those that no brick of the layer owns are 0.
   SliceSamples samples(const Box& box, const BrickGrid& grid, std::size_t size) const {
-    const std::shared_ptr<std::byte[]> result(new std::byte[static_cast<std::size_t>(box.count()) * size]());
+    const std::shared_ptr<std::byte[]> result(
+        new std::byte[memory_size(static_cast<std::uint64_t>(box.count()) * size)]());
     for (const DecodedBrick& brick : bricks_) {
       const Box owned = grid.owned_box(grid.position(brick.id)), both = intersection(owned, box);
       for (std::int64_t z = both.low.z; z <= both.high.z; ++z)

@@ -1,4 +1,5 @@
 #include "pipeline/mesh/id_planes.h"
+#include "io/bytes/memory_size.h"
 
 #include <algorithm>
 
@@ -29,7 +30,8 @@ void IdPlanes::begin_brick(Index3 position) {
   if (position == positions_.low) {
     const Index3 points = points_of_planes();
     for (int axis = 0; axis < 3; ++axis)
-      if (positions_.size()[axis] > 1) planes_[axis].assign(static_cast<std::size_t>(points[axis]), none);
+      if (positions_.size()[axis] > 1)
+        planes_[axis].assign(memory_size(static_cast<std::uint64_t>(points[axis])), none);
   }
   position_ = position;
   box_ = scaled(bricks_.closed_box(position));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
 #include "pipeline/memory/of_writer.h"
@@ -47,8 +48,8 @@ Finished<std::uint64_t> write_phantom(const PhantomRun& run) {
   const MakeSlice make = slice_maker(options.type);
   const std::int64_t nz = options.dims.z, batch = std::min<std::int64_t>(run.threads, nz);
   const std::uint64_t total = *sample_bytes(options.dims, options.type);
-  const auto slice_bytes = static_cast<std::size_t>(total / static_cast<std::uint64_t>(nz));
-  std::vector<std::byte> slices(static_cast<std::size_t>(batch) * slice_bytes);
+  const std::size_t slice_bytes = memory_size(total / static_cast<std::uint64_t>(nz));
+  std::vector<std::byte> slices(memory_size(static_cast<std::uint64_t>(batch) * slice_bytes));
   const Watch watch = watch_for(run.progress, total);
   Threads threads(run.threads);
   for (std::int64_t z = 0; z < nz; z += batch) {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/nrrd/geometry.h"
@@ -293,9 +294,9 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   Pieces pieces(region, bricks, plan.rows);
   for (Region piece; pieces.next(piece);) {
     const Index3 shape = piece.shape();
+    samples.resize(memory_size(sample_bytes(shape, info.type).value()));
     const std::size_t row = static_cast<std::size_t>(shape.x) * size_of(info.type),
                       slice = static_cast<std::size_t>(shape.y) * row;
-    samples.resize(static_cast<std::size_t>(shape.z) * slice);
     const Strides strides = {static_cast<std::int64_t>(size_of(info.type)), static_cast<std::int64_t>(row),
                              static_cast<std::int64_t>(slice)};
     if (run.fill) fill_with(*run.fill, info.type, samples);

@@ -7,7 +7,7 @@
 //   TAGRID_FAULT_AT       the number of the call that fails, from 1; 0: all of them
 //   TAGRID_FAULT_KIND     a number: that errno. "short": a read or write is of fewer bytes than it could be.
 //                         "EINTR": the call is interrupted once, as by a signal; the next one is not.
-//                         "SIGKILL", "SIGTERM", "SIGINT": the signal comes just before the call
+//                         "SIGKILL", "SIGTERM", "SIGINT", "SIGSTOP": the signal comes just before the call
 //   TAGRID_FAULT_LASTING  if set: later calls of the same name fail too, as on a disk that stays full
 //
 //   TAGRID_FAULT_THREAD   number, from 1, of the first thread that cannot be made, nor any after it; no folder
@@ -30,6 +30,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -56,7 +57,9 @@ struct Plan {
     is_short = kind == "short";
     interrupts = kind == "EINTR";
     error = interrupts ? EINTR : std::atoi(kind.c_str());
-    signal = kind == "SIGKILL" ? SIGKILL : kind == "SIGTERM" ? SIGTERM : kind == "SIGINT" ? SIGINT : 0;
+    for (const auto& [name, number] :
+         {std::pair("SIGKILL", SIGKILL), {"SIGTERM", SIGTERM}, {"SIGINT", SIGINT}, {"SIGSTOP", SIGSTOP}})
+      if (kind == name) signal = number;
     // This function's own calls bypass the functions below.
     if (const char* value = setting("TAGRID_FAULT_LOG"))
       log = static_cast<int>(

@@ -71,6 +71,8 @@ struct ConvertCommand {
       make_output_dir();
     else if (!status_of(options.output_dir))
       throw WorldError(options.output_dir + ": does not exist; nothing has been converted to it yet");
+    if (!is_folder(options.output_dir))
+      throw UsageError(options.output_dir + ": is not a folder; give the folder for the outputs");
     LineFile results(options.output_dir + "/" + results_name(part));
     const std::vector<ManifestLine> own = lines_of(part, lines);
     if (!remove_verified) remove_abandoned_of(own);

@@ -158,7 +158,15 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
           "them again");
   }
   make_own_folders(options_.output_dir, line.output);
-  encode(volume, replace, record);
+  try {
+    encode(volume, replace, record);
+  } catch (const UsageError& error) {
+    const bool appeared = error.detail().problem == Problem::output_exists;
+    if (!appeared || replace || !is_regular_output(volume.output)) throw;
+    adopt(volume, was_removed, record);
+    if (!options_.run.quiet)
+      say_line(volume.output + ": another run has made it in the meantime; it was compared with its volume");
+  }
 }
 
 void EncodingPass::encode(const Volume& volume, bool overwrite, ordered_json& record) const {

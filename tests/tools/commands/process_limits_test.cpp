@@ -1,5 +1,7 @@
 // Limits that a shell or a batch system sets: exit code 74, the file, the reason, and nothing left behind.
 
+#include <unistd.h>
+
 #include "tests/support/command_line.h"
 
 namespace tagrid {
@@ -63,6 +65,37 @@ TEST_F(ProcessLimits, TooFewOpenFilesAreAnErrorAndTheAdviceHelps) {
     EXPECT_LT(failed, 16) << "not even with many";
     std::filesystem::remove(path(name));
   }
+}
+
+// Root has no limit on processes.
+TEST_F(ProcessLimits, TooManyProcessesAreAnErrorAndTheAdviceHelps) {
+  make_tag();
+  const std::string as_other =
+      geteuid() == 0 ? "setpriv --reuid=54321 --regid=54321 --clear-groups --no-new-privs " : "";
+  if (geteuid() == 0 && script("chmod 777 . && " + as_other + "test -x $TAGRID").code != 0)
+    GTEST_SKIP() << "there is no setpriv, or another user cannot run the program";
+  const std::vector<std::string> before = names();
+  const auto decode = [&](const std::string& limit) {
+    return script(as_other + "bash -c 'ulimit -S -u " + limit +
+                  "; exec \"$0\" decode volume.tag -T1 -qo new.h5' $TAGRID");
+  };
+  expect_error(decode("1"), world,
+               "tagrid-write-hdf5: cannot start a process for it, as there are too many; raise");
+  EXPECT_EQ(names(), before);
+  expect_ok(decode("unlimited"));
+}
+
+TEST_F(ProcessLimits, AFileSystemThatIsReadOnlyIsAnErrorThatSaysSo) {
+  make_tag();
+  if (script("unshare -m bash -c 'mkdir ro && mount --bind ro ro && mount -o remount,bind,ro ro'").code != 0)
+    GTEST_SKIP() << "this user cannot mount";
+  for (const auto& [words, name] : outputs) {
+    SCOPED_TRACE(name);
+    expect_error(script("unshare -m bash -c 'mount --bind ro ro && mount -o remount,bind,ro ro && exec $0 " +
+                        std::string(words) + " -q -o ro/" + name + "' $TAGRID"),
+                 world, "Read-only file system; choose another folder");
+  }
+  EXPECT_EQ(script("ls -A ro").out, "");
 }
 
 }  // namespace

@@ -140,6 +140,60 @@ TEST_P(ConvertFault, WhileOriginalsAreRemovedLosesNothing) {
       });
 }
 
+/// A run that stops before or after it has created the temporary file of out/a.tag, and goes on after `meanwhile`.
+class ConvertAtOnce : public Conversions<FailingDisk>, public testing::WithParamInterface<bool> {
+ protected:
+  Ending convert_around(const std::string& meanwhile) const {
+    std::filesystem::remove_all(path("out"));
+    Ending good;
+    const std::vector<Call> calls = calls_of({"", with(command_, {"--skip-done"})}, good);
+    std::size_t at = 0;
+    while (calls.at(at).path.find(".a.tag.part") == std::string::npos) ++at;
+    std::filesystem::remove_all(path("out"));
+    return script("LD_PRELOAD=" TAGRID_FAULT_INJECTION
+                  " ASAN_OPTIONS=verify_asan_link_order=0 TAGRID_FAULT_FOLDER=$PWD TAGRID_FAULT_KIND=SIGSTOP "
+                  "TAGRID_FAULT_AT=" +
+                  std::to_string(GetParam() ? at + 2 : at) +
+                  " $TAGRID convert --manifest list.tsv --output-dir out --skip-done -v & first=$!\n"
+                  "until grep -q '^State:.T' /proc/$first/status; do sleep 0.01; done\n" +
+                  meanwhile + "; kill -CONT $first; wait $first");
+  }
+  /// Runs that share a file of records wait for each other.
+  const std::string other_run_ = "$TAGRID convert --manifest list.tsv --output-dir out --shard 0/1 -q";
+};
+
+TEST_P(ConvertAtOnce, TheLaterOfTwoRunsTakesWhatTheOtherMade) {
+  volumes(2);
+  const Ending later = convert_around(other_run_);
+  EXPECT_EQ(later.code, 0) << later.err;
+  EXPECT_NE(
+      later.err.find("out/a.tag: another run has made it in the meantime; it was compared with its volume\n"),
+      std::string::npos)
+      << later.err;
+  EXPECT_EQ(outputs(), (std::vector<std::string>{"a.tag", "b.tag"}));
+  EXPECT_EQ(statuses(2, "out/results-0-of-1.jsonl"), "a ok, b ok");
+  EXPECT_EQ(statuses(), "a ok, b ok");
+  for (const Json& record : records())
+    EXPECT_EQ(record["output_xxh3"], checksum(content("out/" + record["output"].get<std::string>())))
+        << record;
+  expect_ok(convert({"--remove-verified"}));
+  EXPECT_FALSE(exists("a.nrrd"));
+}
+
+TEST_P(ConvertAtOnce, AnotherFileOfTheNameIsNoResult) {
+  volumes(1);
+  for (const std::string& meanwhile : {other_run_ + " --max-error 9", std::string("echo else > out/a.tag")}) {
+    SCOPED_TRACE(meanwhile);
+    expect_failed(convert_around(meanwhile), "out/a.tag: already exists, and is not known to be made from");
+    EXPECT_EQ(outputs(), (std::vector<std::string>{"a.tag"}));
+    EXPECT_EQ(last()["status"], "failed");
+    EXPECT_TRUE(exists("a.nrrd"));
+  }
+  EXPECT_EQ(content("out/a.tag"), "else\n");
+}
+
+INSTANTIATE_TEST_SUITE_P(WithTheTemporaryFile, ConvertAtOnce, testing::Bool());
+
 INSTANTIATE_TEST_SUITE_P(By, ConvertFault,
                          testing::Values(Fault{"Kill", "SIGKILL", false, SIGKILL},
                                          Fault{"Term", "SIGTERM", false, SIGTERM},

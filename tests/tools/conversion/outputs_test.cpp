@@ -139,6 +139,14 @@ TEST_F(ConvertOutputs, AFileInThePlaceOfAFolderFailsThatVolumeAlone) {
   EXPECT_EQ(content("out/x"), "precious\n");
 }
 
+TEST_F(ConvertOutputs, AFileIsNoFolderForOutputs) {
+  volumes(1);
+  file("out", "precious");
+  for (const Arguments& more : {Arguments{}, Arguments{"-f"}, Arguments{"--remove-verified"}})
+    expect_error(convert(more), usage, "out: is not a folder; give the folder for the outputs");
+  EXPECT_EQ(content("out"), "precious");
+}
+
 TEST_F(ConvertOutputs, AFolderThatCannotBeMadeFailsThatVolumeAlone) {
   volumes(2);
   file("list.tsv", "a.nrrd\toutput=" + std::string(300, 'x') + "/a\nb.nrrd\toutput=y/b\n");

@@ -105,10 +105,9 @@ class Slurm(unittest.TestCase):
         self.assertEqual(job.restarts(), 0)
 
     def test_two_arrays_at_once_convert_one_list(self):
-        for job in [self.array(2), self.array(3)]:
-            job.finish()
+        for job, tasks in [(self.array(2), 2), (self.array(3), 3)]:
+            self.assertEqual(job.finish(), ["0:0"] * tasks, job.output())
         self.expect_all_volumes()
-        # What both did at the same time failed in one of them, and is done.
         job = self.array(3)
         self.assertEqual(job.finish(), ["0:0"] * 3, job.output())
         for shard in range(3):

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/samples/stored_bits.h"
 #include "tools/readers/dicom/decoder.h"
@@ -221,7 +222,7 @@ class DicomVolume final : public ServedVolume {
   /// The same of a slice that may have to be decoded first.
   bool fits_now(std::size_t z) {
     if (!fits_[z]) {
-      std::vector<std::byte> samples(*sample_bytes({dims.x, dims.y, 1}, type));
+      std::vector<std::byte> samples(memory_size(*sample_bytes({dims.x, dims.y, 1}, type)));
       read_slice(static_cast<std::int64_t>(z), samples.data());
       say_working();
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/bytes/little_endian.h"
+#include "io/bytes/memory_size.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "tools/readers/dicom/code_stream.h"
@@ -38,7 +39,7 @@ class Bytes {
   std::uint64_t size() const { return file_.size(); }
   std::string at(std::uint64_t position, std::uint64_t count) const {
     if (position > size() || count > size() - position) throw NoPlainForm{"it ends too soon"};
-    std::string bytes(count, '\0');
+    std::string bytes(memory_size(count), '\0');
     file_.read_at(position, std::as_writable_bytes(std::span(bytes)));
     return bytes;
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
 #include "io/files/text.h"
@@ -88,7 +89,7 @@ class Hdf5Volume final : public ServedVolume {
     const std::int64_t first = z / slab_ * slab_;
     if (first != first_ || slices_.empty()) {
       const std::int64_t count = std::min(slab_, dims.z - first);
-      slices_.resize(static_cast<std::size_t>(count) * bytes);
+      slices_.resize(memory_size(static_cast<std::uint64_t>(count) * bytes));
       first_ = -1;
       if (is_zeroed_) std::ranges::fill(slices_, std::byte{0});
       read_slab(first, count);

@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "io/bytes/memory_size.h"
+
 namespace tagrid {
 namespace {
 
@@ -42,7 +44,7 @@ TiffDirectories::TiffDirectories(const std::string& path) : file_(path) {
 
 std::string TiffDirectories::bytes(std::uint64_t position, std::uint64_t count) const {
   if (position > size() || count > size() - position) throw NoPlainTiff{"a field lies beyond its end"};
-  std::string bytes(count, '\0');
+  std::string bytes(memory_size(count), '\0');
   file_.read_at(position, std::as_writable_bytes(std::span(bytes)));
   return bytes;
 }

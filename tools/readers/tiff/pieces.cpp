@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "io/bytes/memory_size.h"
 #include "tools/readers/tiff/directories.h"
 #include "tools/readers/tiff/libtiff.h"
 #include "tools/readers/tiff/packed_samples.h"
@@ -132,7 +133,7 @@ void TiffFile::read_strips(const TiffPage& page, std::byte* out) {
   TIFF* tiff = tiff_.get();
   const std::uint32_t strips = TIFFNumberOfStrips(tiff);
   const std::uint64_t row = page.row_in_file();
-  std::vector<std::byte> packed(page.packed_bits != 0 ? TIFFStripSize64(tiff) : 0);
+  std::vector<std::byte> packed(page.packed_bits != 0 ? memory_size(TIFFStripSize64(tiff)) : 0);
   std::uint64_t left = row * page.height;
   for (std::uint32_t strip = 0; strip < strips && left > 0; ++strip) {
     const std::uint64_t wanted =
@@ -169,7 +170,7 @@ void TiffFile::read_tiles(const TiffPage& page, std::byte* out) {
       page.packed_bits == 0 ? std::uint64_t{width} * sample
                             : (std::uint64_t{width} * static_cast<std::uint64_t>(page.packed_bits) + 7) / 8;
   if (width == 0 || height == 0 || TIFFTileSize64(tiff) != tile_row * height) fail("its tiles have no size");
-  std::vector<std::byte> tile(TIFFTileSize64(tiff));
+  std::vector<std::byte> tile(memory_size(TIFFTileSize64(tiff)));
   for (std::uint32_t y = 0; y < page.height; y += std::min(height, page.height - y))
     for (std::uint32_t x = 0; x < page.width; x += std::min(width, page.width - x)) {
       const std::uint32_t number = TIFFComputeTile(tiff, x, y, 0, 0);

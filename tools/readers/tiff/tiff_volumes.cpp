@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "io/bytes/memory_size.h"
 #include "io/files/errors.h"
 #include "io/files/file_bytes.h"
 #include "io/files/text.h"
@@ -57,7 +58,7 @@ std::vector<TiffPage> pages_of_stack(const TiffFile& file, std::vector<TiffPage>
     remarks.warn(
         fmt::format("{} description says {} images, but there are bytes for {}; only the first {} are read",
                     who, count, room, count));
-  pages.resize(count, first);
+  pages.resize(memory_size(count), first);
   for (std::size_t i = 1; i < count; ++i) pages[i].plain = *first.plain + i * first.bytes();
   return pages;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/bytes/memory_size.h"
 #include "stages/grid/box.h"
 #include "tools/vdb/openvdb_library.h"
 
@@ -45,7 +46,7 @@ class GridSlices {
   void read_layer(std::int64_t z) {
     const Index3 size = box_.size();
     layer_ = INT64_MIN;
-    samples_.resize(static_cast<std::size_t>(edge * size.x * size.y));
+    samples_.resize(memory_size(static_cast<std::uint64_t>(edge * size.x * size.y)));
     // Not by an accessor: that reads the values of leaves into the tree.
     const auto& tree = grid_->tree();
     for (std::int64_t y = box_.low.y & -edge; y <= box_.high.y; y += edge)
