@@ -4,10 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "io/formats/formats.h"
@@ -72,26 +70,5 @@ struct DecodeResult {
 };
 
 using FinishedDecode = Finished<DecodeResult>;
-
-/// Creates the output of `run`, a volume whose samples are described by `info`, and which has `numbers`.
-/// `others_write`: see SinkOptions.
-std::shared_ptr<VolumeSink> open_output(const DecodeRun& run, const VolumeInfo& info,
-                                        const WrittenNumbers& numbers, const CodingParameters& parameters,
-                                        bool others_write = false);
-
-/// Opens the output, and returns plan(bytes), where `bytes` is the memory of the program that writes it. Such
-/// a program says that only when its output is open. Without one, the plan comes first: if it is refused,
-/// nothing was written to a pipe.
-template <class Plan>
-auto open_planned(const DecodeRun& run, const VolumeInfo& info, const WrittenNumbers& numbers,
-                  const CodingParameters& parameters, bool others_write, Plan plan) {
-  using Opened = std::pair<std::shared_ptr<VolumeSink>, decltype(plan(std::uint64_t{0}))>;
-  if (run.format.writer.empty()) {
-    const auto planned = plan(std::uint64_t{0});
-    return Opened{open_output(run, info, numbers, parameters, others_write), planned};
-  }
-  const auto sink = open_output(run, info, numbers, parameters, others_write);
-  return Opened{sink, plan(sink->memory())};
-}
 
 }  // namespace tagrid

@@ -22,15 +22,4 @@ struct WriterProgram {
 /// Throws UsageError if the machine does not have the memory that the program needs, and there is no other limit.
 void require_memory_of_writer(const WriterProgram& writer, std::uint64_t bytes, const Resources& resources);
 
-/// Returns plan(). If that throws MemoryLimit, and `bytes` of it are for a program, the error says so.
-template <class Plan>
-auto plan_with_writer(const WriterProgram& writer, std::uint64_t bytes, Plan plan) {
-  try {
-    return plan();
-  } catch (const MemoryLimit& limit) {
-    if (bytes == 0) throw;
-    throw_for_writer(limit, writer, bytes);
-  }
-}
-
 }  // namespace tagrid

@@ -40,13 +40,15 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   // What a program takes in the end counts, too: freed memory may stay with the process.
   const std::uint64_t bytes = MeshBuilder::working_bytes(parameters, positions) + format.memory_of_writer;
   // Checked before anything is written.
-  plan_with_writer({format.writer}, format.memory_of_writer, [&] {
+  try {
     if (options.coarsen)
       check_coarsened_mesh(parameters, bytes, run.resources);
     else
       input.check_memory(positions, bytes, run.resources);
-    return 0;
-  });
+  } catch (const MemoryLimit& limit) {
+    if (format.memory_of_writer == 0) throw;
+    throw_for_writer(limit, {format.writer}, format.memory_of_writer);
+  }
 
   const std::shared_ptr<MeshFile> file = format.create(run.output, parameters.type, options.overwrite);
   file->set_notes(notes_of(input.header()));

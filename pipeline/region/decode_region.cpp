@@ -17,9 +17,9 @@
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
 #include "io/tag/whole_bricks.h"
+#include "pipeline/decode/decode_output.h"
 #include "pipeline/decode/value_range.h"
 #include "pipeline/memory/of_bricks.h"
-#include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/within.h"
 #include "stages/volume/values.h"
 
@@ -232,6 +232,15 @@ RegionPlan plan_region(const Region& region, const CodingParameters& p, const Wr
                     *resources.memory, plan.memory, {});
 }
 
+RegionPlan plan_for(DecodeOutput& output, const Region& region, const CodingParameters& parameters,
+                    const WrittenNumbers& numbers, const Resources& resources) {
+  try {
+    return plan_region(region, parameters, numbers, resources, output.any_order(), output.memory());
+  } catch (const MemoryLimit& limit) {
+    output.refuse(limit);
+  }
+}
+
 }  // namespace
 
 Region region_of(const WantedRegion& wanted, const CodingParameters& parameters) {
@@ -270,16 +279,9 @@ FinishedDecode decode_region(const DecodeRun& run, const Resources& resources) {
   const VolumeInfo of_samples = info_of(blocks->header(), region), info = numbers.info(of_samples);
   if (run.fill && !is_value_of(info.type, *run.fill))
     throw UsageError(fmt::format("a fill of {}: is not a value of type {}", *run.fill, name_of(info.type)));
-  const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
-  const auto [sink, plan] =
-      open_planned(run, of_samples, numbers, parameters, false, [&](std::uint64_t of_writer) {
-        return plan_with_writer(writer, of_writer, [&] {
-          return plan_region(region, parameters, numbers, resources, any_order,
-                             run.format.memory(info) + of_writer);
-        });
-      });
-  require_memory_of_writer(writer, sink->memory(), resources);
+  DecodeOutput output(run, of_samples, numbers, parameters);
+  const RegionPlan plan = plan_for(output, region, parameters, numbers, resources);
+  const std::shared_ptr<VolumeSink> sink = output.begin();
 
   const BrickGrid bricks = parameters.bricks();
   const Watch watch = watch_for(run.progress, sample_bytes(info.dims, info.type).value());

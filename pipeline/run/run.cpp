@@ -8,9 +8,9 @@
 #include "io/formats/open_volume.h"
 #include "io/tag/bricks.h"
 #include "io/tag/file.h"
+#include "pipeline/decode/decode_output.h"
 #include "pipeline/decode/row_decoder.h"
 #include "pipeline/decode/row_output.h"
-#include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/decode_parts.h"
 #include "pipeline/parts/parts_store.h"
@@ -29,16 +29,21 @@ bool parts_are_possible(const std::string& input, const std::string& output) {
   return is_file_or_folder(input) && is_regular_output(output);
 }
 
-DecodePlan plan_of(const DecodeRun& run, const CodingParameters& parameters, const VolumeInfo& info,
-                   const WrittenNumbers& numbers, std::uint64_t of_writer, const Resources& resources) {
-  const bool any_order = run.format.any_order && is_regular_output(run.output);
-  const WriterProgram writer{run.format.writer, run.format.writer_keeps_volume};
-  const DecodePlan plan = plan_with_writer(writer, of_writer, [&] {
-    return plan_decoding(parameters, resources, any_order ? DecodeUse::write : DecodeUse::stream,
-                         run.format.memory(info) + of_writer, numbers.value_bytes());
-  });
-  require_memory_of_writer(writer, of_writer, resources);
-  return plan;
+DecodePlan plan_of(DecodeOutput& output, const CodingParameters& parameters, const WrittenNumbers& numbers,
+                   const Resources& resources) {
+  try {
+    return plan_decoding(parameters, resources, output.any_order() ? DecodeUse::write : DecodeUse::stream,
+                         output.memory(), numbers.value_bytes());
+  } catch (const MemoryLimit& limit) {
+    output.refuse(limit);
+  }
+}
+
+// Of a run whose samples were written.
+DecodeResult result_of(TagHeader header, TagIndex index, std::uint64_t bytes_in, const DecodePlan& plan,
+                       const VolumeSink& sink, const WrittenNumbers& numbers) {
+  return {std::move(header), std::move(index), bytes_in,        sink.bytes_written(),
+          plan.memory,       sink.facts(),     sink.warnings(), numbers};
 }
 
 /// The index is at the end of a file. It is read only where something depends on it.
@@ -54,19 +59,17 @@ FinishedDecode decode_at_once(const DecodeRun& run, const Resources& resources) 
   const CodingParameters& parameters = reader.parameters();
   const WrittenNumbers numbers = numbers_of_stream(run, reader.header());
   const VolumeInfo info = volume_info_of(reader.header());
-  const auto [sink, plan] = open_planned(run, info, numbers, parameters, false, [&](std::uint64_t of_writer) {
-    return plan_of(run, parameters, info, numbers, of_writer, resources);
-  });
-  RowOutput output(*sink, plan.spooled ? resources.spool : "", run.output);
+  DecodeOutput output(run, info, numbers, parameters);
+  const DecodePlan plan = plan_of(output, parameters, numbers, resources);
+  const std::shared_ptr<VolumeSink> sink = output.begin();
+  RowOutput rows_out(*sink, plan.spooled ? resources.spool : "", run.output);
   RowDecoder decoder(parameters, plan.budget, numbers);
   reader.stop_when(decoder.failed());
   decoder.decode(
       BrickRows::all(parameters.bricks()), reader.bricks(),
-      [&](const DecodedRows& rows) { output.write(rows); },
+      [&](const DecodedRows& rows) { rows_out.write(rows); },
       watch_for(run.progress, sample_bytes(parameters.dims, numbers.type(parameters.type)).value()));
-  return {{reader.header(), reader.index(), reader.sizes().file, sink->bytes_written(), plan.memory,
-           sink->facts(), sink->warnings(), numbers},
-          sink};
+  return {result_of(reader.header(), reader.index(), reader.sizes().file, plan, *sink, numbers), sink};
 }
 
 FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resources& resources) {
@@ -74,16 +77,15 @@ FinishedDecode decode_to_parts(Ranks& ranks, const DecodeRun& run, const Resourc
   const CodingParameters& parameters = file.header.parameters;
   const VolumeInfo info = volume_info_of(file.header);
   const WrittenNumbers numbers = written_numbers(run.format, run.numbers, file.header, &file.index);
-  const auto [sink, plan] = open_planned(run, info, numbers, parameters, true, [&](std::uint64_t of_writer) {
-    return plan_of(run, parameters, info, numbers, of_writer, resources);
-  });
+  DecodeOutput output(run, info, numbers, parameters, true);
+  const DecodePlan plan = plan_of(output, parameters, numbers, resources);
+  const std::shared_ptr<VolumeSink> sink = output.begin();
   const VolumeSink::Place place = sink->place();
   const DecodeOrder order{run.input, place.file, place.name, place.start, numbers, run.resources};
   send_order(ranks, order);
   decode_parts(ranks, order, run.progress);
   sink->samples_were_placed();
-  return {{std::move(file.header), std::move(file.index), file.sizes.file, sink->bytes_written(), plan.memory,
-           sink->facts(), sink->warnings(), numbers},
+  return {result_of(std::move(file.header), std::move(file.index), file.sizes.file, plan, *sink, numbers),
           sink};
 }
 

@@ -1,0 +1,43 @@
+// The output of a decoding: first its memory, which the plan needs, then its samples.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "pipeline/decode/decode_run.h"
+#include "pipeline/memory/of_writer.h"
+#include "stages/volume/coding_parameters.h"
+
+namespace tagrid {
+
+/// An output that is opened as late as possible: if a plan is refused, nothing was written to a pipe. If a
+/// program writes the format, it is opened to learn how much memory that program needs.
+class DecodeOutput {
+ public:
+  /// A volume whose samples are described by `of_samples`, and which has `numbers`. `others_write`: see
+  /// SinkOptions. All arguments must outlive this.
+  DecodeOutput(const DecodeRun& run, const VolumeInfo& of_samples, const WrittenNumbers& numbers,
+               const CodingParameters& parameters, bool others_write = false);
+
+  /// Bytes of memory that writing takes, in this process and in the program.
+  std::uint64_t memory();
+  /// Samples can be written in any order.
+  bool any_order() const;
+  /// Throws a limit that a plan cannot keep, as a UsageError that says how much of it is for the program.
+  [[noreturn]] void refuse(const MemoryLimit& limit);
+  /// Opens the output. Throws UsageError if the machine does not have the memory that the program needs, and
+  /// there is no other limit.
+  std::shared_ptr<VolumeSink> begin();
+
+ private:
+  WriterProgram program() const;
+  std::uint64_t memory_of_program();
+  void open();
+
+  const DecodeRun& run_;
+  VolumeInfo info_;
+  WriteOptions options_;
+  std::shared_ptr<VolumeSink> sink_;
+};
+
+}  // namespace tagrid
