@@ -566,8 +566,17 @@ class Dicom(ReaderTest):
         (self.folder / "s" / "readme").symlink_to("lost")  # plainly something else
         self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
         (self.folder / "s" / "i006.dcm").unlink()
-        (self.folder / "s" / "i006.dcm").symlink_to("/nowhere/i006.dcm")
-        self.assert_refused(65, "i006.dcm (is a link that leads nowhere)", "encode", "s")
+        for target in ("/nowhere/i006.dcm", "i006.dcm"):
+            (self.folder / "s" / "i006.dcm").symlink_to(target)
+            self.assert_refused(65, "i006.dcm (is a link that leads nowhere)", "encode", "s")
+            (self.folder / "s" / "i006.dcm").unlink()
+
+    def test_a_link_that_leads_in_a_circle_is_none_of_the_slices(self):
+        truth = volume()
+        self.write_series(truth)
+        (self.folder / "s" / "a").symlink_to("a")  # comes before all slices
+        self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
+        self.assertIn("warning: s: 1 file without an image of DICOM: a\n", self.messages)
 
     def test_files_that_are_no_images_are_named_once(self):
         truth = volume()
