@@ -30,7 +30,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
 }
 
 std::optional<double> number_of(std::string_view text) {
-  if (text.starts_with("+")) text.remove_prefix(1);
+  if (text.starts_with("+") && !text.starts_with("+-")) text.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
