@@ -146,6 +146,13 @@ void print_geometry(const TagHeader& header, const Line& line) {
   if (!g.space.empty()) line("space", printable(g.space));
 }
 
+/// How values follow from samples: "2 * sample + -1024 HU". What the source does not say is "".
+std::string values_text(const std::string& slope, const std::string& intercept, const std::string& units) {
+  std::string text = slope.empty() ? "sample" : slope + " * sample";
+  if (!intercept.empty()) text += " + " + intercept;
+  return units.empty() ? text : text + " " + units;
+}
+
 /// What people should know of the source: what samples mean, whose they are, and that there is more.
 void print_source(const TagHeader& header, const Line& line) {
   const auto listed = key_values_of(header.nrrd_fields);
@@ -156,9 +163,8 @@ void print_source(const TagHeader& header, const Line& line) {
   };
   if (has_slopes_of_slices(header.nrrd_fields))
     line("values", "of a slope and intercept for each slice; --json has them");
-  else if (pairs.contains("rescale_slope"))
-    line("values", fmt::format("{} * sample + {} {}", text("rescale_slope"), text("rescale_intercept"),
-                               text("rescale_units")));
+  else if (pairs.contains("rescale_slope") || pairs.contains("rescale_intercept"))
+    line("values", values_text(text("rescale_slope"), text("rescale_intercept"), text("rescale_units")));
   if (pairs.contains("slice_positions")) line("slices", "at unequal distances; --json has their positions");
   if (pairs.contains("dicom_PatientName"))
     line("patient", fmt::format("{} ({})", text("dicom_PatientName"), text("dicom_PatientID")));
