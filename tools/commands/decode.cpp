@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "io/files/file_attributes.h"
+#include "io/files/printable.h"
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
 #include "io/nrrd/geometry.h"
@@ -18,7 +19,6 @@
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
 #include "tools/report/damage.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"

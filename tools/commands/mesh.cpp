@@ -6,11 +6,11 @@
 
 #include <cmath>
 
+#include "io/files/printable.h"
 #include "io/nrrd/rescale.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/wanted_region.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "io/envelope/envelope.h"
+#include "io/files/printable.h"
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
@@ -15,7 +16,6 @@
 #include "io/nrrd/slice_positions.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
