@@ -170,6 +170,18 @@ class Nrrd(ReaderTest):
         self.assertNotEqual(run.returncode, 0)
         self.assertTrue((self.folder / "a.nrrd").exists())
 
+    def test_segments_of_slicer_are_labels_and_said_once(self):
+        truth = volume() % 3
+        header = "Segment{0}_ID:=Segment_{0}\nSegment{0}_LabelValue:={1}\n"
+        self.write("a.seg.nrrd", truth, header.format(0, 1) + header.format(12, 2))
+        self.assert_same(self.encoded("a.seg.nrrd")[0], truth)
+        self.assertEqual(self.messages.count("says that samples are labels"), 1)
+        self.assertIn("Segment0_LabelValue", self.messages)
+        self.assert_refused(64, "says that samples are labels", "encode", "a.seg.nrrd", "-f", "--max-error", "1", "--rm")
+        self.write("a.nrrd", truth, "SegmentX_LabelValue:=1\nSegment_LabelValue:=1\nSegment0_Name:=LabelValue\n")
+        self.assert_same(self.encoded("a.nrrd")[0], truth)
+        self.assertNotIn("labels", self.messages)
+
     def test_slopes_that_do_not_fit_the_slices_allow_no_bound(self):
         truth = volume()
         for pairs in ("slice_slopes:=1 2 3\n", "slice_slopes:=1 2 x 3 4\n", "slice_slopes:=1 2 3 4 5\nslice_intercepts:=0 0\n"):
