@@ -189,7 +189,7 @@ class Lost(ReaderTest):
                 self.assertEqual(self.decode(name), "")
         self.encode('spacings: 0.5 0.25 3\nunits: "furlong" "furlong" "furlong"\n')
         self.assertIn('does not know the unit "furlong"', self.decode("b.nii"))
-        self.assertIn('lengths are in "furlong", which is no known unit', self.decode("b.mha"))
+        self.assertIn('MetaImage does not know the unit "furlong"', self.decode("b.mha"))
         # A MetaImage file said this to others before.
         (self.folder / "m.mha").write_bytes(b"NDims = 3\nDistanceUnits = um\nElementSpacing = 0.5 0.25 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
                                             b"ElementDataFile = LOCAL\n12345678")
