@@ -14,6 +14,7 @@
 #include "io/nrrd/line.h"
 #include "io/nrrd/rescale.h"
 #include "io/nrrd/slice_positions.h"
+#include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/process.h"
@@ -180,7 +181,7 @@ std::uint64_t voxels(const TagHeader& header) {
 bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
 
 std::string coordinates_text(const TagHeader& header) {
-  const Geometry g = geometry_of(header.nrrd_fields);
+  const Geometry g = in_one_unit(geometry_of(header.nrrd_fields));
   const auto& units = g.units;
   std::string text = g.space.empty() ? "space unknown" : "space " + printable(g.space);
   if (!g.has_spacing) return text + ", in samples";
