@@ -109,6 +109,15 @@ class Dicom(ReaderTest):
         self.assert_same(samples, (truth[::-1] - 1024).astype("int16"))
         self.assertEqual(info["geometry"]["origin"][2], -10 - 6 * 1.5)
 
+    def test_spacings_that_are_rounded_differently_are_one(self):
+        truth = volume()
+        self.write_series(truth, step=(0, 0, 1))
+        for z, spacing in ((2, [0.50000005, 0.25]), (3, [0.5, 0.24999998])):
+            self.save(f"s/i{z:03}.dcm", data_set(truth[z], instance=f"1.2.3.{z + 1}", number=z + 1, position=(-10, -10, -10 + z), PixelSpacing=spacing))
+        samples, info = self.encoded("s")
+        self.assert_same(samples, (truth - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 1])
+
     def test_a_tilted_gantry_shears_and_does_not_resample(self):
         truth = volume()
         samples, info = self.encoded(self.write_series(truth, step=(0, 0.4, 1.5)))
