@@ -4,6 +4,7 @@
 """
 
 import bz2
+import gzip
 import shutil
 import subprocess
 import unittest
@@ -178,6 +179,9 @@ class Nrrd(ReaderTest):
         self.assertEqual(self.messages.count("says that samples are labels"), 1)
         self.assertIn("Segment0_LabelValue", self.messages)
         self.assert_refused(64, "says that samples are labels", "encode", "a.seg.nrrd", "-f", "--max-error", "1", "--rm")
+        self.write("z.seg.nrrd", truth, header.format(0, 1), "gzip", gzip.compress(truth.tobytes()))  # the weaker reason is that it is compressed
+        self.assert_refused(64, "says that samples are labels", "encode", "z.seg.nrrd", "-f", "--max-error", "1", "--rm")
+        self.assert_refused(64, "its samples are compressed", "encode", "z.seg.nrrd", "-f", "--rm")
         self.write("a.nrrd", truth, "SegmentX_LabelValue:=1\nSegment_LabelValue:=1\nSegment0_Name:=LabelValue\n")
         self.assert_same(self.encoded("a.nrrd")[0], truth)
         self.assertNotIn("labels", self.messages)

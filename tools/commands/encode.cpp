@@ -101,7 +101,7 @@ struct EncodeCommand {
 
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
-    auto files = removable_volume(input, asked.source, path, !asked.options.strip, advice);
+    auto files = removable_volume(input, asked.source, path, advice);
     const auto volume = open_volume(input, asked.source);
     const EncodeOptions options = for_samples(asked.options, volume->facts()).options;
     const double max_error = parameters_but_scale(options, volume->info()).max_error;
@@ -109,6 +109,7 @@ struct EncodeCommand {
         input,
         {max_error, volume->facts().headerless, trust_description, why_not_understood(volume->facts())},
         advice);
+    require_files_come_back(input, volume->facts(), !asked.options.strip, advice);
     return files;
   }
 
