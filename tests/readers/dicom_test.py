@@ -532,6 +532,10 @@ class Dicom(ReaderTest):
         self.assert_refused(65, "head.dcm: ", "encode", "head.dcm")
         self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
         self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm", "--strip")
+        with open(self.folder / "a.dcm") as file:
+            run = subprocess.run([other_readers.PROGRAM, "encode", f"/dev/fd/{file.fileno()}", "-o", "x.tag"], cwd=self.folder, text=True,
+                                 capture_output=True, pass_fds=[file.fileno()])
+        self.assertEqual((run.returncode, "give the name of the file itself" in run.stderr), (64, True), run.stderr)
         (self.folder / "empty").mkdir()
         self.assert_refused(65, "no DICOM image", "encode", "empty", "--from", "dicom")
 
