@@ -51,6 +51,12 @@ bool begins_jpeg2000(std::string_view b) {
   return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
 }
 
+bool begins_hdf5(std::string_view b) {
+  constexpr std::string_view magic = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t user_block = 512;  // that of MATLAB
+  return b.starts_with(magic) || (b.size() > user_block && b.substr(user_block).starts_with(magic));
+}
+
 std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
   std::vector<std::string> lost = lost_in_image_data(info);
   // Seen with the library: it overruns its memory for the first, and forgets to use the second.
@@ -226,8 +232,8 @@ std::vector<Format> all_formats() {
        .extensions = {".h5", ".hdf5"},
        .help = "HDF5",
        .what = "an HDF5 file",
-       .peek = 8,
-       .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
+       .peek = 512 + 8,
+       .is_mine = begins_hdf5,
        .reader = "hdf5",
        .writer = "hdf5",
        .applies_rescale = true,
