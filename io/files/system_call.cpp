@@ -13,7 +13,7 @@ namespace {
 
 std::optional<struct stat> found(int result, const struct stat& status, const std::string& path) {
   if (result == 0) return status;
-  if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+  if (errno == ENOENT || errno == ENOTDIR || errno == ELOOP) return std::nullopt;
   throw world_error("cannot get its status", path, errno);
 }
 

@@ -32,8 +32,8 @@ bool lock_now(int descriptor);
 /// The folder of a path: "." if the path names none.
 std::string folder_of(const std::string& path);
 
-/// The status of a file; nothing if it does not exist. Throws WorldError if that cannot be found out: a name
-/// that cannot be checked must not be taken to be free.
+/// The status of a file; nothing if there is none, or if links lead nowhere or in a circle. Throws WorldError
+/// if that cannot be found out: a name that cannot be checked must not be taken to be free.
 std::optional<struct stat> status_of(const std::string& path);
 /// The same for a name, even if it is a symbolic link.
 std::optional<struct stat> status_of_name(const std::string& path);

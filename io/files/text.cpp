@@ -1,7 +1,11 @@
 #include "io/files/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
+
+#include "io/files/printable.h"
 
 namespace tagrid {
 
@@ -30,7 +34,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
 }
 
 std::optional<double> number_of(std::string_view text) {
-  if (text.starts_with("+")) text.remove_prefix(1);
+  if (text.starts_with("+") && !text.starts_with("+-")) text.remove_prefix(1);
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
@@ -45,9 +49,11 @@ std::optional<std::int64_t> whole_number_of(std::string_view text) {
 }
 
 std::string quoted(std::string_view text) {
-  std::string result = "\"";
-  for (char c : text.substr(0, 60)) result += c >= 32 && c < 127 ? c : '?';
-  return result + (text.size() > 60 ? "...\"" : "\"");
+  constexpr std::size_t longest = 60;
+  std::size_t end = std::min(text.size(), longest);
+  const auto is_within_character = [&] { return (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80; };
+  for (int i = 0; i < 3 && end < text.size() && is_within_character(); ++i) --end;
+  return fmt::format("\"{}{}\"", printable(text.substr(0, end)), end < text.size() ? "..." : "");
 }
 
 std::string lower_case(std::string_view text) {

@@ -27,7 +27,7 @@ std::optional<double> number_of(std::string_view text);
 /// The whole of `text` as a whole number, without a plus sign.
 std::optional<std::int64_t> whole_number_of(std::string_view text);
 
-/// `text` for a message: shortened, and without characters on which a terminal would act.
+/// `text` for a message, as UTF-8: shortened, and without anything on which a terminal would act.
 std::string quoted(std::string_view text);
 
 std::string lower_case(std::string_view text);

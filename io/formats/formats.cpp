@@ -12,6 +12,7 @@
 
 #include "io/bmp/image.h"
 #include "io/files/text.h"
+#include "io/formats/lost_attributes.h"
 #include "io/formats/other_formats.h"
 #include "io/metaimage/header.h"
 #include "io/metaimage/sink.h"
@@ -48,6 +49,12 @@ bool begins_jpeg2000(std::string_view b) {
   using namespace std::string_view_literals;
   // A code stream, or a file with boxes.
   return b.starts_with("\xff\x4f\xff\x51") || b.starts_with("\0\0\0\x0cjP  \r\n\x87\n"sv);
+}
+
+bool begins_hdf5(std::string_view b) {
+  constexpr std::string_view magic = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t user_block = 512;  // that of MATLAB
+  return b.starts_with(magic) || (b.size() > user_block && b.substr(user_block).starts_with(magic));
 }
 
 std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
@@ -225,8 +232,8 @@ std::vector<Format> all_formats() {
        .extensions = {".h5", ".hdf5"},
        .help = "HDF5",
        .what = "an HDF5 file",
-       .peek = 8,
-       .is_mine = [](std::string_view b) { return b.starts_with("\x89HDF\r\n\x1a\n"); },
+       .peek = 512 + 8,
+       .is_mine = begins_hdf5,
        .reader = "hdf5",
        .writer = "hdf5",
        .applies_rescale = true,
@@ -399,11 +406,31 @@ bool is_remark(std::string_view comment) {
          comment.find("teem.sourceforge.net/nrrd/format") == comment.npos;
 }
 
+/// True for what the reader of DICOM notes for each series.
+bool is_of_dicom(std::string_view key) {
+  return key.starts_with("dicom_") || key == "slice_sop_instance_uids";
+}
+
+/// "2 key/value pairs ("owner", "year")"
+std::string in_words(const std::vector<std::string>& keys, std::string_view one, std::string_view several) {
+  constexpr std::size_t most = 3;
+  std::vector<std::string> shown;
+  for (std::size_t i = 0; i < std::min(keys.size(), most); ++i)
+    shown.push_back(quoted(std::string_view(keys[i])));
+  return fmt::format("{} {} ({}{})", keys.size(), keys.size() == 1 ? one : several, fmt::join(shown, ", "),
+                     keys.size() > most ? ", ..." : "");
+}
+
+std::string no_place_for(const Format& format, const std::string& what) {
+  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
+                     what);
+}
+
 /// The texts of a header that a file of the format loses, in words; "" if it keeps all of them.
 std::string lost_texts(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> keys, others;
   for (const auto& [key, value] : key_values_of(info.nrrd_fields))
-    if (!is_said_otherwise(key, value, format)) keys.push_back(key);
+    if (!is_said_otherwise(key, value, format) && !is_of_dicom(key)) keys.push_back(key);
   bool has_comments = false;
   for (std::string_view rest = info.nrrd_fields; !rest.empty();) {
     const std::string_view text = take_line(rest);
@@ -415,21 +442,20 @@ std::string lost_texts(const Format& format, const VolumeInfo& info) {
         others.push_back(fmt::format("the field {}", quoted(field)));
   }
   if (has_comments) others.emplace_back("comments");
-  if (!keys.empty()) {
-    constexpr std::size_t most = 3;
-    std::vector<std::string> shown;
-    for (std::size_t i = 0; i < std::min(keys.size(), most); ++i)
-      shown.push_back(quoted(std::string_view(keys[i])));
-    others.insert(others.begin(),
-                  fmt::format("{} key/value {} ({}{})", keys.size(), keys.size() == 1 ? "pair" : "pairs",
-                              fmt::join(shown, ", "), keys.size() > most ? ", ..." : ""));
-  }
-  if (others.empty()) return "";
-  return fmt::format("{} files have no place for {}; the .tag file and .nrrd files have them", format.name,
-                     fmt::join(others, ", "));
+  if (!keys.empty()) others.insert(others.begin(), in_words(keys, "key/value pair", "key/value pairs"));
+  return others.empty() ? "" : no_place_for(format, fmt::format("{}", fmt::join(others, ", ")));
 }
 
 }  // namespace
+
+std::string lost_attributes(const Format& format, const VolumeInfo& info) {
+  if (!format.slices_are_alike || format.keeps_header) return "";
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : key_values_of(info.nrrd_fields))
+    if (!is_said_otherwise(key, value, format) && is_of_dicom(key)) keys.push_back(key);
+  return keys.empty() ? ""
+                      : no_place_for(format, in_words(keys, "attribute of DICOM", "attributes of DICOM"));
+}
 
 std::vector<std::string> losses(const Format& format, const VolumeInfo& info) {
   std::vector<std::string> all = format.lost(info);

@@ -183,6 +183,16 @@ Way way_of_file(FileBytes& file, const std::string& path, const SourceDescriptio
   throw no_volume(file, path);
 }
 
+/// Throws UsageError for a name that means another file, or none, to another program.
+void require_name_for_all(const std::string& path, const Way& way) {
+  const bool is_own = path == "/dev/stdin" || path.starts_with("/dev/fd/") || path.starts_with("/proc/self/");
+  if (is_own)
+    throw UsageError(fmt::format(
+        "{}: is {}, which a separate program reads; to that program, this name means something else; give "
+        "the name of the file itself",
+        path, in_words(way)));
+}
+
 std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDescription& source) try {
   auto file = std::make_unique<FileBytes>(path);
   const Way way = way_of_file(*file, path, source);
@@ -205,6 +215,7 @@ std::unique_ptr<VolumeSource> open_file(const std::string& path, const SourceDes
   if (path == "-" || !file->size())
     throw UsageError(fmt::format("{}: is {}, which can only be read from a file; save it to one first",
                                  file->name(), in_words(way)));
+  require_name_for_all(path, way);
   file.reset();
   return open_with_reader(way.program, path, options_of(source), source.reader_memory);
 } catch (const WrongSize& wrong) {
@@ -309,6 +320,7 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   const Way way = way_of_folder(folder, source);
   if (way.program.empty() || (way.format != nullptr && !way.format->has_folders))
     throw UsageError(fmt::format("{}: is a folder, not {}", folder, way.format->what));
+  require_name_for_all(folder, way);
   return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
 }
 

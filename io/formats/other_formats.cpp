@@ -48,6 +48,12 @@ std::vector<Format> other_formats() {
              return has<0>(b, "\x1f\x8b") || has<0>(b, "\x28\xb5\x2f\xfd") || has<0>(b, "\xfd\x37zXZ") ||
                     has<0>(b, "BZh");
            }},
+      {.name = "matlab",
+       .extensions = {".mat"},
+       .help = "MATLAB, versions 5 to 7",
+       .what = "is a MATLAB file of version 5 to 7; save it in MATLAB as version 7.3, which is HDF5",
+       .peek = 10,
+       .is_mine = [](std::string_view b) { return has<0>(b, "MATLAB 5.0"); }},
       {.name = "analyze",
        .extensions = {".img"},
        .help = "Analyze 7.5",

@@ -10,6 +10,7 @@
 #include "io/files/text.h"
 #include "io/metaimage/header.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/lost_places.h"
 #include "io/nrrd/spaces.h"
 #include "io/samples/file_sink.h"
 #include "io/volume/lengths.h"
@@ -137,26 +138,11 @@ std::unique_ptr<VolumeSink> create_mhd(const std::string& path, const std::strin
 }
 
 std::vector<std::string> lost_in_meta_image(const VolumeInfo& info) {
-  std::vector<std::string> lost;
-  const Geometry& geometry = info.geometry;
-  const CommonUnit unit = common_unit(geometry);
-  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty())
-    lost.push_back(std::move(mixed));
-  else if (!unit.name.empty() && !unit.is_known)
-    lost.push_back(
-        fmt::format("lengths are in {}, which is no known unit; the numbers are written as they are, and "
-                    "programs take those of "
-                    "MetaImage for millimeters",
-                    tagrid::quoted(std::string_view(unit.name))));
-  if (has_unknown_spacing(geometry))
-    lost.emplace_back("MetaImage cannot say that a spacing is not known; 1 is written");
-  if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
-    lost.push_back(
-        fmt::format("MetaImage means left-posterior-superior; the space of the volume is {}, and its "
-                    "positions are written as "
-                    "they are",
-                    geometry.space.empty() ? "not known" : tagrid::quoted(std::string_view(geometry.space))));
-  return lost;
+  return lost_places(
+      info.geometry,
+      {.name = "MetaImage",
+       .space = "left-posterior-superior",
+       .unknown_unit = "the numbers are written as they are, and programs take them for millimeters"});
 }
 
 }  // namespace tagrid

@@ -12,6 +12,7 @@
 #include "io/files/text.h"
 #include "io/nifti/forms.h"
 #include "io/nrrd/geometry.h"
+#include "io/nrrd/lost_places.h"
 #include "io/nrrd/rescale.h"
 #include "io/nrrd/spaces.h"
 #include "io/samples/file_sink.h"
@@ -276,24 +277,11 @@ std::string header_of(const VolumeInfo& info) {
 
 /// What a header cannot say.
 std::vector<std::string> lost_meaning(const VolumeInfo& info) {
-  std::vector<std::string> lost;
-  const Geometry& geometry = info.geometry;
-  const CommonUnit unit = common_unit(geometry);
-  if (std::string mixed = lost_by_mixed_units(geometry); !mixed.empty())
-    lost.push_back(std::move(mixed));
-  else if (!unit.name.empty() && !unit.is_known)
-    lost.push_back(fmt::format("NIfTI does not know the unit {}, so the spacing has none",
-                               tagrid::quoted(std::string_view(unit.name))));
-  if (has_unknown_spacing(geometry))
-    lost.emplace_back("NIfTI cannot say that a spacing is not known; 1 is written");
-  if ((geometry.has_directions || geometry.has_origin) && !signs_of_space(geometry.space))
-    lost.push_back(
-        fmt::format("NIfTI means right-anterior-superior; the space of the volume is {}, and its positions "
-                    "are written as "
-                    "they are",
-                    geometry.space.empty() ? "not known" : tagrid::quoted(geometry.space)));
+  std::vector<std::string> lost = lost_places(
+      info.geometry,
+      {.name = "NIfTI", .space = "right-anterior-superior", .unknown_unit = "the spacing has none"});
   const FormsOfSource forms = forms_of_source(key_values_of(info.nrrd_fields));
-  if (forms.differ() && !forms.is_whole(geometry))
+  if (forms.differ() && !forms.is_whole(info.geometry))
     lost.emplace_back("the source said two places, an sform and a qform; only that of the sform is written");
   return lost;
 }

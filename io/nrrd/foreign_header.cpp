@@ -53,15 +53,13 @@ class Reading {
     const std::size_t sign = line.find(":=");
     const std::string_view key = line.substr(0, sign), value = line.substr(sign + 2);
     if (key == slice_positions_key) read_positions(value);
+    if (is_of_a_label(key)) read_label(key);
     if (key != "rescale_slope" && key != "rescale_intercept") return;
+    // The line of an unreadable number stays, so that the doubt does, too; see doubt_of_rescale().
     const ForeignNumber number = foreign_number(value);
-    const std::string remark = remark_on(number, key, "what values samples mean is unknown");
-    if (number.is_unreadable()) {
-      doubt(remark);  // the line stays, so that the doubt stays with the volume
-    } else if (number.decimal_comma) {
-      warn(remark);
-      changes_.replace(value, fmt::format("{}", number.value));
-    }
+    if (!number.decimal_comma) return;
+    warn(remark_on(number, key, ""));
+    changes_.replace(value, fmt::format("{}", number.value));
   }
 
   ForeignNrrdHeader finish() {
@@ -97,7 +95,6 @@ class Reading {
   }
 
   void warn(const std::string& sentence) { result_.warnings.push_back("NRRD header: " + sentence); }
-  void doubt(const std::string& sentence) { result_.scale_doubt = "NRRD header: " + sentence; }
   void comment_out(std::string_view line) { changes_.replace(line, fmt::format("# {}", line)); }
 
   /// A field with a number for each axis.
@@ -200,6 +197,22 @@ class Reading {
     comment_out(line);
   }
 
+  /// "Segment0_LabelValue": 3D Slicer says so that samples of this number belong to a segment.
+  static bool is_of_a_label(std::string_view key) {
+    constexpr std::string_view before = "Segment", after = "_LabelValue";
+    if (!key.starts_with(before) || !key.ends_with(after) || key.size() <= before.size() + after.size())
+      return false;
+    return std::ranges::all_of(key.substr(before.size(), key.size() - before.size() - after.size()),
+                               is_digit);
+  }
+  /// Said once, however many labels there are.
+  void read_label(std::string_view key) {
+    if (has_labels_) return;
+    has_labels_ = true;
+    result_.not_understood.push_back(
+        fmt::format("NRRD header: {} says that samples are labels; they are taken for measurements", key));
+  }
+
   void read_positions(std::string_view list) {
     for (const std::string_view position : positions_in(list))
       if (const ForeignNumbers numbers = foreign_numbers(position, 3); !numbers.are_numbers())
@@ -224,7 +237,7 @@ class Reading {
 
   TextChanges changes_;
   std::size_t axes_;
-  bool has_spacings_;
+  bool has_spacings_, has_labels_ = false;
   ForeignNrrdHeader result_;
 };
 

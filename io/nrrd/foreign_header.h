@@ -11,7 +11,6 @@ namespace tagrid {
 struct ForeignNrrdHeader {
   std::string text;
   std::vector<std::string> warnings, not_understood;
-  std::string scale_doubt;
 };
 
 /// The same header, with numbers that parse_nrrd_header() reads: a decimal comma becomes a point, an

@@ -49,7 +49,6 @@ NrrdHeader read_header(FileBytes& file, SourceFacts& facts) {
     };
     for (const std::string& sentence : header.warnings) facts.warnings.push_back(said(sentence));
     for (const std::string& sentence : header.not_understood) facts.not_understood.push_back(said(sentence));
-    if (!header.scale_doubt.empty()) facts.scale_doubt = said(header.scale_doubt);
     return parse_nrrd_header(header.text);
   } catch (const BrokenInput& broken) {
     throw BrokenInput(file.name() + ": " + broken.what());

@@ -62,8 +62,10 @@ void allow(const Descriptor& rules, const std::string& path) {
   struct stat status = {};
   if (place.number() < 0 || fstat(place.number(), &status) != 0) return;
   const PathBeneath rule{S_ISDIR(status.st_mode) ? read_file | read_folder : read_file, place.number()};
-  if (syscall(SYS_landlock_add_rule, rules.number(), path_beneath, &rule, 0) != 0)
-    throw world_error("cannot enter the sandbox for", path, errno);
+  if (syscall(SYS_landlock_add_rule, rules.number(), path_beneath, &rule, 0) == 0) return;
+  // A file system of the kernel's own, such as that of files in memory. Landlock takes no rules for it, and
+  // forbids nothing on it.
+  if (errno != EBADFD) throw world_error("cannot enter the sandbox for", path, errno);
 }
 
 }  // namespace

@@ -15,39 +15,44 @@ struct Spelling {
   std::string_view text, name;
 };
 
-constexpr std::array units = {LengthUnit{"pm", 1},      LengthUnit{"angstrom", 1e2}, LengthUnit{"nm", 1e3},
-                              LengthUnit{"um", 1e6},    LengthUnit{"mm", 1e9},       LengthUnit{"cm", 1e10},
-                              LengthUnit{"dm", 1e11},   LengthUnit{"m", 1e12},       LengthUnit{"km", 1e15},
-                              LengthUnit{"inch", 254e8}};
+constexpr std::array units = {
+    LengthUnit{"fm", 1},      LengthUnit{"pm", 1e3},      LengthUnit{"angstrom", 1e5},
+    LengthUnit{"nm", 1e6},    LengthUnit{"um", 1e9},      LengthUnit{"mm", 1e12},
+    LengthUnit{"cm", 1e13},   LengthUnit{"dm", 1e14},     LengthUnit{"m", 1e15},
+    LengthUnit{"dam", 1e16},  LengthUnit{"hm", 1e17},     LengthUnit{"km", 1e18},
+    LengthUnit{"mil", 254e8}, LengthUnit{"inch", 254e11}, LengthUnit{"ft", 3048e11},
+    LengthUnit{"yd", 9144e11}};
 
-// Micro has two characters in Unicode; Latin-1 has one of them as a byte.
+// Micro and angstrom have two characters each in Unicode, of which Latin-1 has one as a byte. ImageJ escapes
+// micro.
 constexpr std::array short_spellings = {
-    Spelling{"\xc2\xb5m", "um"},          Spelling{"\xce\xbcm", "um"}, Spelling{"\xb5m", "um"},
-    Spelling{"\xc2\xb5", "um"},           Spelling{"\xce\xbc", "um"},  Spelling{"\xc3\x85", "angstrom"},
-    Spelling{"\xe2\x84\xab", "angstrom"}, Spelling{"\"", "inch"}};
+    Spelling{"\xc2\xb5m", "um"},  Spelling{"\xce\xbcm", "um"},      Spelling{"\xb5m", "um"},
+    Spelling{"\xc2\xb5", "um"},   Spelling{"\xce\xbc", "um"},       Spelling{"\\u00B5m", "um"},
+    Spelling{"\\u03BCm", "um"},   Spelling{"\xc3\x85", "angstrom"}, Spelling{"\xe2\x84\xab", "angstrom"},
+    Spelling{"\xc5", "angstrom"}, Spelling{"A", "angstrom"},        Spelling{"\"", "inch"}};
 
-constexpr std::array words = {Spelling{"picometer", "pm"},
-                              Spelling{"picometre", "pm"},
+// In small letters and without the "s" of several; "metre" is "meter".
+constexpr std::array words = {Spelling{"femtometer", "fm"},
+                              Spelling{"picometer", "pm"},
                               Spelling{"nanometer", "nm"},
-                              Spelling{"nanometre", "nm"},
                               Spelling{"micron", "um"},
                               Spelling{"micrometer", "um"},
-                              Spelling{"micrometre", "um"},
                               Spelling{"millimeter", "mm"},
-                              Spelling{"millimetre", "mm"},
                               Spelling{"centimeter", "cm"},
-                              Spelling{"centimetre", "cm"},
                               Spelling{"decimeter", "dm"},
-                              Spelling{"decimetre", "dm"},
                               Spelling{"meter", "m"},
-                              Spelling{"metre", "m"},
                               Spelling{"kilometer", "km"},
-                              Spelling{"kilometre", "km"},
                               Spelling{"angstrom", "angstrom"},
                               Spelling{"\xc3\xa5ngstr\xc3\xb6m", "angstrom"},
+                              Spelling{"ang", "angstrom"},
+                              Spelling{"mil", "mil"},
+                              Spelling{"thou", "mil"},
                               Spelling{"inch", "inch"},
                               Spelling{"inche", "inch"},
-                              Spelling{"in", "inch"}};
+                              Spelling{"in", "inch"},
+                              Spelling{"foot", "ft"},
+                              Spelling{"feet", "ft"},
+                              Spelling{"yard", "yd"}};
 
 std::string_view usual_name(std::string_view name) {
   for (const Spelling& spelling : short_spellings)
@@ -58,12 +63,10 @@ std::string_view usual_name(std::string_view name) {
   if (is_in_capitals)
     for (const LengthUnit& unit : units)
       if (unit.name == word) return unit.name;
-  for (int round = 0; round < 2; ++round) {
-    for (const Spelling& spelling : words)
-      if (spelling.text == word) return spelling.name;
-    if (!word.ends_with('s')) break;
-    word.pop_back();
-  }
+  if (word.ends_with('s')) word.pop_back();
+  if (word.ends_with("metre")) word.replace(word.size() - 2, 2, "er");
+  for (const Spelling& spelling : words)
+    if (spelling.text == word) return spelling.name;
   return name;
 }
 
@@ -78,6 +81,14 @@ std::optional<LengthUnit> length_unit(std::string_view name) {
   const std::string_view usual = usual_name(trimmed(name));
   const auto found = std::ranges::find(units, usual, &LengthUnit::name);
   return found == units.end() ? std::nullopt : std::optional(*found);
+}
+
+double converted(double length, const LengthUnit& from, const LengthUnit& to) {
+  const auto is_whole = [](double ratio) { return ratio == std::floor(ratio); };
+  const double factor = from.femtometers / to.femtometers, divisor = to.femtometers / from.femtometers;
+  if (is_whole(factor)) return length * factor;
+  if (is_whole(divisor)) return length / divisor;
+  return length * from.femtometers / to.femtometers;
 }
 
 CommonUnit common_unit(const Geometry& geometry) {
@@ -106,7 +117,7 @@ Geometry in_unit(const Geometry& geometry, std::string_view name) {
     changed.units[axis] = wanted.name;
     // An axis whose spacing is not known may have no unit.
     if (!unit || unit->name == wanted.name) continue;
-    const auto convert = [&](double length) { return length * unit->picometres / wanted.picometres; };
+    const auto convert = [&](double length) { return converted(length, *unit, wanted); };
     changed.origin[axis] = convert(geometry.origin[axis]);
     // With directions, units are those of coordinates.
     if (geometry.has_directions)

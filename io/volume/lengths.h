@@ -9,15 +9,20 @@
 
 namespace tagrid {
 
-/// A unit of length. Whole numbers of picometers make conversions exact if the result is exact.
+/// A unit of length. Whole numbers of femtometers make conversions exact if the result is exact.
 struct LengthUnit {
   std::string_view name;  ///< the usual one: "um" for "micron", "µm" and the like
-  double picometres = 0;
+  double femtometers = 0;
+
+  bool operator==(const LengthUnit&) const = default;
 };
 
 /// The unit with this name, in any of its spellings; nothing if it is not known, or not one of lengths.
 /// "Millimeters" and "MM" are known, but "Mm" is not a millimeter.
 std::optional<LengthUnit> length_unit(std::string_view name);
+
+/// A length in another unit. Rounded once if one unit is a whole number of the other: 2500 um are 2.5 mm.
+double converted(double length, const LengthUnit& from, const LengthUnit& to);
 
 /// What is known about the unit of a geometry.
 struct CommonUnit {

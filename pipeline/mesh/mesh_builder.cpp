@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/nrrd/geometry.h"
+#include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
 #include "stages/mesh/meets.h"
@@ -48,7 +49,7 @@ Box bricks_of(const MeshPart& part, const BrickGrid& bricks) {
 
 MeshBuilder::MeshBuilder(const TagHeader& header, const Box& positions, const MeshPart& part, MeshSink& sink)
     : parameters_(header.parameters),
-      geometry_(geometry_of(header.nrrd_fields)),
+      geometry_(in_one_unit(geometry_of(header.nrrd_fields))),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
       ids_(parameters_.bricks(), positions),

@@ -6,6 +6,7 @@
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "io/nrrd/spaces.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 
@@ -24,7 +25,7 @@ double smallest_spacing(const Geometry& geometry) {
 }  // namespace
 
 MeshNotes notes_of(const TagHeader& header) {
-  const Geometry geometry = geometry_of(header.nrrd_fields);
+  const Geometry geometry = in_one_unit(geometry_of(header.nrrd_fields));
   return {short_name_of_space(geometry.space), rescale_of(header.nrrd_fields), smallest_spacing(geometry)};
 }
 

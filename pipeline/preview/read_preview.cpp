@@ -9,6 +9,7 @@
 
 #include "io/files/errors.h"
 #include "io/nrrd/geometry.h"
+#include "io/volume/lengths.h"
 #include "pipeline/decode/block.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/within.h"
@@ -211,7 +212,7 @@ std::vector<double> values_of(const PreviewSlice& slice, SampleType type) {
 PreviewContent read_preview(const TagBricks& file, const PreviewWishes& wishes, const Resources& resources,
                             std::uint64_t besides, const Progress& progress) {
   const CodingParameters& p = file.parameters();
-  const Geometry geometry = geometry_of(file.header().nrrd_fields);
+  const Geometry geometry = in_one_unit(geometry_of(file.header().nrrd_fields));
   PreviewContent content;
   for (int axis = 0; axis < 3; ++axis) {
     Panel& panel = content.slices[static_cast<std::size_t>(axis)].panel;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/nrrd/geometry.h"
+#include "io/volume/lengths.h"
 #include "io/volume/world.h"
 #include "stages/grid/lattice.h"
 #include "stages/points/field.h"
@@ -54,7 +55,7 @@ Index3 point_of(const Box& box, std::uint32_t number) {
 SurfaceBuilder::SurfaceBuilder(const TagHeader& header, const Box& positions, const SurfacePart& part,
                                const SurfaceLevel& level, SurfaceSink& sink)
     : parameters_(header.parameters),
-      geometry_(geometry_of(header.nrrd_fields)),
+      geometry_(in_one_unit(geometry_of(header.nrrd_fields))),
       mirrored_(is_mirrored(geometry_)),
       part_(part),
       grid_{parameters_.cube_size, parameters_.domain().volume().high, part.box, part.close},

@@ -48,7 +48,7 @@ std::optional<double> factor_of_lengths(const Geometry& ours, const Geometry& th
     if (units[0] == units[1] && units[1] == units[2]) unit[i] = length_unit(units[0]);
   }
   if (!unit[0] || !unit[1]) return std::nullopt;
-  return unit[1]->picometres / unit[0]->picometres;
+  return unit[1]->femtometers / unit[0]->femtometers;
 }
 
 class GeometryOfBoth {

@@ -222,6 +222,14 @@ class DicomOdd(ReaderTest):
             self.save("a.dcm", self.frames_as("9876" if number in ("4x", "2.5") else number, truth),
                       *([(b"\x28\0\x08\0IS\x04\x009876", b"\x28\0\x08\0IS\x04\0" + number.ljust(4).encode())] if number in ("4x", "2.5") else []))
             self.assert_refused(65, said, "encode", "a.dcm")
+        for padding, is_said in ((b"\0\0", False), (b"\1\0", True), (b"\0\0\0\0", True)):
+            file = data_set(truth)
+            file.PixelData += padding
+            self.save("a.dcm", file)
+            info = self.encoded("a.dcm")[1]  # and restores the file
+            self.assertEqual((info["restorable"], "more than 10 x 6 samples" in self.messages), (True, is_said), padding)
+            run = self.tagrid("encode", "a.dcm", "-o", "lossy.tag", "-f", "--max-error", "5", "--rm")
+            self.assertEqual(run.returncode, 64 if is_said else 0, run.stderr)
         file = data_set(truth)
         file.PixelData += b"123456"
         self.save("a.dcm", file)

@@ -109,6 +109,15 @@ class Dicom(ReaderTest):
         self.assert_same(samples, (truth[::-1] - 1024).astype("int16"))
         self.assertEqual(info["geometry"]["origin"][2], -10 - 6 * 1.5)
 
+    def test_spacings_that_are_rounded_differently_are_one(self):
+        truth = volume()
+        self.write_series(truth, step=(0, 0, 1))
+        for z, spacing in ((2, [0.50000005, 0.25]), (3, [0.5, 0.24999998])):
+            self.save(f"s/i{z:03}.dcm", data_set(truth[z], instance=f"1.2.3.{z + 1}", number=z + 1, position=(-10, -10, -10 + z), PixelSpacing=spacing))
+        samples, info = self.encoded("s")
+        self.assert_same(samples, (truth - 1024).astype("int16"))
+        self.assertEqual(info["geometry"]["spacing"], [0.25, 0.5, 1])
+
     def test_a_tilted_gantry_shears_and_does_not_resample(self):
         truth = volume()
         samples, info = self.encoded(self.write_series(truth, step=(0, 0.4, 1.5)))
@@ -523,6 +532,10 @@ class Dicom(ReaderTest):
         self.assert_refused(65, "head.dcm: ", "encode", "head.dcm")
         self.assert_refused(64, "leave out --dims", "encode", "a.dcm", "--dims", "6,5,1", "--type", "int16")
         self.assert_refused(64, "--rm", "encode", "a.dcm", "--rm", "--strip")
+        with open(self.folder / "a.dcm") as file:
+            run = subprocess.run([other_readers.PROGRAM, "encode", f"/dev/fd/{file.fileno()}", "-o", "x.tag"], cwd=self.folder, text=True,
+                                 capture_output=True, pass_fds=[file.fileno()])
+        self.assertEqual((run.returncode, "give the name of the file itself" in run.stderr), (64, True), run.stderr)
         (self.folder / "empty").mkdir()
         self.assert_refused(65, "no DICOM image", "encode", "empty", "--from", "dicom")
 
@@ -566,8 +579,17 @@ class Dicom(ReaderTest):
         (self.folder / "s" / "readme").symlink_to("lost")  # plainly something else
         self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
         (self.folder / "s" / "i006.dcm").unlink()
-        (self.folder / "s" / "i006.dcm").symlink_to("/nowhere/i006.dcm")
-        self.assert_refused(65, "i006.dcm (is a link that leads nowhere)", "encode", "s")
+        for target in ("/nowhere/i006.dcm", "i006.dcm"):
+            (self.folder / "s" / "i006.dcm").symlink_to(target)
+            self.assert_refused(65, "i006.dcm (is a link that leads nowhere)", "encode", "s")
+            (self.folder / "s" / "i006.dcm").unlink()
+
+    def test_a_link_that_leads_in_a_circle_is_none_of_the_slices(self):
+        truth = volume()
+        self.write_series(truth)
+        (self.folder / "s" / "a").symlink_to("a")  # comes before all slices
+        self.assert_same(self.encoded("s")[0], (truth - 1024).astype("int16"))
+        self.assertIn("warning: s: 1 file without an image of DICOM: a\n", self.messages)
 
     def test_files_that_are_no_images_are_named_once(self):
         truth = volume()

@@ -55,6 +55,19 @@ class Hdf5(ReaderTest):
         self.assertEqual(content[offset:offset + truth.nbytes], truth.tobytes())
         self.assert_same(self.encoded("a.h5", "--dataset", "data")[0], truth)
 
+    def test_matlab_files_of_version_7_3_are_hdf5_and_older_ones_are_refused_by_name(self):
+        """The first index of an array A(i, j, k) in MATLAB counts fastest in a file: x, y, z = i - 1, j - 1, k - 1."""
+        array = volume(shape=(20, 31, 7))
+        with h5py.File(self.folder / "a.mat", "w", userblock_size=512) as file:
+            file.create_dataset("A", data=array.transpose(), compression="gzip").attrs["MATLAB_class"] = numpy.bytes_("int16")
+        with open(self.folder / "a.mat", "r+b") as file:
+            file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\0\2IM")
+        samples = self.encoded("a.mat")[0]
+        self.assertEqual((samples[6, 30, 19], samples[1, 2, 3]), (array[19, 30, 6], array[3, 2, 1]))
+        self.assert_same(samples, array.transpose())
+        (self.folder / "b.mat").write_bytes(b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(124) + b"\0\1IM" + bytes(1000))
+        self.assert_refused(65, "b.mat: is a MATLAB file of version 5 to 7; save it in MATLAB as version 7.3", "encode", "b.mat")
+
     def test_one_of_several_data_sets(self):
         one, two = volume(), volume("f4", (3, 9, 8))
         name = self.write("a.h5", x__one=one, two=two, table=numpy.zeros(9), flat=numpy.zeros((9, 9)))

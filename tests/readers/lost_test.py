@@ -129,6 +129,13 @@ class Lost(ReaderTest):
                 self.assertEqual(words in said, name in lost, f"{fields} {name}: {said}")
                 if name in WITH_HEADER:
                     self.assertIn(fields, self.header_of(name) + "\n", name)
+        self.encode("owner:=me\ndicom_PatientName:=Doe\ndicom_Modality:=CT\nslice_sop_instance_uids:=1 2 3\n")
+        for name in WITHOUT:  # nobody expects attributes of DICOM there
+            self.assertIn('no place for 1 key/value pair ("owner")', self.decode(name))
+            self.assertNotIn("DICOM", self.decode(name))
+            self.assertIn('no place for 3 attributes of DICOM ("dicom_PatientName"', self.decode(name, "-v"))
+        self.encode("dicom_Modality:=CT\n")
+        self.assertEqual(self.decode("b.mha"), "")
         self.encode("nifti_descrip:=a scan\nnifti_aux_file:=other\nnifti_toffset:=2.5\nnifti_intent_p1_p2_p3:=1 2 3\nnifti_slice_end:=2\nnifti_slice_code:=1\n")
         self.assertEqual(self.decode("b.nii"), "")
         header = nibabel.load(self.folder / "b.nii").header
@@ -189,7 +196,7 @@ class Lost(ReaderTest):
                 self.assertEqual(self.decode(name), "")
         self.encode('spacings: 0.5 0.25 3\nunits: "furlong" "furlong" "furlong"\n')
         self.assertIn('does not know the unit "furlong"', self.decode("b.nii"))
-        self.assertIn('lengths are in "furlong", which is no known unit', self.decode("b.mha"))
+        self.assertIn('MetaImage does not know the unit "furlong"', self.decode("b.mha"))
         # A MetaImage file said this to others before.
         (self.folder / "m.mha").write_bytes(b"NDims = 3\nDistanceUnits = um\nElementSpacing = 0.5 0.25 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
                                             b"ElementDataFile = LOCAL\n12345678")

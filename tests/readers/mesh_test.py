@@ -67,6 +67,14 @@ class WhatValuesAndCoordinatesAre(MeshTest):
         array = self.grid(name).GetFieldData().GetAbstractArray(key)
         return array and array.GetVariantValue(0).ToString()
 
+    def test_axes_of_different_units_become_ones_of_the_first_unit(self):
+        self.encode(fields='spacings: 0.5 0.25 3000\nunits: "mm" "mm" "um"\n')
+        self.mesh("b.vtu")
+        self.assertEqual(self.arrays("b.vtu")["points"].max(axis=0).tolist(), [22 * 0.5, 18 * 0.25, 4 * 3])
+        self.assertIn("in mm", self.tagrid("mesh", "a.tag", "-o", "b.vtu", "-f", "-v").stderr)
+        self.encode(fields='spacings: 0.5 0.25 3\nunits: "mm" "mm" "s"\n')
+        self.assertIn('axes have different units ("mm", "mm", "s")', self.tagrid("mesh", "a.tag", "-o", "b.vtu", "-f").stderr)
+
     def test_values_are_samples_and_rescaled_ones(self):
         from vtkmodules.util.numpy_support import vtk_to_numpy
 

@@ -4,6 +4,7 @@
 """
 
 import bz2
+import gzip
 import shutil
 import subprocess
 import unittest
@@ -169,6 +170,21 @@ class Nrrd(ReaderTest):
         run = self.tagrid("encode", "a.nrrd", "--max-error", "5", "--rm")
         self.assertNotEqual(run.returncode, 0)
         self.assertTrue((self.folder / "a.nrrd").exists())
+
+    def test_segments_of_slicer_are_labels_and_said_once(self):
+        truth = volume() % 3
+        header = "Segment{0}_ID:=Segment_{0}\nSegment{0}_LabelValue:={1}\n"
+        self.write("a.seg.nrrd", truth, header.format(0, 1) + header.format(12, 2))
+        self.assert_same(self.encoded("a.seg.nrrd")[0], truth)
+        self.assertEqual(self.messages.count("says that samples are labels"), 1)
+        self.assertIn("Segment0_LabelValue", self.messages)
+        self.assert_refused(64, "says that samples are labels", "encode", "a.seg.nrrd", "-f", "--max-error", "1", "--rm")
+        self.write("z.seg.nrrd", truth, header.format(0, 1), "gzip", gzip.compress(truth.tobytes()))  # the weaker reason is that it is compressed
+        self.assert_refused(64, "says that samples are labels", "encode", "z.seg.nrrd", "-f", "--max-error", "1", "--rm")
+        self.assert_refused(64, "its samples are compressed", "encode", "z.seg.nrrd", "-f", "--rm")
+        self.write("a.nrrd", truth, "SegmentX_LabelValue:=1\nSegment_LabelValue:=1\nSegment0_Name:=LabelValue\n")
+        self.assert_same(self.encoded("a.nrrd")[0], truth)
+        self.assertNotIn("labels", self.messages)
 
     def test_slopes_that_do_not_fit_the_slices_allow_no_bound(self):
         truth = volume()

@@ -265,7 +265,9 @@ class OddTiff(ReaderTest):
             self.write([page(truth[z], {282: (RATIONAL, [(4, 1)]), 283: (RATIONAL, [(2, 1)])} | image_j("unit=mm\nspacing=7\n", 1))], f"s/{z}.tif")
         self.assertEqual(self.encoded("s")[1]["geometry"]["spacing"], [0.25, 0.5, None])
         self.assertNotIn("warning", self.messages)
-        self.write([page(truth[2], {282: (RATIONAL, [(4, 1)]), 283: (RATIONAL, [(4, 1)])} | image_j("unit=mm\n", 1))], "s/2.tif")
+        self.write([page(truth[2], {282: (RATIONAL, [(4000001, 1000000)]), 283: (RATIONAL, [(2, 1)])} | image_j("unit=mm\n", 1))], "s/2.tif")
+        self.assertEqual(self.encoded("s")[1]["geometry"]["spacing"], [0.25, 0.5, None])
+        self.write([page(truth[2], {282: (RATIONAL, [(4004, 1000)]), 283: (RATIONAL, [(2, 1)])} | image_j("unit=mm\n", 1))], "s/2.tif")
         self.assertIsNone(self.encoded("s")[1]["geometry"]["spacing"])
         self.assertIn("s: its slices have different spacings, so none is known", self.messages)
 

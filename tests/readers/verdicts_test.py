@@ -186,8 +186,8 @@ class Verdicts(ReaderTest):
         for name, arguments in self.each([name for name in ALL if name != "raw"], Case(volume().tobytes() + volume()[0].tobytes())):
             run = self.tagrid("encode", *arguments, "--max-error", "5", "--rm")
             self.assertNotEqual(run.returncode, 0)
-            # What is compressed would come back in another form, and is not removed either.
-            self.assertIn("compressed" if arguments[0].endswith(".gz") else "126 bytes follow the samples", run.stderr)
+            # What is compressed would come back in another form, too, but that is the weaker reason.
+            self.assertIn("126 bytes follow the samples", run.stderr)
             self.assertTrue((self.folder / arguments[0]).exists())
             self.read(arguments)
             self.assert_said("126 bytes follow the samples")

@@ -6,8 +6,10 @@
 #include <optional>
 
 #include "io/files/file_attributes.h"
+#include "io/files/printable.h"
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
+#include "io/formats/lost_attributes.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "pipeline/run/run.h"
@@ -18,7 +20,6 @@
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
 #include "tools/report/damage.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -95,12 +96,14 @@ struct DecodeCommand {
     for (const std::string& warning : result.warnings) warn(run, warning);
     const std::string name = path == "-" ? "standard output" : path;
     tell_of_numbers(name, chosen, result);
-    for (const std::string& lost :
-         losses(chosen, volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields)))
-      warn(run, fmt::format("{}: {}", name, lost));
+    const VolumeInfo written =
+        volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields);
+    for (const std::string& lost : losses(chosen, written)) warn(run, fmt::format("{}: {}", name, lost));
     if (run.verbosity > 0 && !run.quiet) {
       say_line(summary(result));
       say_line(memory_summary(result.memory));
+      if (const std::string lost = lost_attributes(chosen, written); !lost.empty())
+        say_line(fmt::format("{}: {}", name, lost));
     }
     watched.require();
     remove_files(removed_after);

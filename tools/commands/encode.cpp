@@ -102,13 +102,14 @@ struct EncodeCommand {
 
   std::vector<std::string> files_to_remove(const Encoding& asked, const std::string& path) const {
     const char* advice = "leave out --rm";
-    auto files = removable_volume(input, asked.source, path, !asked.options.strip, advice);
+    auto files = removable_volume(input, asked.source, path, advice);
     const auto volume = open_volume(input, asked.source);
     const double max_error = in_samples(asked.options, volume->facts()).parameters.max_error;
     require_replaceable(
         input,
         {max_error, volume->facts().headerless, trust_description, why_not_understood(volume->facts())},
         advice);
+    require_files_come_back(input, volume->facts(), !asked.options.strip, advice);
     return files;
   }
 

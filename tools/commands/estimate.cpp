@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "io/files/errors.h"
+#include "io/files/printable.h"
 #include "tools/commands/commands.h"
 #include "tools/options/encoding_options.h"
 #include "tools/options/numbers.h"
 #include "tools/options/shared_options.h"
 #include "tools/report/human_bytes.h"
-#include "tools/report/printable.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 

@@ -8,10 +8,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "io/files/printable.h"
 #include "io/programs/find.h"
 #include "io/sandbox/sandbox.h"
 #include "tools/commands/commands.h"
-#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {

@@ -6,11 +6,13 @@
 
 #include <cmath>
 
+#include "io/files/printable.h"
+#include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
+#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/wanted_region.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
@@ -49,6 +51,8 @@ struct MeshCommand {
     mesh.commit();
     report.keep();
     for (const std::string& warning : result.warnings) warn(run, warning);
+    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
+      warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
       warn(run,
            path + ": slices of the source lie at unequal distances; in the mesh all distances are equal");

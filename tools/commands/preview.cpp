@@ -11,6 +11,7 @@
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "io/png/png_writer.h"
+#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/preview/sheet.h"
@@ -56,7 +57,7 @@ struct PreviewCommand {
                   .type = parameters.type,
                   .rescale = rescale,
                   .window = shown,
-                  .lengths = {geometry_of(fields), parameters.dims},
+                  .lengths = {in_one_unit(geometry_of(fields)), parameters.dims},
                   .cube_size = parameters.cube_size});
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
+#include "io/volume/lengths.h"
 #include "tools/commands/commands.h"
 #include "tools/options/shared_options.h"
 #include "tools/options/wanted_region.h"
@@ -46,6 +48,8 @@ struct SurfaceCommand {
     surface.commit();
     report.keep();
     for (const std::string& warning : result.warnings) warn(run, warning);
+    if (const std::string mixed = lost_by_mixed_units(geometry_of(result.header.nrrd_fields)); !mixed.empty())
+      warn(run, path + ": " + mixed);
     if (has_uneven_slices(result.header))
       warn(run, path +
                     ": slices of the source lie at unequal distances; in the surface all distances are "

@@ -9,6 +9,7 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/printable.h"
 #include "io/formats/open_volume.h"
 #include "io/tag/whole_bricks.h"
 #include "pipeline/restore/restore.h"
@@ -17,7 +18,6 @@
 #include "tools/options/shared_options.h"
 #include "tools/options/source_rows.h"
 #include "tools/report/damage.h"
-#include "tools/report/printable.h"
 #include "tools/report/report.h"
 #include "tools/report/run_report.h"
 

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "io/files/printable.h"
 #include "tools/conversion/records.h"
 #include "tools/report/exit_codes.h"
 #include "tools/report/failure.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
 

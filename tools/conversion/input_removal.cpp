@@ -35,15 +35,6 @@ void require_file_as_output(const std::string& input, const std::string& output,
   if (!is_regular_output(output)) refuse(input, "the output is not a file that stays", advice);
 }
 
-/// What would not come back of the files of a volume, apart from an error of its samples that was asked for; "" if nothing.
-std::string lost_with_files(const SourceFacts& facts, bool keeps_files) {
-  const SourceFiles source = source_files(facts);
-  if (const std::string why = source.why_not_restorable(); !why.empty())
-    return fmt::format("its files would not come back byte for byte: {}", why);
-  // Samples alone have names and a byte order, too.
-  return keeps_files ? "" : "--strip leaves out its files, and restore could not give them back";
-}
-
 }  // namespace
 
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
@@ -54,7 +45,7 @@ std::vector<std::string> removable_tag(const std::string& input, const std::stri
 }
 
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, bool keeps_files, const char* advice) {
+                                          const std::string& output, const char* advice) {
   const bool is_series = is_folder(input);
   if (is_series)
     require_file_as_output(input, output, advice);
@@ -75,8 +66,6 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
     if (from_there.empty() || *from_there.begin() == ".." || (from_there.has_parent_path() && !is_series))
       refuse(file, "it may lie in another folder than its header", advice);
   }
-  if (const std::string lost = lost_with_files(volume->facts(), keeps_files); !lost.empty())
-    refuse(input, lost, advice);
   return volume->files();
 }
 
@@ -94,6 +83,16 @@ void require_replaceable(const std::string& input, const Replacement& by, const 
         "it has no header, and if its type, byte order or dims are not what the command says, a lossy "
         "encoding destroys it; compare the decoded volume with the original, then give --trust-description",
         fmt::format("or {}", advice).c_str());
+}
+
+void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
+                             const char* advice) {
+  const SourceFiles source = source_files(facts);
+  if (const std::string why = source.why_not_restorable(); !why.empty())
+    refuse(input, fmt::format("its files would not come back byte for byte: {}", why), advice);
+  // Samples alone have names and a byte order, too.
+  if (!keeps_files)
+    refuse(input, "--strip leaves out its files, and restore could not give them back", advice);
 }
 
 bool has_bound(const EncodeOptions& options) {

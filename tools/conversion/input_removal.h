@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "io/volume/volume_info.h"
+#include "io/volume/volume_source.h"
 #include "pipeline/job/options.h"
 
 namespace tagrid {
@@ -15,11 +16,10 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
-/// The same for a volume. Files are removed only if they come back: every byte, except that samples may have the error
-/// that was asked for (see require_replaceable()). So files with compressed samples are refused. `keeps_files`: the
-/// encoding keeps the files; with --strip it does not.
+/// The same for a volume. What else decides is checked with require_replaceable() and then with
+/// require_files_come_back(), whose reasons are the weaker ones.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
-                                          const std::string& output, bool keeps_files, const char* advice);
+                                          const std::string& output, const char* advice);
 
 /// Other facts that decide whether an encoding may replace a volume.
 struct Replacement {
@@ -32,6 +32,11 @@ struct Replacement {
 /// change that may have been misread, or whose layout only the options describe. A wrong description does no harm without loss. But within a
 /// bound of 5, a number with its bytes in the wrong order may be off by 1280.
 void require_replaceable(const std::string& input, const Replacement& by, const char* advice);
+/// Files are removed only if every byte comes back, except that samples may have the error that was asked
+/// for. Throws UsageError for others, such as files with compressed samples. `keeps_files`: the encoding keeps
+/// the files; with --strip it does not.
+void require_files_come_back(const std::string& input, const SourceFacts& facts, bool keeps_files,
+                             const char* advice);
 /// True if a volume that is encoded with these options can be restored within a bound.
 bool has_bound(const EncodeOptions& options);
 /// The same check for options alone: throws UsageError if they give no bound. `option` is the option that

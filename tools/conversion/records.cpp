@@ -10,10 +10,10 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/file_bytes.h"
+#include "io/files/printable.h"
 #include "io/files/system_call.h"
 #include "io/formats/open_volume.h"
 #include "tools/conversion/manifest.h"
-#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {

@@ -152,7 +152,7 @@ void RemovalPass::require_same_options(const ManifestLine& line, const KnownOutp
 std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const KnownOutput& known) const {
   require_file_or_folder(line.input);
   const Encoding was = encoding_of(known.options, options_.run);
-  auto files = removable_volume(line.input, was.source, output_path(line), !was.options.strip, "it is kept");
+  auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
   return files;
 }
@@ -175,7 +175,8 @@ void RemovalPass::require_kept_files(const ManifestLine& line, const VolumeSourc
 
 void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ordered_json& record) const {
   const std::string output = output_path(line);
-  const SourceDescription source = encoding_of(known.options, options_.run).source;
+  const Encoding was = encoding_of(known.options, options_.run);
+  const SourceDescription& source = was.source;
   if (!status_of(output) || checksum_text(checksum_of_file(output)) != known.output_checksum) {
     record["status"] = "damaged";
     throw BrokenInput(output + ": is no longer what was written; the original is kept");
@@ -187,6 +188,7 @@ void RemovalPass::verify(const ManifestLine& line, const KnownOutput& known, ord
       line.input,
       {max_error, known.headerless, options_.trust_description, why_not_understood(volume->facts())},
       "it is kept");
+  require_files_come_back(line.input, volume->facts(), !was.options.strip, "it is kept");
   ProgressMeter meter(options_.run.progress, options_.run.quiet, line.output, 1);
   // The bound is not enough of a check: a later version of the original may be within it, too.
   if (checksum_text(checksum_of_samples(*open_volume(line.input, source))) != known.input_checksum)

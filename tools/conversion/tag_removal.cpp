@@ -6,6 +6,7 @@
 
 #include "io/files/byte_source.h"
 #include "io/files/errors.h"
+#include "io/formats/lost_attributes.h"
 #include "io/nrrd/geometry.h"
 #include "io/tag/bricks.h"
 #include "tools/conversion/input_removal.h"
@@ -38,6 +39,7 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
     return fmt::format("values are rounded to {}", name_of(numbers.rule.to));
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
+  if (std::string lost = lost_attributes(format, info); !lost.empty()) return lost;
   if (!format.keeps_header && stripped(info.nrrd_fields) != info.nrrd_fields)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
   return "";

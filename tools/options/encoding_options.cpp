@@ -7,11 +7,11 @@
 
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
+#include "io/files/printable.h"
 #include "pipeline/encode/dims_order.h"
 #include "pipeline/encode/likelier_reading.h"
 #include "tools/options/encoding_rows.h"
 #include "tools/options/suggestion.h"
-#include "tools/report/printable.h"
 
 namespace tagrid {
 

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "io/files/printable.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 #include "tools/report/human_bytes.h"
-#include "tools/report/printable.h"
 #include "tools/report/report.h"
 
 namespace tagrid {

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <utility>
 
+#include "io/files/printable.h"
 #include "stages/picture/level_colours.h"
 #include "stages/picture/round_length.h"
 #include "stages/picture/text.h"
-#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {

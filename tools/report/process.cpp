@@ -17,8 +17,8 @@
 #include <string>
 
 #include "io/files/errors.h"
+#include "io/files/printable.h"
 #include "io/files/temporaries.h"
-#include "tools/report/printable.h"
 
 namespace tagrid {
 namespace {

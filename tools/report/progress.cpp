@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "tools/report/printable.h"
+#include "io/files/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {

@@ -8,14 +8,15 @@
 #include <map>
 
 #include "io/envelope/envelope.h"
+#include "io/files/printable.h"
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 #include "io/nrrd/rescale.h"
 #include "io/nrrd/slice_positions.h"
+#include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
 #include "tools/report/human_bytes.h"
-#include "tools/report/printable.h"
 #include "tools/report/process.h"
 
 namespace tagrid {
@@ -146,6 +147,13 @@ void print_geometry(const TagHeader& header, const Line& line) {
   if (!g.space.empty()) line("space", printable(g.space));
 }
 
+/// How values follow from samples: "2 * sample + -1024 HU". What the source does not say is "".
+std::string values_text(const std::string& slope, const std::string& intercept, const std::string& units) {
+  std::string text = slope.empty() ? "sample" : slope + " * sample";
+  if (!intercept.empty()) text += " + " + intercept;
+  return units.empty() ? text : text + " " + units;
+}
+
 /// What people should know of the source: what samples mean, whose they are, and that there is more.
 void print_source(const TagHeader& header, const Line& line) {
   const auto listed = key_values_of(header.nrrd_fields);
@@ -156,9 +164,8 @@ void print_source(const TagHeader& header, const Line& line) {
   };
   if (has_slopes_of_slices(header.nrrd_fields))
     line("values", "of a slope and intercept for each slice; --json has them");
-  else if (pairs.contains("rescale_slope"))
-    line("values", fmt::format("{} * sample + {} {}", text("rescale_slope"), text("rescale_intercept"),
-                               text("rescale_units")));
+  else if (pairs.contains("rescale_slope") || pairs.contains("rescale_intercept"))
+    line("values", values_text(text("rescale_slope"), text("rescale_intercept"), text("rescale_units")));
   if (pairs.contains("slice_positions")) line("slices", "at unequal distances; --json has their positions");
   if (pairs.contains("dicom_PatientName"))
     line("patient", fmt::format("{} ({})", text("dicom_PatientName"), text("dicom_PatientID")));
@@ -174,7 +181,7 @@ std::uint64_t voxels(const TagHeader& header) {
 bool has_uneven_slices(const TagHeader& header) { return !slice_positions(header).is_null(); }
 
 std::string coordinates_text(const TagHeader& header) {
-  const Geometry g = geometry_of(header.nrrd_fields);
+  const Geometry g = in_one_unit(geometry_of(header.nrrd_fields));
   const auto& units = g.units;
   std::string text = g.space.empty() ? "space unknown" : "space " + printable(g.space);
   if (!g.has_spacing) return text + ", in samples";

@@ -42,7 +42,8 @@ TEST(ForeignNumbers, ACommaThatMaySeparateThousandsIsUnreadable) {
 }
 
 TEST(ForeignNumbers, WhatIsNotFiniteOrNotANumberIsUnreadable) {
-  for (const char* text : {"inf", "-inf", "nan", "NaN", "0.5 mm", "1\\2", "abc", "1e999", "0x10"})
+  for (const char* text : {"inf", "-inf", "nan", "NaN", "0.5 mm", "1\\2", "abc", "1e999", "0x10", "+-5",
+                           "-+5", "--5", "++5", "+ 5", "- 5", "+", "-", "+-2,5"})
     EXPECT_TRUE(foreign_number(text).is_unreadable()) << text;
   EXPECT_TRUE(foreign_number(std::numeric_limits<double>::quiet_NaN()).is_unreadable());
   EXPECT_TRUE(foreign_number(-std::numeric_limits<double>::infinity()).is_unreadable());

@@ -3,8 +3,10 @@
 #include "io/sandbox/sandbox.h"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -110,6 +112,19 @@ TEST_F(Sandbox, LetsItReadTheSourceAndWhatLinksLeadTo) {
                                   path("scans/c.ramp"));
   const auto source = open_with_reader(TAGRID_RAMP_READER, path("scans/c.ramp"), {});
   EXPECT_EQ(text_of_key(source->info().nrrd_fields, "outcome"), "done");
+}
+
+// Landlock has no rules for them.
+TEST_F(Sandbox, TakesFilesOfTheKernelsOwnFileSystems) {
+  const int in_memory = memfd_create("slice", MFD_CLOEXEC);
+  const std::string name = "/proc/self/fd/" + std::to_string(in_memory);
+  EXPECT_EXIT(
+      {
+        allow_reading_only({name});
+        _exit(access("/etc/passwd", F_OK) == 0 && open("/etc/passwd", O_RDONLY) < 0 ? 0 : 1);
+      },
+      ::testing::ExitedWithCode(0), "");
+  close(in_memory);
 }
 
 // So the reader can do it, and it is the sandbox that refuses it.

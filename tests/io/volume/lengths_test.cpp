@@ -22,10 +22,23 @@ TEST(Lengths, AreKnownByAllTheirNames) {
   for (const char* milli : {"mm", "MM", "millimeter", "Millimetres", " mm "})
     EXPECT_EQ(usual(milli), "mm") << milli;
   for (const char* inch : {"inch", "in", "inches", "\""}) EXPECT_EQ(usual(inch), "inch") << inch;
+  for (const char* angstrom : {"A", "\xc3\x85", "\xc5", "\xe2\x84\xab", "Angstroms", "ang"})
+    EXPECT_EQ(usual(angstrom), "angstrom") << angstrom;
+  EXPECT_EQ(usual("\\u00B5m") + usual("feet") + usual("thou") + usual("dam") + usual("fm"), "umftmildamfm");
   EXPECT_EQ(usual("cm") + usual("nm") + usual("m") + usual("Meters") + usual("km") + usual("pm"),
             "cmnmmmkmpm");
   for (const char* other : {"", "s", "Mm", "pixel", "mmHg", "furlong", "e", "1"})
     EXPECT_EQ(usual(other), "") << other;
+}
+
+TEST(Lengths, AreRoundedOnceIfOneUnitIsAWholeNumberOfTheOther) {
+  const auto in_mm = [](double length, const char* unit) {
+    return converted(length, *length_unit(unit), *length_unit("mm"));
+  };
+  EXPECT_EQ(in_mm(2500, "um"), 2.5);
+  EXPECT_EQ(in_mm(0.3, "um"), 0.3 / 1000);
+  EXPECT_EQ(in_mm(1.1, "m"), 1.1 * 1000);
+  EXPECT_EQ(in_mm(2, "in"), 50.8);
 }
 
 Geometry geometry(const std::string& fields) { return geometry_of(fields); }

@@ -69,6 +69,15 @@ TEST_F(SurfaceInWorld, VerticesLieWhereTheHeaderSaysAndNormalsPointTowardsLowerV
   }
 }
 
+TEST_F(SurfaceInWorld, AxesOfDifferentUnitsBecomeOnesOfTheFirstUnit) {
+  double most = 0;
+  for (const Place& p : ramp("spacings: 0.5 2 3000\nunits: \"mm\" \"mm\" \"um\"\n", {.iso = 4.25}).vertices) {
+    EXPECT_EQ(p[0], 4.25 * 0.5);
+    most = std::max(most, p[2]);
+  }
+  EXPECT_EQ(most, 4 * 3);
+}
+
 TEST_F(SurfaceInWorld, TheValueIsInTheUnitsThatTheFileGives) {
   for (const Place& p : ramp("rescale_slope:=0.5\nrescale_intercept:=-10\n", {.iso = -7.5}).vertices)
     EXPECT_EQ(p[0], 5);

@@ -180,6 +180,11 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
   expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
                "no place for 1 key/value pair (\"owner\"), comments");
+  // Of these, decode does not warn, but nothing else has them.
+  file("a.nrrd", head + "dicom_Modality:=CT\n\n" + samples);
+  expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
+  expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
+               "no place for 1 attribute of DICOM");
   // Nothing is lost here.
   file("a.nrrd", head + place + "\n" + samples);
   expect_ok(tagrid({"encode", "a.nrrd", "-fo", "a.tag", "--strip"}));

@@ -67,6 +67,15 @@ void note_more_frames(DicomFile& file, std::uint64_t found) {
           counted(found, "frame"), frames));
 }
 
+/// True for zeros that fill up a word of four bytes, as some programs do. The standard asks for an even
+/// length.
+bool is_padding(const ByteSource& file, std::uint64_t begin, std::uint64_t length) {
+  std::array<std::byte, 3> bytes = {};
+  if (length > bytes.size() || begin + length > file.size()) return false;
+  file.read_at(begin, std::span(bytes).first(length));
+  return std::ranges::all_of(bytes, [](std::byte byte) { return byte == std::byte{0}; });
+}
+
 }  // namespace
 
 PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian) {
@@ -97,7 +106,7 @@ void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHe
   if (bytes.size() < offset + wanted)
     throw BrokenInput(fmt::format("ends too soon, within its pixels: {} bytes are missing",
                                   offset + wanted - bytes.size()));
-  note_bytes_left_over(file, head.length);
+  if (!is_padding(bytes, offset + wanted, head.length - wanted)) note_bytes_left_over(file, head.length);
 }
 
 void note_bytes_left_over(DicomFile& file, std::uint64_t bytes) {

@@ -19,7 +19,7 @@ struct PixelHead {
 PixelHead pixel_head(const ByteSource& file, std::uint64_t offset, bool is_explicit, bool big_endian);
 
 /// Checks that a file has all of its native samples, which have the head `head` in front of byte `offset`;
-/// notes bytes that are left over. Throws BrokenInput.
+/// notes bytes that are left over and are more than padding. Throws BrokenInput.
 void check_native_pixels(DicomFile& file, const ByteSource& bytes, const PixelHead& head,
                          std::uint64_t offset);
 

@@ -12,9 +12,9 @@
 #include "tools/readers/hdf5/datasets.h"
 #include "tools/readers/hdf5/fields.h"
 #include "tools/readers/hdf5/image_data.h"
-#include "tools/readers/hdf5/length_unit.h"
 #include "tools/readers/hdf5/nexus.h"
 #include "tools/readers/hdf5/scale.h"
+#include "tools/readers/hdf5/unit_of_axes.h"
 
 namespace tagrid {
 namespace {

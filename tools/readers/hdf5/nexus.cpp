@@ -11,8 +11,8 @@
 #include "tools/hdf5/attributes.h"
 #include "tools/readers/hdf5/axis.h"
 #include "tools/readers/hdf5/datasets.h"
-#include "tools/readers/hdf5/length_unit.h"
 #include "tools/readers/hdf5/links.h"
+#include "tools/readers/hdf5/unit_of_axes.h"
 
 namespace tagrid {
 namespace {

@@ -156,8 +156,10 @@ class Scale {
     // No program takes NaN for a value.
     if (missing.is_absent() || missing.text == "nan") return;
     found_.not_understood.push_back(fmt::format(
-        "{}: samples that are {} stand for missing ones ({}); they are encoded like all others", object_name_,
-        missing.text.empty() ? "a certain number" : tagrid::quoted(missing.text), attribute));
+        "{}: samples that are {}, if there are any, stand for missing ones ({}); they are encoded like all "
+        "others, "
+        "so that an error makes other numbers of them, which nobody can tell from measurements",
+        object_name_, missing.text.empty() ? "a certain number" : tagrid::quoted(missing.text), attribute));
   }
 
   hid_t file_;

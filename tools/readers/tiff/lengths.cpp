@@ -2,39 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include "io/files/text.h"
+#include "io/volume/lengths.h"
 
 namespace tagrid {
 namespace {
-
-/// Micrometers in a unit; 0 for one that is not known, or is no length.
-double micrometers_in(std::string_view unit) {
-  constexpr std::array<std::pair<std::string_view, double>, 20> units = {{{"fm", 1e-9},
-                                                                          {"pm", 1e-6},
-                                                                          {"nm", 1e-3},
-                                                                          {"um", 1},
-                                                                          {"mm", 1e3},
-                                                                          {"cm", 1e4},
-                                                                          {"dm", 1e5},
-                                                                          {"m", 1e6},
-                                                                          {"dam", 1e7},
-                                                                          {"hm", 1e8},
-                                                                          {"km", 1e9},
-                                                                          {"\xc3\x85", 1e-4},
-                                                                          {"\xe2\x84\xab", 1e-4},
-                                                                          {"thou", 25.4},
-                                                                          {"mil", 25.4},
-                                                                          {"in", 25400},
-                                                                          {"inch", 25400},
-                                                                          {"ft", 304800},
-                                                                          {"yd", 914400},
-                                                                          {"meter", 1e6}}};
-  for (const auto& [name, factor] : units)
-    if (name == unit) return factor;
-  return 0;
-}
 
 /// Of the OME model, and of ImageJ.
 bool is_no_length(std::string_view unit) {
@@ -44,11 +16,8 @@ bool is_no_length(std::string_view unit) {
 }  // namespace
 
 std::string plain_unit(std::string_view unit) {
-  // The micro sign and the Greek letter, in UTF-8, in Latin-1, and as ImageJ escapes them.
-  for (const std::string_view micro :
-       {"micron", "microns", "um", "\xc2\xb5m", "\xce\xbcm", "\xb5m", "\\u00B5m", "\\u03BCm"})
-    if (unit == micro) return "um";
-  return std::string(unit);
+  const auto known = length_unit(unit);
+  return known && known->name == "um" ? "um" : std::string(unit);
 }
 
 Geometry spacing_of(const std::array<GivenDistance, 3>& distances, TiffRemarks& remarks) {
@@ -70,13 +39,13 @@ Geometry spacing_of(const std::array<GivenDistance, 3>& distances, TiffRemarks& 
       continue;
     }
     if (common.empty()) common = unit;
-    const double own = micrometers_in(unit), of_common = micrometers_in(common);
-    if (unit != common && (own == 0 || of_common == 0)) {
+    const auto own = length_unit(unit), of_common = length_unit(common);
+    if (unit != common && !(own && of_common)) {
       remarks.warn(fmt::format("{} has the unit {}, and another axis {}, which cannot be compared; {}", name,
                                quoted(unit), quoted(common), unknown));
       continue;
     }
-    geometry.spacing[axis] = unit == common ? number.value : number.value * own / of_common;
+    geometry.spacing[axis] = unit == common ? number.value : converted(number.value, *own, *of_common);
     geometry.has_spacing = true;
   }
   if (geometry.has_spacing) geometry.units.fill(common);

@@ -227,8 +227,12 @@ Geometry geometry_of_slice(const TiffPage& page, TiffRemarks& remarks) {
   return geometry;
 }
 
+/// Files round their resolutions; programs may round that of each slice anew.
 bool are_same(const Geometry& a, const Geometry& b) {
-  const auto is_same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  constexpr double rounding = 1e-4;  // relative
+  const auto is_same = [](double x, double y) {
+    return std::abs(x - y) <= rounding * std::abs(x) || (std::isnan(x) && std::isnan(y));
+  };
   return is_same(a.spacing[0], b.spacing[0]) && is_same(a.spacing[1], b.spacing[1]) && a.units == b.units;
 }
 

@@ -1,31 +1,18 @@
-// Units of length, and one unit for all axes of a volume.
+// One unit for all axes of a volume.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
+
+#include "io/volume/lengths.h"
 
 namespace tagrid {
-
-/// mantissa * 10^exponent meters.
-struct MeterUnit {
-  double mantissa = 1;
-  int exponent = 0;
-
-  bool operator==(const MeterUnit&) const = default;
-};
-
-/// The unit of this name: "mm", "micron", "Angstrom"; nothing if it is none of length, or not known.
-std::optional<MeterUnit> length_unit_of(std::string_view name);
-
-/// A length in another unit. Rounded once if both are powers of ten: 2500 um are 2.5 mm.
-double converted(double length, const MeterUnit& from, const MeterUnit& to);
 
 /// How axes with units of their own become axes of one unit.
 struct UnitOfAxes {
   struct Conversion {
-    MeterUnit from, to;
+    LengthUnit from, to;
   };
   std::array<std::string, 3> units;                      ///< of the axes x, y, z from then on
   std::array<std::optional<Conversion>, 3> conversions;  ///< of their lengths

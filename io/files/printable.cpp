@@ -1,4 +1,4 @@
-#include "tools/report/printable.h"
+#include "io/files/printable.h"
 
 #include <fmt/format.h>
 
