@@ -16,8 +16,8 @@
 #include "io/parts/part_folder.h"
 #include "io/samples/spooled.h"
 #include "io/volume/rows_of_slices.h"
-#include "pipeline/job/input_slices.h"
 #include "pipeline/encode/row_encoder.h"
+#include "pipeline/job/input_slices.h"
 #include "pipeline/memory/plan.h"
 #include "pipeline/parts/parts.h"
 
