@@ -1,17 +1,23 @@
 #!/usr/bin/env bash
-# Leads from a fresh Debian 12 to a first .tag file: installs what is missing, builds, makes a volume, encodes
-# it, verifies it, and shows the result.
+# Leads from a fresh Debian 12 to a first .tag file: installs what is missing, builds the program, makes a volume, encodes
+# it, verifies it, and shows the result. Then it builds the programs for formats with libraries of their own.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+step() { printf '\n== %s (%d s so far)\n' "$1" "$SECONDS"; }
+build() { NINJA_STATUS="[%f of %t, %e s] " cmake --build --preset release "$@"; }
+
+step "Installing packages, a minute if none of them is there"
 tools/install_packages.sh build
-echo "Building (a minute or two) ..."
-cmake --preset release >/dev/null
-cmake --build --preset release >/dev/null
+step "Building the program, some three minutes with two processors"
+# Most rooms are compiled as one file each, which makes a first build shorter.
+cmake --preset release -DTAGRID_UNITY=most >/dev/null
+build --target tagrid
 
 tagrid=build/release/tagrid
 folder=build/quickstart
 mkdir -p "$folder"
+step "A first file"
 echo "Making a phantom of 256 x 256 x 256 voxels in $folder"
 "$tagrid" phantom --dims 256,256,256 --type int16 --seed 1 -o "$folder/phantom.nhdr" -f
 echo "Encoding it, every voxel within 5 of the original"
@@ -23,3 +29,7 @@ raw=$(stat -c %s "$folder/phantom.raw")
 tag=$(stat -c %s "$folder/phantom.tag")
 echo
 awk -v raw="$raw" -v tag="$tag" 'BEGIN { printf "compression ratio %.2f (%d bytes became %d)\n", raw / tag, raw, tag }'
+
+step "Building the programs for DICOM, TIFF, JPEG 2000, HDF5 and OpenVDB; interrupt this if you need none of them"
+build
+step "Done: build/release/tagrid"

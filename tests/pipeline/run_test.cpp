@@ -115,7 +115,7 @@ TEST_F(Run, SameBytesForAnyThreadCount) {
   }
 }
 
-TEST_F(Run, GridModeInterpolatesTheStoredPointsExactly) {
+TEST_F(Run, AGridAloneHasMorePointsThanTheCornersOfItsRootCubes) {
   make<std::uint8_t>({40, 33, 20}, 5);
   EncodeOptions options;
   options.grid_only = true;
