@@ -284,7 +284,7 @@ void FormatProgram::read(std::byte* out, std::size_t size) {
 void FormatProgram::finish() {
   shutdown(input_, SHUT_WR);
   std::byte more;
-  if (!heard_.empty() || read_some(&more, 1) > 0) fail("said more than it was asked for");
+  if (!heard_.empty() || read_some(&more, 1) > 0) fail("sent unexpected output");
   const std::string how = ending();
   if (how != "with code 0") fail("ended " + how);
 }
@@ -318,11 +318,10 @@ void FormatProgram::fail(std::string_view what, bool may_lack_memory) {
   }
   while (last_words_.ends_with('\n')) last_words_.pop_back();
   std::string message = fmt::format("{}{}{}: {}", file_, file_.empty() ? "" : ": ", program_, what);
-  if (!last_words_.empty()) message += fmt::format("; its last words: {}", last_words_);
+  if (!last_words_.empty()) message += fmt::format("; stderr: {}", last_words_);
   ErrorDetail detail;
   if (may_lack_memory && has_first_memory_ && limits_.memory < most_first_memory) {
-    message += fmt::format("; it may have needed more memory than the {} MiB that it may take",
-                           limits_.memory >> 20);
+    message += fmt::format("; it may have exceeded its limit of {} MiB", limits_.memory >> 20);
     detail.problem = Problem::program_memory;
   }
   throw WorldError(message, detail);

@@ -17,7 +17,7 @@ namespace tagrid {
 
 /// A program that is asked by lines on its standard input, and answers on its standard output. It is a process group of
 /// its own, which ends with this object, or with the thread that made it. Every failure of the program (it cannot be
-/// started, dies, is silent, says too much) is a WorldError that names it and quotes its last words on standard error.
+/// started, dies, is silent, says too much) is a WorldError that names it and quotes the end of its standard error.
 class FormatProgram {
  public:
   struct Limits {
@@ -58,7 +58,7 @@ class FormatProgram {
   }
   /// For messages: the path of the program.
   const std::string& program() const { return program_; }
-  /// A WorldError about the program, with its last words.
+  /// A WorldError about the program, with the end of its standard error.
   [[noreturn]] void fail(std::string_view what) { fail(what, false); }
   /// An error of a program that lacks memory, as it has said in this message: a UsageError with the problem
   /// `program_memory` if it could have more, otherwise a WorldError.

@@ -32,7 +32,7 @@ inline constexpr Setting field_scale = {"field-scale", "the field scale"};
 struct ErrorRule {
   enum class Kind {
     noise,     ///< a multiple of the standard deviation of the noise
-    relative,  ///< a part of the range of the samples: max - min
+    relative,  ///< a fraction of the range of the samples: max - min
     psnr,      ///< the loosest with which the PSNR is at least this, in dB
   };
   Kind kind = Kind::noise;

@@ -84,7 +84,7 @@ class Memory(ReaderTest):
     @unless_sanitized
     def test_a_reader_keeps_to_the_limit_while_it_describes(self):
         limit = "64 MiB"
-        for begin, code, said in (("dies", 74, f"MemoryError; it may have needed more memory than the {limit} that it may take"),
+        for begin, code, said in (("dies", 74, f"MemoryError; it may have exceeded its limit of {limit}"),
                                   ("says", 64, f"scan.greedy: is too much for its reader ({limit})")):
             (self.folder / "scan.greedy").write_bytes(begin.encode() + bytes(60))
             for command in (["encode", "scan.greedy", "-o", "a.tag", "-f"], ["estimate", "scan.greedy"]):
@@ -114,7 +114,7 @@ class Memory(ReaderTest):
         decode = ["decode", "a.tag", "-o", "b.greedy", "-f"]
         run = self.tagrid(*decode, "-M", "100M")
         self.assertEqual(run.returncode, 74, run.stderr)
-        self.assertIn("it may have needed more memory than the 88 MiB that it may take; a larger -M", run.stderr)
+        self.assertIn("it may have exceeded its limit of 88 MiB; a larger -M", run.stderr)
         self.assertFalse((self.folder / "b.greedy").exists())
         self.assertEqual(self.tagrid(*decode, "-M", "512M").returncode, 0)
         self.assert_advice_helps(run.stderr, *decode)

@@ -114,7 +114,7 @@ class Restored(ReaderTest):
             del then.PixelData, now.PixelData
             self.assertEqual(then, now)
         run = self.ok("verify", "a.tag", "--against", "s")
-        self.assertIn("source files: the same but for samples\n", run.stdout)
+        self.assertIn("source files: identical except for samples\n", run.stdout)
 
     def info(self, name):
         import json

@@ -116,9 +116,9 @@ struct EstimateCommand {
 
 Action add_estimate_command(CLI::App& app) {
   auto state = std::make_shared<EstimateCommand>();
-  CLI::App* command = app.add_subcommand(
-      "estimate",
-      "Tell the noise of a volume, and the size, PSNR and time of its encodings with a list of bounds");
+  CLI::App* command = app.add_subcommand("estimate",
+                                         "Estimate noise, size, PSNR and time, and the size, PSNR and time "
+                                         "of its encodings with a list of bounds");
   command->add_option("INPUT", state->input, volume_input_help)->required();
   command
       ->add_option("--errors", state->errors,

@@ -74,7 +74,7 @@ int run(Ranks& ranks, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument = argv[i];
     if (argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
-      throw UsageError("an argument is empty; is a variable in your script not set?");
+      throw UsageError("an argument is empty; is a shell variable unset?");
   }
   try {
     app.parse(reversed_arguments(argc, argv, app));

@@ -102,7 +102,7 @@ Action add_mesh_command(CLI::App& app) {
   add_number_option(*command, "--coarsen", state->options.coarsen,
                     "Write the coarsest mesh whose values are within E of all decoded voxels")
       ->option_text("E");
-  add_region_option(*command, state->region, "Only the tetrahedra that meet these samples");
+  add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
   command->add_flag("--padded", state->options.padded,
                     "Fill whole root cubes instead of ending at the first and last samples");
   add_run_options(*command, state->run);

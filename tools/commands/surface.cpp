@@ -108,13 +108,13 @@ Action add_surface_command(CLI::App& app) {
   command->add_option("INPUT", state->input, ".tag file, or - for standard input")->required();
   add_output_options(*command, state->output);
   add_number_option(*command, "--iso", state->options.iso,
-                    "The value on the surface; what is at least this is inside")
+                    "Value on the surface; samples of at least V are inside")
       ->option_text("V")
       ->required();
   add_number_option(*command, "--level", state->options.level,
                     "Use the grid up to this level only; default: all levels")
       ->option_text("N");
-  add_region_option(*command, state->region, "Only the surface in tetrahedra that meet these samples");
+  add_region_option(*command, state->region, "Only the surface in tetrahedra that intersect this region");
   command->add_flag("--close", state->options.close,
                     "Close the surface at the border of the volume, as if all values outside were lower");
   add_run_options(*command, state->run);

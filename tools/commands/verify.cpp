@@ -93,7 +93,7 @@ struct VerifyCommand {
     const auto volume = open_volume(original, description);
     const SourceComparison found = compare_source_files(file, *volume, run.thread_count());
     if (found.is_same) {
-      const std::string same = file.parameters().is_exact() ? "the same" : "the same but for samples";
+      const std::string same = file.parameters().is_exact() ? "the same" : "identical except for samples";
       if (!found.compression.empty())
         return fmt::format("{}, uncompressed (the samples of the original are compressed: {})", same,
                            printable(found.compression));

@@ -1,7 +1,5 @@
 #include "tools/options/encoding_rows.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace tagrid {
@@ -27,16 +25,11 @@ Row text_row(std::string_view name, const char* group, const char* value, const 
           [member](EncodingOptions& o, const std::string& text) { o.*member = text; }};
 }
 
-void set_strip(EncodingOptions& o, const std::string& text) {
-  if (text != "true" && text != "false")
-    throw UsageError(fmt::format("--strip: {}: must be true or false", text));
-  o.options.strip = text == "true";
-}
-
-void set_grid_only(EncodingOptions& o, const std::string& text) {
-  if (text != "true" && text != "false")
-    throw UsageError(fmt::format("--grid-only: {}: must be true or false", text));
-  o.options.grid_only = text == "true";
+Row flag_row(std::string_view name, const char* group, const char* help, bool EncodeOptions::*member) {
+  return {std::string(name), group, "", help,
+          [name = std::string(name), member](EncodingOptions& o, const std::string& text) {
+            o.options.*member = flag_value(name, text);
+          }};
 }
 
 // The value whose name is `word`. REQUIRES: there is one.
@@ -78,19 +71,17 @@ std::vector<Row> all_rows() {
       {"max-error", kept, "E|noise:K",
        "Largest error of any voxel; 0, the default, is lossless; noise:K is K times the noise",
        set_max_error},
-      rule_row(setting::relative_error, "R", "Largest error as a part of the range of the samples",
+      rule_row(setting::relative_error, "R", "Largest error as a fraction of the range of the samples",
                &EncodingOptions::relative_error),
-      rule_row(setting::psnr, "D", "The loosest largest error with which the PSNR is at least D dB",
-               &EncodingOptions::psnr),
+      rule_row(setting::psnr, "D", "Loosest bound that reaches D dB", &EncodingOptions::psnr),
       number_row(setting::surface_error, kept, "F", "Tighter bound where the grid is refined",
                  &E::surface_error),
-      {"strip", kept, "",
-       "Leave out what the source says besides its samples and their place: names, dates, ...", set_strip},
-      {"grid-only", kept, "", "Store the adaptive grid alone; voxels are interpolated", set_grid_only},
+      flag_row("strip", kept, "Drop metadata except geometry: names, dates, ...", &E::strip),
+      flag_row("grid-only", kept, "Store the adaptive grid alone; voxels are interpolated", &E::grid_only),
       {"grid",
        kept,
        "stored|derived",
-       "Store the grid of the original, or none: then what needs it computes that of the decoded voxels",
+       "stored: keep the grid of the original; derived: recompute it from decoded voxels on demand",
        set_grid,
        {"stored", "derived"}},
       {"effort",

@@ -23,6 +23,13 @@ struct OptionRow {
   std::vector<std::string> words = {};  ///< all possible values; empty: set() decides
 };
 
+/// The value of a flag; `name` is that of its option. Throws UsageError.
+inline bool flag_value(const std::string& name, const std::string& text) {
+  if (text != "true" && text != "false")
+    throw UsageError("--" + name + ": " + text + ": must be true or false");
+  return text == "true";
+}
+
 /// Adds the option of a row to a command; `options` must outlive it.
 template <class Options>
 CLI::Option* add_row(CLI::App& command, const OptionRow<Options>& row, Options& options) {

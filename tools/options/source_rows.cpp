@@ -1,19 +1,11 @@
 #include "tools/options/source_rows.h"
 
-#include <fmt/format.h>
-
 #include "tools/options/raw_rows.h"
 
 namespace tagrid {
 namespace {
 
 using SourceRow = OptionRow<SourceOptions>;
-
-void set_gaps_ok(SourceOptions& o, const std::string& text) {
-  if (text != "true" && text != "false")
-    throw UsageError(fmt::format("--gaps-ok: {}: must be true or false", text));
-  o.gaps_ok = text == "true";
-}
 
 std::vector<SourceRow> all_source_rows() {
   constexpr const char* group = "Input of other formats";
@@ -37,7 +29,7 @@ std::vector<SourceRow> all_source_rows() {
   rows.push_back(
       {"gaps-ok", group, "",
        "Read a folder although numbers are missing in the names of its files, or DICOM images cannot be read",
-       set_gaps_ok});
+       [](SourceOptions& o, const std::string& text) { o.gaps_ok = flag_value("gaps-ok", text); }});
   rows.push_back(row("vdb-grid", "NAME", "Name of the grid of an OpenVDB file, if it has several",
                      &SourceOptions::vdb_grid));
   return rows;

@@ -140,7 +140,7 @@ TEST_F(VtkhdfTest, WhatAWriterDoesWrongNamesItAndLeavesNothing) {
   make_writer(ready, "head -c 50 > /dev/null; kill -KILL $$");
   fails_with("by signal 9");
   make_writer(ready, take + "; case $line in *connectivity*) echo 'no room' >&2; exit 3 ;; esac");
-  fails_with("its last words: no room");
+  fails_with("stderr: no room");
   make_writer(ready, take, "exit 0");
   fails_with("ended with code 0 before it had answered");
   make_writer(ready, take + "; " + done);

@@ -93,7 +93,7 @@ TEST_F(FormatProgramTest, OneThatCannotBeStartedIsAnError) {
 
 TEST_F(FormatProgramTest, OneThatDiesIsQuoted) {
   EXPECT_THAT(failure([&] { start("echo 'the file is odd' >&2; exit 3").hear(); }),
-              HasSubstr("ended with code 3 before it had answered; its last words: the file is odd"));
+              HasSubstr("ended with code 3 before it had answered; stderr: the file is odd"));
   EXPECT_THAT(failure([&] { start("printf 'half a line'; kill -SEGV $$").hear(); }),
               HasSubstr("ended by signal 11 (Segmentation fault)"));
   EXPECT_THAT(failure([&] {
@@ -146,7 +146,7 @@ TEST_F(FormatProgramTest, OneThatSaysTooMuchIsAnError) {
                 program.hear();
                 program.finish();
               }),
-              HasSubstr("said more than it was asked for"));
+              HasSubstr("sent unexpected output"));
 }
 
 TEST_F(FormatProgramTest, ItsProcessesEndWithIt) {
