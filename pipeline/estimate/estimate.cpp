@@ -23,10 +23,12 @@
 #include "pipeline/estimate/sample.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/lattice.h"
 #include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 namespace {

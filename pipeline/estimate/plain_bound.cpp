@@ -12,6 +12,7 @@
 #include "pipeline/estimate/bricks_of_source.h"
 #include "pipeline/estimate/noise.h"
 #include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
 
 namespace tagrid {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 

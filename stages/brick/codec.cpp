@@ -170,6 +170,13 @@ void encode_brick(const Samples<T>& samples, const LatticeBits& active, const Co
   measure_samples<T>(owned, interpolated, code.statistics);
 }
 
+void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code) {
+  with_sample_type(parameters.type, [&](auto type) {
+    encode_brick(samples.as<decltype(type)>(), active, parameters, brick, code);
+  });
+}
+
 template <class T>
 Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
                              const CodingParameters& parameters, Index3 brick, LatticeBits& active) {

@@ -36,6 +36,10 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
+/// The same for samples of the type that the parameters say.
+void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code);
+
 /// True if the activity of a brick is coded in the context of its decoded samples. Otherwise the samples need
 /// the activity.
 bool activity_follows_values(const CodingParameters& parameters);

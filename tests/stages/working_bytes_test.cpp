@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
+#include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
-#include "stages/brick/encode.h"
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
 #include "stages/marks/halo.h"
