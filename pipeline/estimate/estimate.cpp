@@ -135,7 +135,8 @@ class Estimator {
       encode_brick(samples, grid.first, p, position, code);
       const double encoded_at = thread_seconds();
       DecodedBrick decoded;
-      if (!decode_brick(code.activity, code.values, p, bricks_.id(position), Wanted::samples, decoded).ok())
+      if (!decode_brick({code.activity, code.values}, p, {bricks_.id(position), Wanted::samples}, decoded)
+               .ok())
         throw std::logic_error("an encoded brick does not decode");
       Encoded& result = encoded_[bound][i];
       result.statistics = code.statistics;

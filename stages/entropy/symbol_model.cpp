@@ -8,7 +8,7 @@ SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of) {
   const std::uint64_t ratio = (mean * (mean + of) << 16) / (2 * of * of + 2 * mean * of + mean * mean);
   std::array<std::uint64_t, 9> power = {65536};
   for (std::size_t i = 1; i < power.size(); ++i) power[i] = (power[i - 1] * ratio) >> 16;
-  std::array<std::uint64_t, symbols> weight{};
+  std::array<std::uint64_t, symbol_count> weight{};
   for (std::size_t s = 0; s < 15; ++s) weight[s] = power[s < 7 ? 7 - s : s - 7];
   weight[15] = (2 * power[8] << 16) / (65536 - ratio);
   std::uint64_t total = 0;
@@ -17,8 +17,8 @@ SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of) {
   constexpr std::uint64_t least = 8;  // 2^-15, for each symbol
   SymbolModel model;
   std::uint64_t sum = 0;
-  for (std::size_t s = 0; s < symbols; sum += weight[s++])
-    model.below[s] = static_cast<std::int16_t>(sum * (32768 - least * symbols) / total + least * s);
+  for (std::size_t s = 0; s < symbol_count; sum += weight[s++])
+    model.below[s] = static_cast<std::int16_t>(sum * (32768 - least * symbol_count) / total + least * s);
   model.below[0] = start_age;
   return model;
 }

@@ -1,6 +1,6 @@
-// Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing, searching and
-// learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive models for rANS of small
-// alphabets); stages/wavefront does them.
+// Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing,
+// searching and learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive
+// models for rANS of small alphabets); stages/wavefront does them.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,15 @@
 
 namespace tagrid {
 
-inline constexpr std::size_t symbols = 16;
+inline constexpr std::size_t symbol_count = 16;
 
 /// below[s]: the probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age:
 /// it approaches 32767 as fast as the probabilities approach the observed ones.
 struct SymbolModel {
-  std::array<std::int16_t, symbols> below;
+  std::array<std::int16_t, symbol_count> below;
 };
-// glibc 2.36 does not use the holes of a heap for blocks of more alignment, so the heap would grow with every brick.
+// glibc 2.36 does not use the holes of a heap for blocks of more alignment, so the heap would grow with every
+// brick.
 static_assert(alignof(SymbolModel) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 
 /// Age of a new model. Its initial probabilities count as some observations, so learning begins with 1/8.
@@ -28,13 +29,13 @@ inline constexpr std::int16_t start_age = 18432;
 /// keeps.
 struct SymbolTargets {
   static constexpr int least = 4;  ///< 2^-15
-  alignas(32) std::array<decltype(SymbolModel::below), symbols> of;
+  alignas(32) std::array<decltype(SymbolModel::below), symbol_count> of;
 
   constexpr SymbolTargets() : of{} {
-    for (std::size_t s = 0; s < symbols; ++s)
-      for (std::size_t i = 0; i < symbols; ++i)
+    for (std::size_t s = 0; s < symbol_count; ++s)
+      for (std::size_t i = 0; i < symbol_count; ++i)
         of[s][i] = static_cast<std::int16_t>(i == 0  ? 32767
-                                             : i > s ? 32768 - static_cast<int>(symbols - i) * least
+                                             : i > s ? 32768 - static_cast<int>(symbol_count - i) * least
                                                      : static_cast<int>(i) * least);
   }
 };

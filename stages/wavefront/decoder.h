@@ -17,15 +17,15 @@ namespace tagrid::HWY_NAMESPACE {
 
 class Decoder : Wave<false> {
  public:
-  Decoder(const WaveBrick& brick, WaveBuffers& buffers, RowWriter writer, const RowSet& quiet, bool single,
-          std::span<const std::uint8_t> bits, std::span<const std::uint8_t> words)
-      : Wave(brick, buffers, {}, writer, &quiet),
-        single_(single),
-        bits_(bits),
-        words_(words.data()),
-        end_(words.data() + words.size()) {}
+  Decoder(const WaveBrick& brick, WaveBuffers& buffers, const WaveBytes& code, RowWriter writer)
+      : Wave(brick, buffers, {}, writer, &code.quiet),
+        single_(code.single),
+        carries_(code.carries),
+        bits_(code.bits),
+        words_(code.words.data()),
+        end_(code.words.data() + code.words.size()) {}
 
-  bool run(std::vector<std::uint8_t>* carried) {
+  bool run(std::vector<std::uint8_t>& carried) {
     const Schedule& s = s_;
     if (end_ - words_ < most_of_steps) enough_words();
     if (single_) {
@@ -62,23 +62,25 @@ class Decoder : Wave<false> {
 
  private:
   /// Whether the states are such as the encoder began with: 65536, and what they carry.
-  bool is_at_start(std::vector<std::uint8_t>* carried) const {
+  bool is_at_start(std::vector<std::uint8_t>& carried) const {
     alignas(64) std::int32_t of_lane[2 * wave_lanes];
     store(half_[0].state, of_lane);
     store(half_[1].state, of_lane + wave_lanes);
     for (std::size_t i = 0; i < (single_ ? 1 : 2 * wave_lanes); ++i) {
       const std::uint32_t state = single_ ? one_state_ : static_cast<std::uint32_t>(of_lane[i]);
-      if (state >> 16 != 1 || (carried == nullptr && state != 65536)) return false;
-      if (carried == nullptr) continue;
-      carried->push_back(static_cast<std::uint8_t>(state));
-      carried->push_back(static_cast<std::uint8_t>(state >> 8));
+      if (state >> 16 != 1 || (!carries_ && state != 65536)) return false;
+      if (!carries_) continue;
+      carried.push_back(static_cast<std::uint8_t>(state));
+      carried.push_back(static_cast<std::uint8_t>(state >> 8));
     }
     return true;
   }
-  /// Bytes that the steps of both halves may ask for: a word for each symbol, one for its low bits, and what a vector reads.
+  /// Bytes that the steps of both halves may ask for: a word for each symbol, one for its low bits, and what
+  /// a vector reads.
   static constexpr std::ptrdiff_t most_of_steps = 2 * 4 * wave_lanes + 32;
 
-  /// Near the end, goes on in a copy that is followed by zeros. Returns false if words behind the end were asked for.
+  /// Near the end, goes on in a copy that is followed by zeros. Returns false if words behind the end were
+  /// asked for.
   bool enough_words() {
     if (!at_end_) {
       at_end_ = true;
@@ -208,7 +210,7 @@ class Decoder : Wave<false> {
     state = if_else(mask32(low), shift_left<16>(state) | take_words(words_, low), state);
     words_ += 2 * std::popcount(low);
   }
-  const bool single_;
+  const bool single_, carries_;
   std::uint32_t one_state_ = 0;
   BitReader bits_;
   const std::uint8_t *words_, *end_;

@@ -1,5 +1,5 @@
-// The lanes of both halves of a brick, step by step; the same for encoding and decoding. Included once for each
-// instruction set.
+// The lanes of both halves of a brick, step by step; the same for encoding and decoding. Included once for
+// each instruction set.
 #if defined(TAGRID_STAGES_WAVEFRONT_WAVE) == defined(HWY_TARGET_TOGGLE)
 #ifdef TAGRID_STAGES_WAVEFRONT_WAVE
 #undef TAGRID_STAGES_WAVEFRONT_WAVE
@@ -236,7 +236,8 @@ class Wave {
       if (two_bounds_) mark(half_[h], h, period);
     }
   }
-  /// After the steps of a period: rows have ended that began in the one before, or in the odd slices two before.
+  /// After the steps of a period: rows have ended that began in the one before, or in the odd slices two
+  /// before.
   void finish_period(std::int64_t period) {
     for (int h = 0; h < 2; ++h) {
       const std::int64_t group = period - 1 - h, rows = s_.rows_of(h, group);
@@ -378,8 +379,8 @@ TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
       c.lanes = static_cast<std::uint16_t>(active);
       c.extra = 0;
       if (active != 0) {
-        store(set16(flat_texture * static_cast<int>(symbols)), c.texture);
-        store(set16((brick_.one_distribution ? flat_texture : flat_level) * static_cast<int>(symbols)),
+        store(set16(flat_texture * static_cast<int>(symbol_count)), c.texture);
+        store(set16((brick_.one_distribution ? flat_texture : flat_level) * static_cast<int>(symbol_count)),
               c.level);
         store(set16(7), c.symbol);
       }
@@ -491,10 +492,10 @@ TAGRID_STEP void Wave<encoding>::front(Half& f, int h, std::int64_t t) {
     f.coded = coded;
     f.largest = by_bound(bounds_[0].largest, bounds_[1].largest, surface);
     const M32 m = mask32(coded);
-    store(narrow(if_else(m, texture, set32(idle_texture * static_cast<int>(symbols)))), f.texture);
+    store(narrow(if_else(m, texture, set32(idle_texture * static_cast<int>(symbol_count)))), f.texture);
     store(narrow(if_else(
               m, of_level,
-              set32((brick_.one_distribution ? idle_texture : idle_level) * static_cast<int>(symbols)))),
+              set32((brick_.one_distribution ? idle_texture : idle_level) * static_cast<int>(symbol_count)))),
           f.level);
     f.any_low = bits(low_bits > set32(0)) & coded;
     f.low_bits = low_bits;
