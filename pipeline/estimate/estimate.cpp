@@ -26,7 +26,6 @@
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 

@@ -3,7 +3,6 @@
 #include <memory>
 #include <utility>
 
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 

@@ -20,7 +20,7 @@
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/memory/within.h"
-#include "stages/volume/values.h"
+#include "stages/volume/value_rule.h"
 
 namespace tagrid {
 namespace {

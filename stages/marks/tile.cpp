@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "stages/marks/curvature.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/heights.h"
 #include "stages/marks/marking.h"
 #include "stages/marks/mesh_criterion.h"
@@ -44,6 +43,12 @@ LatticeBits mark_samples(const Samples<T>& samples, const Box& cubes, const Box&
 }
 
 }  // namespace
+
+int mark_halo(const CodingParameters& parameters) {
+  return parameters.bounds_interpolation()
+             ? std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size))
+             : CurvatureField::halo;
+}
 
 LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters) {

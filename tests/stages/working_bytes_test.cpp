@@ -11,7 +11,6 @@
 #include "stages/brick/decode.h"
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"

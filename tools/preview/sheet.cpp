@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
-#include "stages/picture/level_colours.h"
-#include "stages/picture/round_length.h"
+#include "stages/picture/image.h"
+#include "stages/picture/panel.h"
 #include "stages/picture/text.h"
 #include "tools/report/printable.h"
 
