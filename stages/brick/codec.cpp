@@ -15,20 +15,13 @@
 #include "stages/points/field.h"
 #include "stages/points/interpolation.h"
 #include "stages/points/wide_coding.h"
+#include "stages/volume/bound.h"
 #include "stages/volume/vector_code.h"
 #include "stages/voxels/codec.h"
 #include "stages/wide/codec.h"
 
 namespace tagrid {
 namespace {
-
-// A bound in whole sample units. A bound larger than the range of the type becomes that range.
-template <class T>
-std::int64_t integer_bound(double bound) {
-  constexpr double widest =
-      static_cast<double>(std::numeric_limits<T>::max()) - std::numeric_limits<T>::min();
-  return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
-}
 
 // The coders of narrow and wide types under one name.
 template <class T>

@@ -10,18 +10,12 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/bound.h"
 #include "stages/volume/coding_parameters.h"
 #include "stages/volume/status.h"
 #include "stages/wavefront/code.h"
 
 namespace tagrid {
-
-/// Largest absolute error of a voxel, in sample units. If surface_error >= 0, it applies to active points and
-/// max_error to the others; if surface_error < 0, max_error applies to all.
-struct VoxelBounds {
-  std::int64_t max_error = 0;
-  std::int64_t surface_error = -1;
-};
 
 /// What the encoder and the decoder of a brick's voxels both know.
 template <class Bounds>
@@ -47,10 +41,10 @@ class [[nodiscard]] PendingVoxels {
 
   bool is_complete() const { return !wave_; }
 
-  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or 64,
-  /// as there is room. Returns nothing if the code was longer than the samples: then these are stored instead,
-  /// and become the reconstruction.
-  /// REQUIRES: it is called once, while all that encode_voxels() was given is still there.
+  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or
+  /// 64, as there is room. Returns nothing if the code was longer than the samples: then these are stored
+  /// instead, and become the reconstruction. REQUIRES: it is called once, while all that encode_voxels() was
+  /// given is still there.
   std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {});
 
  private:

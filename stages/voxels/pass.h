@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "stages/volume/bound.h"
 #include "stages/voxels/blended_window.h"
 #include "stages/voxels/codec.h"
 #include "stages/voxels/mixed_residual_model.h"
@@ -19,13 +20,6 @@ namespace tagrid {
 
 // A segment is a piece of a row; one decision can say that all its residuals are zero.
 inline constexpr std::int64_t segment_length = 64;
-
-/// The quantizers of inactive and of active points. Errors beyond the range of the type count as that range.
-inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
-  const auto limited = [](std::int64_t e) { return Quantizer(std::clamp<std::int64_t>(e, 0, 65535)); };
-  const Quantizer other = limited(bounds.max_error);
-  return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
-}
 
 /// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
 /// decoded ones. `two_bounds`: active points have a bound of their own.

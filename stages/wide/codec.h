@@ -15,19 +15,13 @@
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/bound.h"
 #include "stages/volume/coding_parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
 #include "stages/voxels/codec.h"
 
 namespace tagrid {
-
-/// Largest absolute error of a voxel, in sample units; 0 keeps every bit. If surface_error >= 0, it applies
-/// to active points and max_error to the others; if surface_error < 0, max_error applies to all.
-struct WideBounds {
-  double max_error = 0;
-  double surface_error = -1;
-};
 
 using WideBrick = BrickOfVoxels<WideBounds>;
 
