@@ -41,10 +41,10 @@ class [[nodiscard]] PendingVoxels {
 
   bool is_complete() const { return !wave_; }
 
-  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or
-  /// 64, as there is room. Returns nothing if the code was longer than the samples: then these are stored
-  /// instead, and become the reconstruction. REQUIRES: it is called once, while all that encode_voxels() was
-  /// given is still there.
+  /// Appends what is missing. Returns how many bytes the code carries, the first ones of `to_carry`: 0, 2 or 64,
+  /// as there is room. Returns nothing if the code was longer than the samples: then these are stored instead,
+  /// and become the reconstruction.
+  /// REQUIRES: it is called once, while all that encode_voxels() was given is still there.
   std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {});
 
  private:

@@ -1,41 +1,25 @@
 #include "stages/wavefront/coder.h"
 
-#include <bit>
-
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/wavefront/coder.cpp"
-#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <bit>
+
 #include "stages/volume/instruction_sets.h"
-#include "stages/wavefront/decoder.h"
-#include "stages/wavefront/encoder.h"
-#include "stages/wavefront/states.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace tagrid::HWY_NAMESPACE {
-
-void encode(const WaveBrick& brick, RowReader reader, RowWriter writer, WaveSymbols& symbols) {
-  Encoder(brick, symbols, reader, writer).run();
-}
-
-WaveCode push(WaveSymbols& symbols, std::span<const std::uint8_t> to_carry) {
-  return States(symbols).run(to_carry);
-}
-
-bool decode(const WaveBrick& brick, const WaveBytes& code, RowWriter writer,
-            std::vector<std::uint8_t>& carried) {
-  const bool two_bounds = brick.activity != nullptr;
-  if (code.words.size() % 2 != 0 || code.words.size() < (code.single ? 4 : 8 * wave_lanes)) return false;
-  WaveBuffers buffers(brick.size, false, two_bounds, static_cast<std::int16_t>(brick.parameters.reference));
-  return Decoder(brick, buffers, code, writer).run(carried);
-}
-
-}  // namespace tagrid::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace tagrid {
+
+// What target.h defines for each instruction set.
+#define TAGRID_DECLARE_VERSIONS(target)                                                   \
+  namespace target {                                                                      \
+  void encode(const WaveBrick&, RowReader, RowWriter, WaveSymbols&);                      \
+  WaveCode push(WaveSymbols&, std::span<const std::uint8_t>);                             \
+  bool decode(const WaveBrick&, const WaveBytes&, RowWriter, std::vector<std::uint8_t>&); \
+  }
+TAGRID_DECLARE_VERSIONS(N_AVX3)
+TAGRID_DECLARE_VERSIONS(N_AVX2)
+TAGRID_DECLARE_VERSIONS(N_SSE4)
+TAGRID_DECLARE_VERSIONS(HWY_NAMESPACE)
+#undef TAGRID_DECLARE_VERSIONS
 
 // Words, counts and intervals are read as halves of larger numbers.
 static_assert(std::endian::native == std::endian::little);
@@ -60,4 +44,3 @@ bool decode_wave(const WaveBrick& brick, const WaveBytes& code, RowWriter sample
 }
 
 }  // namespace tagrid
-#endif

@@ -1,17 +1,13 @@
-// Encodes the values of a brick as intervals of its symbols. Included once for each instruction set.
-#if defined(TAGRID_STAGES_WAVEFRONT_ENCODER) == defined(HWY_TARGET_TOGGLE)
-#ifdef TAGRID_STAGES_WAVEFRONT_ENCODER
-#undef TAGRID_STAGES_WAVEFRONT_ENCODER
-#else
-#define TAGRID_STAGES_WAVEFRONT_ENCODER
-#endif
+// Encodes the values of a brick as intervals of its symbols.
+#pragma once
 
 #include <bit>
 #include <cstdlib>
 #include <vector>
 
+#include "stages/wavefront/bits.h"
 #include "stages/wavefront/models.h"
-#include "stages/wavefront/wave.h"
+#include "stages/wavefront/step.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
@@ -47,7 +43,7 @@ class Encoder : Wave<true> {
           front(half_[0], 0, t + 1);
         }
         if (t >= s.lag) back(half_[1], t - s.lag);
-        if (t < 32 ? (t & (t + 1)) == 0 : t % 8 == 7) learn_biases();
+        if (t < 32 ? (t & (t + 1)) == 0 : t % 8 == 7) biases_.learn();
       }
       // All rows of the period before have ended.
       if (group > 0) code_steps((group - 1) * s.period, group * s.period, bits);
@@ -135,4 +131,3 @@ class Encoder : Wave<true> {
 
 }  // namespace tagrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-#endif

@@ -1,10 +1,5 @@
-// Pushes the symbols of a brick into the states of its lanes. Included once for each instruction set.
-#if defined(TAGRID_STAGES_WAVEFRONT_STATES) == defined(HWY_TARGET_TOGGLE)
-#ifdef TAGRID_STAGES_WAVEFRONT_STATES
-#undef TAGRID_STAGES_WAVEFRONT_STATES
-#else
-#define TAGRID_STAGES_WAVEFRONT_STATES
-#endif
+// Pushes the symbols of a brick into the states of its lanes.
+#pragma once
 
 #include <array>
 #include <bit>
@@ -130,4 +125,3 @@ class States {
 
 }  // namespace tagrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-#endif
