@@ -10,7 +10,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/memory/progress.h"
 #include "pipeline/memory/resources.h"
-#include "stages/coarsen/bound.h"
+#include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice_bits.h"
 
 namespace tagrid {

@@ -15,7 +15,7 @@
 #include "io/files/spool_file.h"
 #include "pipeline/decode/decoded_rows.h"
 #include "pipeline/grid/slices.h"
-#include "stages/coarsen/bound.h"
+#include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
 

@@ -8,7 +8,7 @@ DecodedBrick decode_block(const BrickBytes& block, const CodingParameters& param
                           const std::string& name, Wanted wanted, std::int64_t slices) {
   DecodedBrick brick;
   const Status status =
-      decode_brick(block.activity, block.values, parameters, block.id, wanted, brick, slices);
+      decode_brick({block.activity, block.values}, parameters, {block.id, wanted, slices}, brick);
   if (!status.ok())
     throw BrokenInput((name.empty() ? "" : name + ": ") + "brick " + std::to_string(block.id) + ": " +
                       status.what());

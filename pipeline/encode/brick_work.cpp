@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "stages/mesh/mesh_error.h"
+
 namespace tagrid {
 
 EncodedBrick encode(SubdividedBrick brick, const CodingParameters& parameters) {

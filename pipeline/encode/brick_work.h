@@ -8,7 +8,7 @@
 
 #include "pipeline/grid/work.h"
 #include "stages/brick/closed_samples.h"
-#include "stages/brick/encode.h"
+#include "stages/brick/codec.h"
 #include "stages/volume/coding_parameters.h"
 
 namespace tagrid {

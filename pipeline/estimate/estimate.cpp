@@ -23,10 +23,11 @@
 #include "pipeline/job/source_survey.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 namespace {
@@ -133,7 +134,8 @@ class Estimator {
       encode_brick(samples, grid.first, p, position, code);
       const double encoded_at = thread_seconds();
       DecodedBrick decoded;
-      if (!decode_brick(code.activity, code.values, p, bricks_.id(position), Wanted::samples, decoded).ok())
+      if (!decode_brick({code.activity, code.values}, p, {bricks_.id(position), Wanted::samples}, decoded)
+               .ok())
         throw std::logic_error("an encoded brick does not decode");
       Encoded& result = encoded_[bound][i];
       result.statistics = code.statistics;

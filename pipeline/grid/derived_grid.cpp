@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "stages/marks/halo.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 

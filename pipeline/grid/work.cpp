@@ -3,8 +3,8 @@
 #include <memory>
 #include <utility>
 
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "pipeline/grid/schedule.h"
-#include "stages/brick/encode.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/volume/coding_parameters.h"
+#include "stages/volume/samples.h"
 
 namespace tagrid {
 

@@ -13,6 +13,7 @@
 #include "io/files/errors.h"
 #include "pipeline/job/source_survey.h"
 #include "pipeline/threads/threads.h"
+#include "stages/brick/codec.h"
 
 namespace tagrid {
 namespace {

@@ -7,7 +7,6 @@
 #include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"

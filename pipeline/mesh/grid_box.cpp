@@ -15,7 +15,7 @@
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/mesh/grid_bricks.h"
 #include "pipeline/threads/threads.h"
-#include "stages/marks/halo.h"
+#include "stages/marks/tile.h"
 
 namespace tagrid {
 namespace {

@@ -9,7 +9,6 @@
 #include "io/volume/lengths.h"
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
-#include "stages/mesh/meets.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/points/field.h"
 

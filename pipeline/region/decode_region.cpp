@@ -21,7 +21,7 @@
 #include "pipeline/decode/value_range.h"
 #include "pipeline/memory/of_bricks.h"
 #include "pipeline/memory/within.h"
-#include "stages/volume/values.h"
+#include "stages/volume/value_rule.h"
 
 namespace tagrid {
 namespace {

@@ -1,6 +1,5 @@
 #include "pipeline/surface/surface_builder.h"
 
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -9,6 +8,7 @@
 #include "io/volume/lengths.h"
 #include "io/volume/world.h"
 #include "stages/grid/lattice.h"
+#include "stages/grid/lattice_bits.h"
 #include "stages/points/field.h"
 
 namespace tagrid {
@@ -27,20 +27,8 @@ LatticeBits grid_of(const LatticeBits& active, int cube_size, int level) {
 // The values of the active points, at their places among all points of the brick.
 template <class T>
 std::vector<T> points_of(const LatticeBits& grid, const ValueOf& value_of) {
-  const Box& box = grid.box();
-  std::vector<T> points(static_cast<std::size_t>(box.count()));
-  std::size_t row_start = 0;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      const std::uint64_t* row = grid.row(y, z);
-      for (std::size_t w = 0; w < grid.words_per_row(); ++w)
-        for (std::uint64_t rest = row[w]; rest != 0; rest &= rest - 1) {
-          const std::size_t i = 64 * w + static_cast<std::size_t>(std::countr_zero(rest));
-          const std::byte* value = value_of({box.low.x + static_cast<std::int64_t>(i), y, z});
-          std::memcpy(&points[row_start + i], value, sizeof(T));
-        }
-      row_start += static_cast<std::size_t>(box.size().x);
-    }
+  std::vector<T> points(static_cast<std::size_t>(grid.box().count()));
+  for_each_set(grid, [&](Index3 p, std::size_t i) { std::memcpy(&points[i], value_of(p), sizeof(T)); });
   return points;
 }
 

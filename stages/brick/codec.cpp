@@ -1,66 +1,54 @@
 #include "stages/brick/codec.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
-#include <cmath>
-#include <limits>
+#include <optional>
 
 #include "stages/activity/coding.h"
 #include "stages/activity/forecast.h"
 #include "stages/brick/sample_statistics.h"
-#include "stages/grid/lattice.h"
 #include "stages/points/coding.h"
 #include "stages/points/field.h"
 #include "stages/points/interpolation.h"
 #include "stages/points/wide_coding.h"
-#include "stages/volume/vector_code.h"
+#include "stages/volume/bound.h"
 #include "stages/voxels/codec.h"
 #include "stages/wide/codec.h"
 
 namespace tagrid {
 namespace {
 
-// A bound in whole sample units. A bound larger than the range of the type becomes that range.
-template <class T>
-std::int64_t integer_bound(double bound) {
-  constexpr double widest =
-      static_cast<double>(std::numeric_limits<T>::max()) - std::numeric_limits<T>::min();
-  return bound < 0 ? -1 : static_cast<std::int64_t>(std::min(bound, widest));
-}
-
-// Bounds in the form that the coder of the voxels of T takes.
-template <class T>
-auto voxel_bounds(const CodingParameters& parameters) {
-  if constexpr (is_wide<T>)
-    return WideBounds{parameters.max_error, parameters.surface_error};
-  else
-    return VoxelBounds{integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)};
-}
-
 // The coders of narrow and wide types under one name.
 template <class T>
-Carrying encode_brick_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& active,
-                             const CodingParameters& parameters, std::vector<std::uint8_t>& out,
-                             std::span<T> decoded, const BytesToCarry& to_carry) {
+auto voxels_of(const Box& owned, const LatticeBits& active, const CodingParameters& parameters) {
   if constexpr (is_wide<T>)
-    return encode_wide_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
-                                 parameters.effort, to_carry);
+    return WideBrick{owned, &active, {parameters.max_error, parameters.surface_error}, parameters.effort};
   else
-    return encode_voxels<T>(samples, owned, active, voxel_bounds<T>(parameters), out, decoded,
-                            parameters.effort, to_carry);
+    return VoxelBrick{owned,
+                      &active,
+                      {integer_bound<T>(parameters.max_error), integer_bound<T>(parameters.surface_error)},
+                      parameters.effort};
+}
+
+template <class T>
+auto encode_brick_voxels(const Samples<T>& samples, const LatticeBits& active,
+                         const CodingParameters& parameters, std::span<T> decoded,
+                         std::vector<std::uint8_t>& out) {
+  const std::span<const T> original(samples.data, decoded.size());
+  if constexpr (is_wide<T>)
+    return encode_wide_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
+  else
+    return encode_voxels<T>(original, voxels_of<T>(samples.box, active, parameters), decoded, out);
 }
 
 template <class T>
 Status decode_brick_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& active,
-                           const CodingParameters& parameters, std::span<T> samples,
-                           std::vector<std::uint8_t>& carried) {
+                           const CodingParameters& parameters, const BrickValues<T>& values) {
   if constexpr (is_wide<T>)
-    return decode_wide_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples,
-                                 parameters.effort, carried);
+    return decode_wide_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples,
+                                 values.carried);
   else
-    return decode_voxels<T>(bytes, owned, active, voxel_bounds<T>(parameters), samples, parameters.effort,
-                            carried);
+    return decode_voxels<T>(bytes, voxels_of<T>(owned, active, parameters), values.samples, values.carried);
 }
 
 template <class T>
@@ -121,6 +109,52 @@ Forecast forecast_of(std::span<const T> samples, const CodingParameters& paramet
   return forecast_activity<T>(samples, parameters, brick);
 }
 
+// Of a file with voxels.
+template <class T>
+void encode_voxels_and_activity(const Samples<T>& samples, const LatticeBits& active,
+                                const CodingParameters& parameters, Index3 brick, BrickCode& code) {
+  const auto n = static_cast<std::size_t>(samples.box.count());
+  std::vector<T> decoded(n);
+  const auto code_activity = [&] {
+    code.activity.clear();
+    encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
+                    parameters.max_level, code.activity);
+  };
+  auto values = encode_brick_voxels<T>(samples, active, parameters, decoded, code.values);
+  if (!parameters.stores_grid()) {
+    values.finish();
+  } else if (activity_follows_values(parameters)) {
+    // What a decoder needs after the values, the values can carry.
+    code_activity();
+    const std::optional<std::size_t> carried = values.finish(code.activity);
+    if (!carried) code_activity();
+    code.activity.erase(code.activity.begin(),
+                        code.activity.begin() + static_cast<std::ptrdiff_t>(carried.value_or(0)));
+  } else {
+    values.finish();
+    code_activity();
+  }
+  measure_samples<T>({samples.data, n}, decoded, code.statistics);
+  if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
+}
+
+// Of a file without voxels.
+template <class T>
+void encode_points_and_activity(const Samples<T>& samples, const LatticeBits& active,
+                                const CodingParameters& parameters, Index3 brick, BrickCode& code) {
+  const std::span<const T> original(samples.data, static_cast<std::size_t>(samples.box.count()));
+  encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
+  std::vector<T> points(original.size());
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = stored(original[i], parameters.point_error);
+  encode_brick_points<T>(points, active, parameters, code.values);
+  if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
+  const Box box = parameters.bricks().owned_box(brick);
+  std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
+  cut<T>(original, samples.box, box, owned);
+  interpolate_owned<T>(points, active, parameters, brick, interpolated);
+  measure_samples<T>(owned, interpolated, code.statistics);
+}
+
 }  // namespace
 
 bool activity_follows_values(const CodingParameters& parameters) {
@@ -136,38 +170,18 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code) {
   assert(samples.box == samples_to_encode(parameters, brick));
-  const auto n = static_cast<std::size_t>(samples.box.count());
-  const std::span<const T> original(samples.data, n);
   if (parameters.stores_grid()) count_active(active, parameters, brick, code.statistics);
-  if (parameters.mode == FileMode::voxels) {
-    std::vector<T> decoded(n);
-    const auto coded_activity = [&]() -> std::span<const std::uint8_t> {
-      code.activity.clear();
-      encode_activity(active, forecast_of<T>(decoded, parameters, brick), parameters.cube_size,
-                      parameters.max_level, code.activity);
-      return code.activity;
-    };
-    BytesToCarry to_carry;
-    if (parameters.stores_grid() && activity_follows_values(parameters)) to_carry = coded_activity;
-    const Carrying carrying =
-        encode_brick_voxels<T>(original, samples.box, active, parameters, code.values, decoded, to_carry);
-    if (parameters.stores_grid() && !carrying.asked) coded_activity();
-    code.activity.erase(code.activity.begin(),
-                        code.activity.begin() + static_cast<std::ptrdiff_t>(carrying.count));
-    measure_samples<T>(original, decoded, code.statistics);
-    if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(decoded);
-    return;
-  }
-  encode_activity(active, {}, parameters.cube_size, parameters.max_level, code.activity);
-  std::vector<T> points(n);
-  for (std::size_t i = 0; i < n; ++i) points[i] = stored(original[i], parameters.point_error);
-  encode_brick_points<T>(points, active, parameters, code.values);
-  if (parameters.mesh_error >= 0) code.decoded = bytes_of<T>(points);
-  const Box box = parameters.bricks().owned_box(brick);
-  std::vector<T> owned(static_cast<std::size_t>(box.count())), interpolated(owned.size());
-  cut<T>(original, samples.box, box, owned);
-  interpolate_owned<T>(points, active, parameters, brick, interpolated);
-  measure_samples<T>(owned, interpolated, code.statistics);
+  if (parameters.mode == FileMode::voxels)
+    encode_voxels_and_activity(samples, active, parameters, brick, code);
+  else
+    encode_points_and_activity(samples, active, parameters, brick, code);
+}
+
+void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code) {
+  with_sample_type(parameters.type, [&](auto type) {
+    encode_brick(samples.as<decltype(type)>(), active, parameters, brick, code);
+  });
 }
 
 template <class T>
@@ -180,56 +194,15 @@ Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<cons
 
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, Index3 brick, std::span<T> samples,
-                           std::span<T> points, std::vector<std::uint8_t>& carried) {
+                           const CodingParameters& parameters, Index3 brick, const BrickValues<T>& values) {
   const Box owned = parameters.bricks().owned_box(brick);
   if (parameters.mode == FileMode::voxels)
-    return decode_brick_voxels<T>(bytes, owned, active, parameters, samples, carried);
-  assert(static_cast<std::int64_t>(samples.size()) == owned.count());
+    return decode_brick_voxels<T>(bytes, owned, active, parameters, values);
+  assert(static_cast<std::int64_t>(values.samples.size()) == owned.count());
   assert(active.box() == parameters.bricks().closed_box(brick));
-  Status status = decode_brick_points<T>(bytes, active, parameters, points);
-  if (status.ok()) interpolate_owned<T>(points, active, parameters, brick, samples);
+  Status status = decode_brick_points<T>(bytes, active, parameters, values.points);
+  if (status.ok()) interpolate_owned<T>(values.points, active, parameters, brick, values.samples);
   return status;
-}
-
-TAGRID_VECTOR_CODE
-void count_active(const LatticeBits& active, const CodingParameters& parameters, Index3 brick,
-                  Statistics& statistics) {
-  Box owned = active.box();
-  for (int axis = 0; axis < 3; ++axis)
-    if (brick[axis] > 0) ++owned.low[axis];
-  const std::int64_t s = parameters.cube_size;
-  // The x coordinates with exactly 2^i as their unit, and those with 2^i or more; the multiples of S are at the end.
-  const std::size_t words = active.words_per_row();
-  struct Masks {
-    std::vector<std::uint64_t> exactly, at_least;
-  };
-  std::vector<Masks> masks;
-  for (std::int64_t unit = 1; unit <= s; unit *= 2) {
-    Masks& m =
-        masks.emplace_back(Masks{std::vector<std::uint64_t>(words), std::vector<std::uint64_t>(words)});
-    for (std::int64_t x = owned.low.x; x <= owned.high.x; ++x) {
-      const auto at = static_cast<std::size_t>(x - active.box().low.x);
-      const std::uint64_t bit = std::uint64_t{x % unit == 0} << (at % 64);
-      m.at_least[at / 64] |= bit;
-      if (unit == s || x % (2 * unit) != 0) m.exactly[at / 64] |= bit;
-    }
-  }
-  for (std::int64_t z = owned.low.z; z <= owned.high.z; ++z)
-    for (std::int64_t y = owned.low.y; y <= owned.high.y; ++y) {
-      const std::uint64_t* row = active.row(y, z);
-      const auto count = [&](const std::vector<std::uint64_t>& mask, std::int64_t x) {
-        std::uint64_t n = 0;
-        for (std::size_t w = 0; w < words; ++w)
-          n += static_cast<std::uint64_t>(std::popcount(row[w] & mask[w]));
-        if (n > 0)
-          statistics.active[static_cast<std::size_t>(classify({x, y, z}, parameters.cube_size).level)] += n;
-      };
-      // Points whose x has a larger unit than y or z have all the same level.
-      const auto last = static_cast<std::size_t>(std::countr_zero(static_cast<std::uint64_t>(y | z | s)));
-      for (std::size_t i = 0; i <= last; ++i) count(masks[i].exactly, std::int64_t{1} << i);
-      if (last + 1 < masks.size()) count(masks[last + 1].at_least, s);
-    }
 }
 
 #define TAGRID_INSTANTIATE(T)                                                                        \
@@ -238,8 +211,7 @@ void count_active(const LatticeBits& active, const CodingParameters& parameters,
   template Status decode_brick_activity(std::span<const std::uint8_t>, std::span<const T>,           \
                                         const CodingParameters&, Index3, LatticeBits&);              \
   template Status decode_brick_values(std::span<const std::uint8_t>, const LatticeBits&,             \
-                                      const CodingParameters&, Index3, std::span<T>, std::span<T>,   \
-                                      std::vector<std::uint8_t>&);
+                                      const CodingParameters&, Index3, const BrickValues<T>&);
 TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -36,6 +36,10 @@ template <class T>
 void encode_brick(const Samples<T>& samples, const LatticeBits& active, const CodingParameters& parameters,
                   Index3 brick, BrickCode& code);
 
+/// The same for samples of the type that the parameters say.
+void encode_brick(const BrickSamples& samples, const LatticeBits& active, const CodingParameters& parameters,
+                  Index3 brick, BrickCode& code);
+
 /// True if the activity of a brick is coded in the context of its decoded samples. Otherwise the samples need
 /// the activity.
 bool activity_follows_values(const CodingParameters& parameters);
@@ -47,15 +51,24 @@ template <class T>
 Status decode_brick_activity(std::span<const std::uint8_t> bytes, std::span<const T> samples,
                              const CodingParameters& parameters, Index3 brick, LatticeBits& active);
 
-/// Decodes the samples that the brick owns, x fastest. In a file without voxels, also decodes the stored
-/// values of the points of its closed box to `points`, x fastest: the values of active points are set, the
-/// others are not changed. `active` may be empty if activity_follows_values(). REQUIRES: `samples` and, for a
-/// file without voxels, `points` have room for every value. Bytes of the activity that the values carry, the first ones, are
-/// appended to `carried`. In a file with voxels, `samples` may have room for the first slices only: see decode_voxels().
+/// Where the decoded values of a brick go.
+template <class T>
+struct BrickValues {
+  /// Those that the brick owns, x fastest. In a file with voxels there may be room for the first slices only:
+  /// see decode_voxels().
+  std::span<T> samples;
+  /// In a file without voxels: the stored values of the points of the closed box, x fastest. Those of active
+  /// points are set, the others are not changed.
+  std::span<T> points;
+  /// Bytes of the activity that the values carry, its first ones, are appended.
+  std::vector<std::uint8_t>& carried;
+};
+
+/// Decodes the values of a brick. `active` may be empty if activity_follows_values(). REQUIRES: there is room
+/// for every value.
 template <class T>
 Status decode_brick_values(std::span<const std::uint8_t> bytes, const LatticeBits& active,
-                           const CodingParameters& parameters, Index3 brick, std::span<T> samples,
-                           std::span<T> points, std::vector<std::uint8_t>& carried);
+                           const CodingParameters& parameters, Index3 brick, const BrickValues<T>& values);
 
 /// The peak of the heap that encode_brick() takes, including the code. The first phase is the coder of
 /// values, with the decoded samples or the stored values of points. The second phase is the coder of the

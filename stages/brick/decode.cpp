@@ -17,18 +17,18 @@ std::span<T> samples_in(std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std::uint8_t> values,
-                    const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick,
-                    std::int64_t slices) {
-  const Index3 position = parameters.bricks().position(id);
-  const bool values_first = activity_follows_values(parameters), grid = wanted == Wanted::samples_and_grid;
-  assert(slices > 0 && (!grid || slices == all_slices));
+Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
+                    DecodedBrick& brick) {
+  const Index3 position = parameters.bricks().position(request.id);
+  const bool values_first = activity_follows_values(parameters),
+             grid = request.wanted == Wanted::samples_and_grid;
+  assert(request.slices > 0 && (!grid || request.slices == all_slices));
   Status status;
   std::vector<std::uint8_t> carried;
   brick = {};
-  brick.id = id;
+  brick.id = request.id;
   const BrickGrid bricks = parameters.bricks();
-  if (!parameters.stores_grid() && !activity.empty())
+  if (!parameters.stores_grid() && !code.activity.empty())
     return Status::broken("a brick has a grid, but the file stores none");
   const auto bytes_of = [&](const Box& box) {
     return std::vector<std::byte>(static_cast<std::size_t>(box.count()) * size_of(parameters.type));
@@ -36,26 +36,26 @@ Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std:
   with_sample_type(parameters.type, [&](auto type) {
     using T = decltype(type);
     const auto decode_activity = [&] {
-      status = decode_brick_activity<T>(activity, samples_in<T>(brick.samples), parameters, position,
+      status = decode_brick_activity<T>(code.activity, samples_in<T>(brick.samples), parameters, position,
                                         brick.active);
     };
     if (!values_first) decode_activity();
     if (!status.ok()) return;
     Box returned = bricks.owned_box(position);
     if (parameters.mode == FileMode::voxels)
-      returned.high.z = returned.low.z + std::min(slices, returned.size().z) - 1;
+      returned.high.z = returned.low.z + std::min(request.slices, returned.size().z) - 1;
     brick.samples = bytes_of(returned);
     if (parameters.mode == FileMode::grid) brick.points = bytes_of(bricks.closed_box(position));
-    status = decode_brick_values<T>(values, brick.active, parameters, position, samples_in<T>(brick.samples),
-                                    samples_in<T>(brick.points), carried);
+    status = decode_brick_values<T>(code.values, brick.active, parameters, position,
+                                    {samples_in<T>(brick.samples), samples_in<T>(brick.points), carried});
     if (!status.ok()) return;
     if (!carried.empty() && !(values_first && parameters.stores_grid())) {
       status = Status::broken("the values carry bytes of an activity that does not follow them");
       return;
     }
     if (!values_first || !grid || !parameters.stores_grid()) return;
-    carried.insert(carried.end(), activity.begin(), activity.end());
-    activity = carried;
+    carried.insert(carried.end(), code.activity.begin(), code.activity.end());
+    code.activity = carried;
     decode_activity();
   });
   if (!grid) brick.points = {};

@@ -18,7 +18,7 @@ struct DecodedBrick {
   std::int64_t id = 0;
   LatticeBits active;              ///< activity of its closed box; empty in a file that stores no grid
   std::vector<std::byte> samples;  ///< the samples that it owns, or those of its first slices
-  std::vector<std::byte> points;   ///< in a file without voxels: see decode_brick_values()
+  std::vector<std::byte> points;   ///< in a file without voxels: see BrickValues
 };
 
 /// Which parts of a brick are needed.
@@ -29,13 +29,24 @@ enum class Wanted {
 
 inline constexpr std::int64_t all_slices = std::numeric_limits<std::int64_t>::max();
 
-/// Decodes brick `id` from the bytes of its activity and its values. Safe for any bytes. Values lie slice after slice: if only
-/// the first `slices` slices across z are needed, the time for the others is saved, and their code is not checked. A brick
-/// that has fewer, or no values of voxels, is decoded as a whole.
-/// REQUIRES: slices > 0; with Wanted::samples_and_grid, all slices.
-Status decode_brick(std::span<const std::uint8_t> activity, std::span<const std::uint8_t> values,
-                    const CodingParameters& parameters, std::int64_t id, Wanted wanted, DecodedBrick& brick,
-                    std::int64_t slices = all_slices);
+/// What is asked of a brick.
+struct BrickRequest {
+  std::int64_t id = 0;  ///< its number
+  Wanted wanted = Wanted::samples_and_grid;
+  /// Values lie slice after slice: if only the first slices across z are needed, the time for the others is
+  /// saved, and their code is not checked. A brick that has fewer, or no values of voxels, is decoded as a
+  /// whole. REQUIRES: at least one; all of them with Wanted::samples_and_grid.
+  std::int64_t slices = all_slices;
+};
+
+/// The bytes of a brick; see BrickCode.
+struct BrickCodeView {
+  std::span<const std::uint8_t> activity, values;
+};
+
+/// Decodes a brick. Safe on any bytes.
+Status decode_brick(BrickCodeView code, const CodingParameters& parameters, BrickRequest request,
+                    DecodedBrick& brick);
 
 /// The peak of the heap that decode_brick() takes, including the decoded brick.
 std::uint64_t working_bytes_of_decoding(const CodingParameters& parameters, Index3 brick, Wanted wanted);

@@ -67,12 +67,12 @@ std::uint64_t working_bytes_of_encoding(const CodingParameters& p, Index3 brick)
   const std::uint64_t values = z.wide
                                    ? working_bytes_of_encoding_wide_voxels(z.type, z.owned, bounds, p.effort)
                                    : working_bytes_of_encoding_voxels(z.type, z.owned, p.effort);
-  // The activity may be coded for the values to carry it. Wide samples are then numbers of 16 bits.
-  const std::uint64_t asking = z.wide
-                                   ? z.voxels * sizeof(std::uint16_t) +
-                                         working_bytes_while_voxels_ask(SampleType::uint16, z.owned, p.effort)
-                                   : working_bytes_while_voxels_ask(z.type, z.owned, p.effort);
-  const std::uint64_t carried = p.stores_grid() && activity_follows_values(p) ? asking : 0;
+  // The activity is coded before the values are finished. Wide samples are then numbers of 16 bits.
+  const std::uint64_t pending =
+      z.wide ? z.voxels * sizeof(std::uint16_t) +
+                   working_bytes_of_pending_voxels(SampleType::uint16, z.owned, p.effort)
+             : working_bytes_of_pending_voxels(z.type, z.owned, p.effort);
+  const std::uint64_t carried = p.stores_grid() && activity_follows_values(p) ? pending : 0;
   return counting + z.voxel_bytes +
          std::max({values, std::max(code, carried) + with_forecast(z, p, activity), code + decoded});
 }

@@ -1,8 +1,8 @@
 // Tests whether the linear interpolation in a tetrahedron is near enough to all samples in it.
 //
-// The barycentric weights of lattice points in a tetrahedron whose base edge has the midpoint p are multiples of 1/2u,
-// where u is the unit of p (see stages/marks/diamond_samples.h). So 2u times the interpolation is a whole number for
-// integers, and is compared with 2u times the sample.
+// The barycentric weights of lattice points in a tetrahedron whose base edge has the midpoint p are multiples
+// of 1/2u, where u is the unit of p (see stages/marks/diamond_samples.h). So 2u times the interpolation is a
+// whole number for integers, and is compared with 2u times the sample.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "stages/coarsen/bound.h"
+#include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
 #include "stages/grid/tetrahedron.h"
 #include "stages/mesh/cut.h"
@@ -24,7 +24,8 @@
 
 namespace tagrid {
 
-/// The weights of the vertices at a lattice point, times 2u: value[i] at `origin`, and its growth along each axis.
+/// The weights of the vertices at a lattice point, times 2u: value[i] at `origin`, and its growth along each
+/// axis.
 struct LeafWeights {
   Index3 origin;
   std::array<std::int64_t, 4> value{};
@@ -37,8 +38,8 @@ struct LeafWeights {
   }
 };
 
-/// REQUIRES: `vertices` are those of a positive tetrahedron of the hierarchy that is not of the last level; `unit` is that
-/// of the midpoint of its base edge.
+/// REQUIRES: `vertices` are those of a positive tetrahedron of the hierarchy that is not of the last level;
+/// `unit` is that of the midpoint of its base edge.
 constexpr LeafWeights weights_in(const std::array<Index3, 4>& vertices, std::int64_t unit) {
   // Each weight is 0 on the face of the other vertices, which are in this order so that it grows inwards.
   constexpr std::array<std::array<std::size_t, 3>, 4> faces = {{{1, 3, 2}, {0, 2, 3}, {0, 3, 1}, {0, 1, 2}}};
@@ -85,10 +86,11 @@ class LeafTest {
   LeafTest(const Samples<T>& samples, const MeshBound& bound)
       : samples_(samples), bound_(bound), volume_(Box::of_size(bound.dims)), limit_(bound.largest) {}
 
-  /// True if a sample of the volume in the tetrahedron, its border included, is further from the interpolation than the
-  /// bound. If the mesh is cut at the border of the volume, the interpolation is that in the pieces.
-  /// REQUIRES: a tetrahedron of the hierarchy, positive and not of the last level, whose vertices have samples; `middle`
-  /// is the midpoint of its base edge from `left` to `right`, and `unit` its unit.
+  /// True if a sample of the volume in the tetrahedron, its border included, is further from the
+  /// interpolation than the bound. If the mesh is cut at the border of the volume, the interpolation is that
+  /// in the pieces. REQUIRES: a tetrahedron of the hierarchy, positive and not of the last level, whose
+  /// vertices have samples; `middle` is the midpoint of its base edge from `left` to `right`, and `unit` its
+  /// unit.
   bool violates(const std::array<Index3, 4>& vertices, const BaseEdge& edge, Index3 middle,
                 std::int64_t unit) const {
     const bool cut = !bound_.padded && reaches_beyond(vertices, volume_.high);
@@ -114,8 +116,8 @@ class LeafTest {
   }
   std::int64_t number(Index3 p) const { return static_cast<std::int64_t>(samples_.at(p)); }
 
-  // Calls row(first point, weights there, growth of weights along x, number of points) for the samples of the volume in
-  // the tetrahedron until it returns true. Weights grow by at most 2.
+  // Calls row(first point, weights there, growth of weights along x, number of points) for the samples of the
+  // volume in the tetrahedron until it returns true. Weights grow by at most 2.
   template <class Row>
   bool any_row(const std::array<Index3, 4>& vertices, const LeafWeights& weights, Row row) const {
     const Box around = intersection(box_around(vertices), volume_);
@@ -190,9 +192,9 @@ class LeafTest {
     return false;
   }
 
-  // Samples that are not finite violate every bound, unless they are vertices. Interpolations are computed in doubles;
-  // what is allowed is reduced by the largest error of their rounding and, where the mesh is cut, by that of values that
-  // are rounded to T. If all samples are equal, nothing is rounded.
+  // Samples that are not finite violate every bound, unless they are vertices. Interpolations are computed in
+  // doubles; what is allowed is reduced by the largest error of their rounding and, where the mesh is cut, by
+  // that of values that are rounded to T. If all samples are equal, nothing is rounded.
   bool floats_violate(const std::array<Index3, 4>& vertices, std::int64_t unit, bool cut) const {
     std::array<double, 4> values;
     double most = 0;

@@ -1,7 +1,5 @@
 #include "stages/entropy/rans_coder.h"
 
-#include "stages/entropy/reciprocals.h"
-
 namespace tagrid {
 namespace {
 

@@ -1,6 +1,6 @@
-// Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing, searching and
-// learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive models for rANS of small
-// alphabets); stages/wavefront does them.
+// Adaptive probabilities of sixteen symbols. A model is one vector of cumulative probabilities: mixing,
+// searching and learning are a few operations on whole vectors (after J. Duda's and F. Giesen's adaptive
+// models for rANS of small alphabets); stages/wavefront does them.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,15 @@
 
 namespace tagrid {
 
-inline constexpr std::size_t symbols = 16;
+inline constexpr std::size_t symbol_count = 16;
 
 /// below[s]: the probability of a symbol less than s, in 2^-15, for s = 1 .. 15. below[0] is the model's age:
 /// it approaches 32767 as fast as the probabilities approach the observed ones.
 struct SymbolModel {
-  std::array<std::int16_t, symbols> below;
+  std::array<std::int16_t, symbol_count> below;
 };
-// glibc 2.36 does not use the holes of a heap for blocks of more alignment, so the heap would grow with every brick.
+// glibc 2.36 does not use the holes of a heap for blocks of more alignment, so the heap would grow with every
+// brick.
 static_assert(alignof(SymbolModel) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 
 /// Age of a new model. Its initial probabilities count as some observations, so learning begins with 1/8.
@@ -28,13 +29,13 @@ inline constexpr std::int16_t start_age = 18432;
 /// keeps.
 struct SymbolTargets {
   static constexpr int least = 4;  ///< 2^-15
-  alignas(32) std::array<decltype(SymbolModel::below), symbols> of;
+  alignas(32) std::array<decltype(SymbolModel::below), symbol_count> of;
 
   constexpr SymbolTargets() : of{} {
-    for (std::size_t s = 0; s < symbols; ++s)
-      for (std::size_t i = 0; i < symbols; ++i)
+    for (std::size_t s = 0; s < symbol_count; ++s)
+      for (std::size_t i = 0; i < symbol_count; ++i)
         of[s][i] = static_cast<std::int16_t>(i == 0  ? 32767
-                                             : i > s ? 32768 - static_cast<int>(symbols - i) * least
+                                             : i > s ? 32768 - static_cast<int>(symbol_count - i) * least
                                                      : static_cast<int>(i) * least);
   }
 };
@@ -50,6 +51,25 @@ inline constexpr std::array<std::int32_t, 32> learning_rates = [] {
 
 /// The initial model for residuals whose mean magnitude is `mean` / `of` (of > 0): a two-sided geometric
 /// distribution around symbol 7, with the last symbol for everything beyond.
-SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of);
+inline SymbolModel geometric_model(std::uint64_t mean, std::uint64_t of) {
+  // If m is the mean magnitude, the ratio of neighbouring probabilities is (sqrt(1 + m^2) - 1) / m. This is
+  // close to it: right in both limits, and computed in integers.
+  const std::uint64_t ratio = (mean * (mean + of) << 16) / (2 * of * of + 2 * mean * of + mean * mean);
+  std::array<std::uint64_t, 9> power = {65536};
+  for (std::size_t i = 1; i < power.size(); ++i) power[i] = (power[i - 1] * ratio) >> 16;
+  std::array<std::uint64_t, symbol_count> weight{};
+  for (std::size_t s = 0; s < 15; ++s) weight[s] = power[s < 7 ? 7 - s : s - 7];
+  weight[15] = (2 * power[8] << 16) / (65536 - ratio);
+  std::uint64_t total = 0;
+  for (const std::uint64_t w : weight) total += w;
+
+  constexpr std::uint64_t least = 8;  // 2^-15, for each symbol
+  SymbolModel model;
+  std::uint64_t sum = 0;
+  for (std::size_t s = 0; s < symbol_count; sum += weight[s++])
+    model.below[s] = static_cast<std::int16_t>(sum * (32768 - least * symbol_count) / total + least * s);
+  model.below[0] = start_age;
+  return model;
+}
 
 }  // namespace tagrid

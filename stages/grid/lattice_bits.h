@@ -1,6 +1,7 @@
 // One bit for every lattice point of a box: marks, or activity.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -43,6 +44,10 @@ class LatticeBits {
     return (words_[bit / 64] >> (bit % 64)) & 1;
   }
   void set(Index3 p) { set(bit_of(p)); }
+  void clear(Index3 p) {
+    const std::size_t bit = bit_of(p);
+    words_[bit / 64] &= ~(std::uint64_t{1} << (bit % 64));
+  }
 
   std::span<std::uint64_t> words() { return words_; }
   std::span<const std::uint64_t> words() const { return words_; }
@@ -59,6 +64,24 @@ class LatticeBits {
   std::size_t words_per_row_ = 0;
   std::vector<std::uint64_t> words_;
 };
+
+/// Calls visit(point, number) for the points whose bits are set, in raster order. `number` is the place of
+/// the point among all points of the box. `visit` may clear the bit of its point.
+template <class Visit>
+void for_each_set(const LatticeBits& bits, Visit visit) {
+  const Box& box = bits.box();
+  std::size_t row_start = 0;
+  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
+    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
+      const std::uint64_t* const row = bits.row(y, z);
+      for (std::size_t w = 0; w < bits.words_per_row(); ++w)
+        for (std::uint64_t rest = row[w]; rest != 0; rest &= rest - 1) {
+          const std::size_t x = 64 * w + static_cast<std::size_t>(std::countr_zero(rest));
+          visit(Index3{box.low.x + static_cast<std::int64_t>(x), y, z}, row_start + x);
+        }
+      row_start += static_cast<std::size_t>(box.size().x);
+    }
+}
 
 /// Copies the bits of the points in both boxes from `from` into `to`; other bits of `to` stay.
 void copy_bits(const LatticeBits& from, LatticeBits& to);

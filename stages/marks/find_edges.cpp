@@ -13,8 +13,8 @@
 #define TAGRID_STAGES_MARKS_ENDS_OF_ROW
 namespace tagrid {
 
-// The edges of points of a slice. Index 1 is for every second column, as diagonals alternate along x: the ends of cell i
-// are entries left[i % 2] + i and right[i % 2] + i of the components.
+// The edges of points of a slice. Index 1 is for every second column, as diagonals alternate along x: the
+// ends of cell i are entries left[i % 2] + i and right[i % 2] + i of the components.
 struct EndsOfRow {
   std::array<std::int64_t, 2> left, right;
   std::array<float, 2> second,
@@ -22,6 +22,8 @@ struct EndsOfRow {
 };
 
 struct EndsOfSlice {
+  PointsOfSlice points;
+  PointNumbers numbers;
   std::array<const float*, CurvatureField::component_count> components;  // those that the direction needs
   std::array<EndsOfRow, 2> rows;  // the first and the second row; those after them alternate, too
   std::int64_t stride;            // entries from row to row
@@ -45,8 +47,8 @@ using Float = hn::Vec<Floats>;
 using Number = hn::Vec<Numbers>;
 using Which = hn::Mask<Floats>;
 
-// What is done with every batch of edges is inlined into the loop over a row. Under sanitizers that would only make much
-// code.
+// What is done with every batch of edges is inlined into the loop over a row. Under sanitizers that would
+// only make much code.
 #undef TAGRID_EDGES
 #ifdef TAGRID_SMALL_CODE
 #define TAGRID_EDGES HWY_NOINLINE
@@ -61,7 +63,8 @@ struct Edges {
   Float rise, slope_left, slope_right, bend_left, bend_right;
 };
 
-// Slope and second derivative along the edges at the ends of one side. `entry(c)` is component c of the direction.
+// Slope and second derivative along the edges at the ends of one side. `entry(c)` is component c of the
+// direction.
 struct End {
   Float slope, bend;
 };
@@ -101,8 +104,8 @@ TAGRID_EDGES Edges load(const EndsOfSlice& slice, const EndsOfRow& ends, std::in
   return {hn::Mul(hn::Sub(right(0), left(0)), set(slice.rise_scale)), l.slope, r.slope, l.bend, r.bend};
 }
 
-// What is no number may be found or not, as it violates nothing. Products may be fused with sums, for the same reason: what
-// is measured decides.
+// What is no number may be found or not, as it violates nothing. Products may be fused with sums, for the
+// same reason: what is measured decides.
 class Bent {
  public:
   Bent(const BentTest& test, const PointsOfSlice& points)
@@ -143,8 +146,9 @@ class Bent {
   Float limit_, inverse_, sixth_;
 };
 
-// The weights are 720 times the integrals of the products of quadratic B-splines over the three segments, in terms of
-// sums and differences of the two ends; sums and differences do not mix. No operation may be reordered.
+// The weights are 720 times the integrals of the products of quadratic B-splines over the three segments, in
+// terms of sums and differences of the two ends; sums and differences do not mix. No operation may be
+// reordered.
 class Varied {
  public:
   Varied(const VarianceTest& test, const PointsOfSlice& points)
@@ -171,22 +175,22 @@ class Varied {
   Float limit_, inverse_length_, sixth_;
 };
 
-// One row, from the column `first` on; returns the first column that was not looked at.
+// One row, from a column on; returns the first column that was not looked at.
 template <int odd, bool alternate, class Test>
-HWY_INLINE std::int64_t find_in_row(const EndsOfSlice& slice, const PointsOfSlice& points, std::int64_t row,
-                                    std::int64_t first, const Test& is_found, PointNumbers point_numbers,
+HWY_INLINE std::int64_t find_in_row(const EndsOfSlice& slice, const Test& is_found, EdgePlace from,
                                     FoundEdges& found) {
+  const PointsOfSlice& points = slice.points;
   const Floats d;
   const Numbers number;
   const auto lanes = static_cast<std::int64_t>(hn::Lanes(d));
-  const EndsOfRow& ends = slice.rows[static_cast<std::size_t>(row & 1)];
-  const std::int64_t start = (row & ~std::int64_t{1}) * slice.stride;
+  const EndsOfRow& ends = slice.rows[static_cast<std::size_t>(from.row & 1)];
+  const std::int64_t start = (from.row & ~std::int64_t{1}) * slice.stride;
   const Number step = hn::Set(number, static_cast<std::uint32_t>(2 * points.unit)),
-               first_point =
-                   hn::Set(number, point_numbers.first + point_numbers.row * static_cast<std::uint32_t>(row));
+               first_point = hn::Set(
+                   number, slice.numbers.first + slice.numbers.row * static_cast<std::uint32_t>(from.row));
   const Float length = set(points.length());
   std::size_t count = found.count;
-  std::int64_t i = first;
+  std::int64_t i = from.column;
   for (; i < points.columns && count + EdgeBatch::padding <= EdgeBatch::capacity; i += lanes) {
     const Number column = hn::Iota(number, static_cast<std::uint32_t>(i));
     const Which every_second = hn::RebindMask(d, hn::TestBit(column, hn::Set(number, 1)));
@@ -217,32 +221,30 @@ HWY_INLINE std::int64_t find_in_row(const EndsOfSlice& slice, const PointsOfSlic
 }
 
 template <int odd, bool alternate, class Test>
-HWY_INLINE bool find(const EndsOfSlice& slice, const PointsOfSlice& points, const Test& is_found,
-                     PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  for (; from.row < points.rows; ++from.row, from.column = 0) {
-    from.column = find_in_row<odd, alternate>(slice, points, from.row, from.column, is_found, numbers, found);
-    if (from.column < points.columns) return false;
+HWY_INLINE bool find(const EndsOfSlice& slice, const Test& is_found, EdgePlace& from, FoundEdges& found) {
+  for (; from.row < slice.points.rows; ++from.row, from.column = 0) {
+    from.column = find_in_row<odd, alternate>(slice, is_found, from, found);
+    if (from.column < slice.points.columns) return false;
   }
   return true;
 }
 
 template <class Test>
-HWY_INLINE bool find_in_slice(const EndsOfSlice& slice, const PointsOfSlice& points, const Test& test,
-                              PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  if (points.odd == 1) return find<1, false>(slice, points, test, numbers, from, found);
-  if (points.odd == 2 && !points.odd_x) return find<2, false>(slice, points, test, numbers, from, found);
-  if (points.odd == 2) return find<2, true>(slice, points, test, numbers, from, found);
-  return find<3, true>(slice, points, test, numbers, from, found);
+HWY_INLINE bool find_in_slice(const EndsOfSlice& slice, const Test& test, EdgePlace& from,
+                              FoundEdges& found) {
+  const PointsOfSlice& points = slice.points;
+  if (points.odd == 1) return find<1, false>(slice, test, from, found);
+  if (points.odd == 2 && !points.odd_x) return find<2, false>(slice, test, from, found);
+  if (points.odd == 2) return find<2, true>(slice, test, from, found);
+  return find<3, true>(slice, test, from, found);
 }
 
-bool find_bent(const EndsOfSlice& slice, const PointsOfSlice& points, const BentTest& test,
-               PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  return find_in_slice(slice, points, Bent(test, points), numbers, from, found);
+bool find_bent(const EndsOfSlice& slice, const BentTest& test, EdgePlace& from, FoundEdges& found) {
+  return find_in_slice(slice, Bent(test, slice.points), from, found);
 }
 
-bool find_varied(const EndsOfSlice& slice, const PointsOfSlice& points, const VarianceTest& test,
-                 PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  return find_in_slice(slice, points, Varied(test, points), numbers, from, found);
+bool find_varied(const EndsOfSlice& slice, const VarianceTest& test, EdgePlace& from, FoundEdges& found) {
+  return find_in_slice(slice, Varied(test, slice.points), from, found);
 }
 
 }  // namespace tagrid::HWY_NAMESPACE
@@ -254,8 +256,8 @@ namespace {
 
 using F = CurvatureField;
 
-// The components of the field for edges of a class. Bit 0 of the number of the class is set if x is odd, bit 1 if y is
-// odd, bit 2 if z is odd. The value comes first, then the derivatives.
+// The components of the field for edges of a class. Bit 0 of the number of the class is set if x is odd, bit
+// 1 if y is odd, bit 2 if z is odd. The value comes first, then the derivatives.
 constexpr int components_of[8][F::component_count] = {
     {},
     {F::value, F::gx, F::hxx},
@@ -266,13 +268,13 @@ constexpr int components_of[8][F::component_count] = {
     {F::value, F::gy, F::gz, F::hyy, F::hzz, F::hyz},
     {F::value, F::gx, F::gy, F::gz, F::hxx, F::hyy, F::hzz, F::hxy, F::hxz, F::hyz}};
 
-EndsOfSlice ends_of(const CurvatureField& field, const PointsOfSlice& points, float rise_scale) {
+EndsOfSlice ends_of(const EdgesOfSlice& edges) {
+  const CurvatureField& field = edges.field;
+  const PointsOfSlice& points = edges.points;
   assert(field.distance == 2 * points.unit);
   const std::int64_t u = points.unit, across = points.odd_x ? u : 0;
   const int number = int{points.odd_x} + 2 * int{points.odd_y} + 4 * int{points.odd_z};
-  EndsOfSlice slice{};
-  slice.rise_scale = rise_scale;
-  slice.stride = field.size.x;
+  EndsOfSlice slice{points, edges.numbers, {}, {}, field.size.x, edges.rise_scale};
   for (std::size_t c = 0; c < F::component_count; ++c)
     slice.components[c] = field.components[static_cast<std::size_t>(components_of[number][c])];
   const std::int64_t start = (points.x0 - across - field.box.low.x) / field.distance;
@@ -293,16 +295,12 @@ EndsOfSlice ends_of(const CurvatureField& field, const PointsOfSlice& points, fl
 
 }  // namespace
 
-bool find_edges(const CurvatureField& field, const PointsOfSlice& points, float rise_scale,
-                const BentTest& test, PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  return TAGRID_BEST_VERSION(find_bent)(ends_of(field, points, rise_scale), points, test, numbers, from,
-                                        found);
+bool find_edges(const EdgesOfSlice& edges, const BentTest& test, EdgePlace& from, FoundEdges& found) {
+  return TAGRID_BEST_VERSION(find_bent)(ends_of(edges), test, from, found);
 }
 
-bool find_edges(const CurvatureField& field, const PointsOfSlice& points, float rise_scale,
-                const VarianceTest& test, PointNumbers numbers, EdgePlace& from, FoundEdges& found) {
-  return TAGRID_BEST_VERSION(find_varied)(ends_of(field, points, rise_scale), points, test, numbers, from,
-                                          found);
+bool find_edges(const EdgesOfSlice& edges, const VarianceTest& test, EdgePlace& from, FoundEdges& found) {
+  return TAGRID_BEST_VERSION(find_varied)(ends_of(edges), test, from, found);
 }
 
 }  // namespace tagrid

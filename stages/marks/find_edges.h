@@ -36,12 +36,17 @@ struct EdgePlace {
   std::int64_t column = 0, row = 0;
 };
 
-/// Appends the edges that the test finds to `found`, row by row from `from` on, as long as there is room. Returns true
-/// if that was all; otherwise it goes on at `from`. rise_scale: voxels per unit of the field's value component.
-/// REQUIRES: the points of the field are two units apart.
-bool find_edges(const CurvatureField& field, const PointsOfSlice& points, float rise_scale,
-                const BentTest& test, PointNumbers numbers, EdgePlace& from, FoundEdges& found);
-bool find_edges(const CurvatureField& field, const PointsOfSlice& points, float rise_scale,
-                const VarianceTest& test, PointNumbers numbers, EdgePlace& from, FoundEdges& found);
+/// The base edges of some points of a slice.
+struct EdgesOfSlice {
+  const CurvatureField& field;  ///< its points are two units apart
+  float rise_scale;             ///< voxels per unit of the field's value component
+  PointsOfSlice points;
+  PointNumbers numbers;
+};
+
+/// Appends the edges that the test finds to `found`, row by row from `from` on, as long as there is room.
+/// Returns true if that was all; otherwise it goes on at `from`.
+bool find_edges(const EdgesOfSlice& edges, const BentTest& test, EdgePlace& from, FoundEdges& found);
+bool find_edges(const EdgesOfSlice& edges, const VarianceTest& test, EdgePlace& from, FoundEdges& found);
 
 }  // namespace tagrid

@@ -58,8 +58,8 @@ class Marker {
   }
 
   void mark_points(const CurvatureField& field, const PointsOfSlice& points) {
-    const PointNumbers numbers = numbers_of(points, sets_[0]);
-    for (EdgePlace place; !find_edges(field, points, rise_scale_, test_, numbers, place, found_);) settle();
+    const EdgesOfSlice edges{field, rise_scale_, points, numbers_of(points, sets_[0])};
+    for (EdgePlace place; !find_edges(edges, test_, place, found_);) settle();
   }
 
   // Decides about the edges that were found.

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "stages/marks/curvature.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/heights.h"
 #include "stages/marks/marking.h"
 #include "stages/marks/mesh_criterion.h"
@@ -22,11 +21,9 @@ bool nothing_to_mark(const Samples<T>& samples, const CodingParameters& paramete
          all_equal(std::span<const T>(samples.data, static_cast<std::size_t>(samples.box.count())));
 }
 
-}  // namespace
-
 template <class T>
-LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
-                      const CodingParameters& parameters) {
+LatticeBits mark_samples(const Samples<T>& samples, const Box& cubes, const Box& marked,
+                         const CodingParameters& parameters) {
   if (nothing_to_mark(samples, parameters)) return {};
   LatticeBits marks(marked);
   // Wide samples are made into heights, narrow ones are multiplied by the field scale late.
@@ -45,6 +42,21 @@ LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& ma
   return marks;
 }
 
+}  // namespace
+
+int mark_halo(const CodingParameters& parameters) {
+  return parameters.bounds_interpolation()
+             ? std::max(CurvatureField::halo, mesh_criterion_halo(parameters.cube_size))
+             : CurvatureField::halo;
+}
+
+LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& marked,
+                      const CodingParameters& parameters) {
+  return with_sample_type(parameters.type, [&](auto type) {
+    return mark_samples(samples.as<decltype(type)>(), cubes, marked, parameters);
+  });
+}
+
 std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index3 cubes) {
   const Index3 read = Box::of_size(cubes).grown(mark_halo(parameters)).size();
   const std::uint64_t heights = is_wide_type(parameters.type)
@@ -54,10 +66,5 @@ std::uint64_t working_bytes_of_marking(const CodingParameters& parameters, Index
   return LatticeBits::working_bytes(cubes) +
          std::max(working_bytes_of_curvature(cubes, parameters.cube_size) + heights, mesh);
 }
-
-#define TAGRID_INSTANTIATE(T) \
-  template LatticeBits mark_tile(const Samples<T>&, const Box&, const Box&, const CodingParameters&);
-TAGRID_FOR_EACH_TYPE(TAGRID_INSTANTIATE)
-#undef TAGRID_INSTANTIATE
 
 }  // namespace tagrid

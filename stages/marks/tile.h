@@ -10,10 +10,13 @@
 
 namespace tagrid {
 
+/// The number of samples, beyond the surrounding root cubes, on which marks depend: the halo of the stages
+/// that make marks.
+int mark_halo(const CodingParameters& parameters);
+
 /// The marks of the points of `marked`; bits without a box if there is nothing to mark. `cubes`: whole root
 /// cubes that contain `marked`. REQUIRES: samples.box contains cubes.grown(mark_halo(parameters)).
-template <class T>
-LatticeBits mark_tile(const Samples<T>& samples, const Box& cubes, const Box& marked,
+LatticeBits mark_tile(const BrickSamples& samples, const Box& cubes, const Box& marked,
                       const CodingParameters& parameters);
 
 /// The peak of the heap that mark_tile() takes for root cubes of `cubes` points, not including the halo: the

@@ -1,4 +1,5 @@
-// Cuts a tetrahedron at the border of the volume.
+// What a tetrahedron and a box have in common: cuts a tetrahedron at the border of the volume, and tests
+// whether it meets a box.
 //
 // The intersection of a tetrahedron and the box of the volume is a convex polytope. All its corners are
 // lattice points: the planes of the hierarchy's tetrahedra have normals of 0 and +-1 only, so two or three of
@@ -37,5 +38,12 @@ constexpr bool reaches_beyond(const std::array<Index3, 4>& vertices, Index3 last
 /// volume. Exact, in integers; takes about a microsecond.
 /// REQUIRES: a tetrahedron of the bisection hierarchy, positive or not, with coordinates from 0 on.
 Pieces cut_at(const std::array<Index3, 4>& vertices, Index3 last);
+
+/// True if a tetrahedron and a box have a point in common, in exact integers. Both are closed: the box
+/// reaches from sample to sample, and borders are included. A box may be a single sample. The method is
+/// separating axes: two convex polytopes are apart if and only if they are apart along a normal of one of
+/// their faces, or along a direction that is normal to an edge of each. REQUIRES: the tetrahedron has a
+/// volume, its edges are shorter than 2^18; !box.empty().
+bool meets(const std::array<Index3, 4>& vertices, const Box& box);
 
 }  // namespace tagrid

@@ -7,8 +7,9 @@
 namespace tagrid {
 namespace {
 
-/// A point of a root cube as one number, relative to the cube's low corner: 16 bits each for x, y and z. The sum of two
-/// points is the sum of their numbers, and so is half of it if all coordinates are even: no bit crosses over.
+/// A point of a root cube as one number, relative to the cube's low corner: 16 bits each for x, y and z. The
+/// sum of two points is the sum of their numbers, and so is half of it if all coordinates are even: no bit
+/// crosses over.
 using Packed = std::uint64_t;
 
 constexpr Packed packed(Index3 p) {
@@ -19,11 +20,10 @@ constexpr Index3 unpacked(Packed p) {
           static_cast<std::int64_t>(p >> 32)};
 }
 
-/// The tetrahedron of a BisectionStep, and the barycentric coordinates of a place in it: place = sum of weights[i] *
-/// vertices[i], divided by the sum of the weights. They are whole numbers at every level, and none is negative.
+/// The tetrahedron of a BisectionStep, and a place in it.
 struct Descent {
   std::array<Packed, 4> vertices;
-  std::array<std::int64_t, 4> weights;
+  BarycentricWeights weights;
   bool negative = false;
   int level = 0;
 
@@ -31,19 +31,15 @@ struct Descent {
   Packed middle() const {
     return (vertices[0] + vertices[end]) >> 1;
   }
-  /// Goes to the half that contains the place; the vertices are those of BisectionStep::half(). With m = (a + b) / 2,
-  /// u a + v b = (u - v) a + 2 v m: the place is in the half of the end with the larger weight.
+  /// Goes to the half that contains the place, half 0 if both do; the vertices are those of
+  /// BisectionStep::half().
   template <int end>
   void bisect(Packed middle) {
-    const std::int64_t first = weights[0], last = weights[end];
-    if (last <= first) {
-      weights[0] = first - last;
-      weights[end] = 2 * last;
+    if (weights[end] <= weights[0]) {
+      weights = weights_in_half(weights, end, 0);
     } else {
-      for (int i = 0; i < end - 1; ++i) weights[i] = weights[i + 1];
       for (int i = 0; i < end; ++i) vertices[i] = vertices[i + 1];
-      weights[end - 1] = last - first;
-      weights[end] = 2 * first;
+      weights = weights_in_half(weights, end, 1);
       negative = negative != (end % 2 == 1);
     }
     vertices[end] = middle;
@@ -61,8 +57,8 @@ Index3 corner_of_cube(const Box& box, const Place& place, int cube_size) {
   return corner;
 }
 
-// A root tetrahedron is the path along the axes in one order, and holds the places whose coordinates in the cube decrease
-// in that order.
+// A root tetrahedron is the path along the axes in one order, and holds the places whose coordinates in the
+// cube decrease in that order.
 Descent root_at(const Place& place, Index3 corner, int cube_size) {
   const Index3 inside = place.numerators - place.parts * corner;
   std::array<int, 3> order = {0, 1, 2};

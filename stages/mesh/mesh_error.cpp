@@ -110,6 +110,17 @@ double largest_mesh_error(std::span<const T> points, const LatticeBits& active, 
   return measure.worst();
 }
 
+double measure_mesh(const BrickSamples& original, const std::vector<std::byte>& values,
+                    const LatticeBits& active, const CodingParameters& parameters, Index3 brick) {
+  const std::vector<std::byte>& of_mesh = values.empty() ? original.bytes : values;
+  return with_sample_type(parameters.type, [&](auto type) {
+    using T = decltype(type);
+    const std::span<const T> points(reinterpret_cast<const T*>(of_mesh.data()), of_mesh.size() / sizeof(T));
+    return largest_mesh_error<T>(points, active, original.as<T>(), parameters.bricks().owned_box(brick),
+                                 parameters.dims, parameters.cube_size);
+  });
+}
+
 std::uint64_t working_bytes_of_mesh_error(SampleType type, Index3 size) {
   return static_cast<std::uint64_t>(size.x * size.y * size.z) * (field_number_bytes(type) + size_of(type)) +
          LatticeBits::working_bytes(size);

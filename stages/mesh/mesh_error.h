@@ -2,11 +2,14 @@
 // sample.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
+#include "stages/volume/coding_parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/volume/samples.h"
 
@@ -27,6 +30,11 @@ namespace tagrid {
 template <class T>
 double largest_mesh_error(std::span<const T> points, const LatticeBits& active, const Samples<T>& original,
                           const Box& measured, Index3 dims, int cube_size);
+
+/// The same for a brick of any type that is being encoded. `values`: those of the mesh at the points of the
+/// closed box of the brick; empty: the original samples. REQUIRES: `original` are the samples of that box.
+double measure_mesh(const BrickSamples& original, const std::vector<std::byte>& values,
+                    const LatticeBits& active, const CodingParameters& parameters, Index3 brick);
 
 /// The peak of the heap that largest_mesh_error() takes for a brick of `size` points: the field. If the
 /// border of the volume cuts tetrahedra, also a copy of the field as samples, and a bit for each point.

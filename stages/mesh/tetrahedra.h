@@ -10,6 +10,7 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "stages/grid/lattice.h"
@@ -48,6 +49,27 @@ struct BisectionStep {
     return t;
   }
 };
+
+/// A place in a tetrahedron by its barycentric coordinates: place = sum of weights[i] * vertices[i], divided
+/// by the sum of the weights. None is negative; whole numbers stay whole at every level.
+using BarycentricWeights = std::array<std::int64_t, 4>;
+
+/// The weights of the same place in BisectionStep::half(middle, which), for a base edge that ends in vertex
+/// `end`. With m = (a + b) / 2, u a + v b = (u - v) a + 2 v m: so half 0 contains the place if v <= u, and
+/// half 1 if u <= v.
+constexpr BarycentricWeights weights_in_half(const BarycentricWeights& weights, std::size_t end, int which) {
+  BarycentricWeights of_half = weights;
+  const std::int64_t first = weights[0], last = weights[end];
+  if (which == 0) {
+    of_half[0] = first - last;
+    of_half[end] = 2 * last;
+    return of_half;
+  }
+  for (std::size_t i = 0; i + 1 < end; ++i) of_half[i] = weights[i + 1];
+  of_half[end - 1] = last - first;
+  of_half[end] = 2 * first;
+  return of_half;
+}
 
 /// The six root tetrahedra of the root cube whose low corner is `corner`. They are the paths along the axes
 /// from the low corner to the high one, in all six orders.

@@ -24,8 +24,8 @@ struct PanelAxis {
 
   /// Parts of the distance of two samples in which positions are given.
   static constexpr std::int64_t parts = 256;
-  /// The place of the middle of a pixel in the volume, in parts. Each sample has the same length, of which it is the middle; in
-  /// the outer halves of the first and the last one, the place is that of the sample.
+  /// The place of the middle of a pixel in the volume, in parts. Each sample has the same length, of which it
+  /// is the middle; in the outer halves of the first and the last one, the place is that of the sample.
   constexpr std::int64_t place(int pixel) const {
     const std::int64_t p = reversed ? pixels - 1 - pixel : pixel;
     return first * parts + std::clamp((2 * p + 1) * samples * parts / (2 * pixels) - parts / 2,
@@ -54,15 +54,29 @@ struct Panel {
   constexpr bool leaves_out() const { return across.step() > 1 || down.step() > 1; }
 };
 
-/// The panel of a slice, in its shape in the world. All panels of a volume have one scale, in which its longest extent has
-/// `largest` pixels; but a panel whose longer side would have less than 0.6 of that is enlarged to `largest`. A side has at
-/// least `least` pixels. A spacing that is not a positive number counts as 1. The panel of z has x to the right and y down; that of y
-/// has x to the right and z up; that of x has y to the right and z up.
+/// The panel of a slice, in its shape in the world. All panels of a volume have one scale, in which its
+/// longest extent has `largest` pixels; but a panel whose longer side would have less than 0.6 of that is
+/// enlarged to `largest`. A side has at least `least` pixels. A spacing that is not a positive number counts
+/// as 1. The panel of z has x to the right and y down; that of y has x to the right and z up; that of x has y
+/// to the right and z up.
 Panel panel_of(const Index3& dims, const std::array<double, 3>& spacing, int axis, std::int64_t slice,
                int largest, int least);
 
-/// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or more. If the panel is not
-/// to scale, a side on which they have as many stays whole. REQUIRES: the panel shows `at`.
+/// The part of a panel around the sample `at`, enlarged to its size, so that each sample has two pixels or
+/// more. If the panel is not to scale, a side on which they have as many stays whole. REQUIRES: the panel
+/// shows `at`.
 Panel detail_of(const Panel& panel, Index3 at);
+
+/// A length that is easy to read, for a scale bar: the longest of 1, 2, 5, 10, 20, 50 ..., and of 0.5, 0.2,
+/// 0.1 ..., that is at most `length`. REQUIRES: 1e-300 <= length <= 1e300.
+constexpr double round_length(double length) {
+  double power = 1;
+  while (power * 10 <= length) power *= 10;
+  // Divided from 1 down, which gives the doubles that are nearest to 0.1, 0.01 ...
+  double divisor = 1;
+  while (power / divisor > length) divisor *= 10;
+  const double unit = power / divisor;
+  return 5 * unit <= length ? 5 * unit : 2 * unit <= length ? 2 * unit : unit;
+}
 
 }  // namespace tagrid

@@ -1,4 +1,4 @@
-// What the values of a brick are coded with: how samples are held and quantized, and the parameters that the encoder finds
+// What the values of a brick are coded with: how samples are held, and the parameters that the encoder finds
 // and stores before the first voxel.
 #pragma once
 
@@ -21,27 +21,6 @@ struct Held {
   static constexpr std::int32_t offset = std::is_same_v<T, std::uint16_t> ? 32768 : 0;
   static Value from(T sample) { return static_cast<Value>(std::int32_t{sample} - offset); }
   static T to(std::int32_t value) { return static_cast<T>(value + offset); }
-};
-
-/// Quantization with the step 2E + 1: every difference is within E of a multiple of the step.
-struct Quantizer {
-  std::int64_t error = 0;
-  std::int64_t step = 1;
-  std::uint64_t reciprocal = (std::uint64_t{1} << 40) + 1;
-
-  Quantizer() = default;
-  /// REQUIRES: 0 <= max_error <= 65535. Then the division by multiplication below is exact.
-  explicit Quantizer(std::int64_t max_error)
-      : error(max_error),
-        step(2 * max_error + 1),
-        reciprocal((std::uint64_t{1} << 40) / static_cast<std::uint64_t>(step) + 1) {}
-
-  std::int32_t operator()(std::int32_t difference) const {
-    const auto magnitude = static_cast<std::uint64_t>(difference < 0 ? -difference : difference);
-    const auto q =
-        static_cast<std::int32_t>(((magnitude + static_cast<std::uint64_t>(error)) * reciprocal) >> 40);
-    return difference < 0 ? -q : q;
-  }
 };
 
 /// Stored with every brick that is not constant. Values are as held.

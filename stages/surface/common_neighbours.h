@@ -13,8 +13,9 @@
 
 namespace tagrid {
 
-/// Of a vertex inside of a root cube, all vertices with which it shares a leaf; of one on a face or an edge of root cubes, those
-/// in the plane of the face or on the line of the edge; of a corner, none. All root cubes at a vertex have these in common.
+/// Of a vertex inside of a root cube, all vertices with which it shares a leaf; of one on a face or an edge
+/// of root cubes, those in the plane of the face or on the line of the edge; of a corner, none. All root
+/// cubes at a vertex have these in common.
 class CommonNeighbours {
  public:
   /// `active` must outlive the object. A prefix of the activity gives the neighbours in the prefix.
@@ -26,8 +27,9 @@ class CommonNeighbours {
   int axes(Index3 vertex) const { return are_along(0, vertex) + are_along(1, vertex) + are_along(2, vertex); }
   bool is_vertex(Index3 p) const { return active_.test(p); }
 
-  /// True if is_found(std::span<const Index3>) is true of any leaf at the vertex; it gets those of its other vertices that are
-  /// common neighbours. Any bits are safe. REQUIRES: the box of the activity consists of whole root cubes and contains the vertex.
+  /// True if is_found(std::span<const Index3>) is true of any leaf at the vertex; it gets those of its other
+  /// vertices that are common neighbours. Any bits are safe. REQUIRES: the box of the activity consists of
+  /// whole root cubes and contains the vertex.
   template <class IsFound>
   bool any_leaf(Index3 vertex, IsFound is_found) const {
     Index3 corner;
@@ -39,7 +41,8 @@ class CommonNeighbours {
       std::array<std::int64_t, 3> along;
       for (std::size_t i = 0; i < 3; ++i)
         along[i] = dot(vertex - corner, root.vertices[i + 1] - root.vertices[i]) / cube_size_;
-      const Weights weights{cube_size_ - along[0], along[0] - along[1], along[1] - along[2], along[2]};
+      const BarycentricWeights weights{cube_size_ - along[0], along[0] - along[1], along[1] - along[2],
+                                       along[2]};
       const bool contains = std::ranges::all_of(weights, [](std::int64_t w) { return w >= 0; });
       if (contains && any_below(root, weights, vertex, is_found)) return true;
     }
@@ -47,12 +50,9 @@ class CommonNeighbours {
   }
 
  private:
-  /// vertex = sum of weights[i] * vertices[i] of a tetrahedron, divided by the sum of the weights.
-  using Weights = std::array<std::int64_t, 4>;
-
-  // The halves that contain the vertex are those of leaf_at(): u a + v b = (u - v) a + 2 v m for m = (a + b) / 2.
   template <class IsFound>
-  bool any_below(const BisectionStep& step, const Weights& weights, Index3 vertex, IsFound& is_found) const {
+  bool any_below(const BisectionStep& step, const BarycentricWeights& weights, Index3 vertex,
+                 IsFound& is_found) const {
     if (step.level == max_level(cube_size_) || !active_.test(step.midpoint())) {
       std::array<Index3, 4> common;
       const auto end = std::ranges::copy_if(step.vertices, common.begin(), [&](Index3 v) {
@@ -62,19 +62,10 @@ class CommonNeighbours {
     }
     const Index3 middle = step.midpoint();
     const auto end = static_cast<std::size_t>(step.base_end());
-    const std::int64_t first = weights[0], last = weights[end];
-    Weights of_half = weights;
-    if (last <= first) {
-      of_half[0] = first - last;
-      of_half[end] = 2 * last;
-      if (any_below(step.half(middle, 0), of_half, vertex, is_found)) return true;
-    }
-    if (last < first) return false;
-    of_half = weights;
-    for (std::size_t i = 0; i + 1 < end; ++i) of_half[i] = weights[i + 1];
-    of_half[end - 1] = last - first;
-    of_half[end] = 2 * first;
-    return any_below(step.half(middle, 1), of_half, vertex, is_found);
+    const auto any_in_half = [&](int which) {
+      return any_below(step.half(middle, which), weights_in_half(weights, end, which), vertex, is_found);
+    };
+    return (weights[end] <= weights[0] && any_in_half(0)) || (weights[0] <= weights[end] && any_in_half(1));
   }
 
   bool is_common(Index3 neighbour, Index3 vertex) const {

@@ -9,7 +9,6 @@
 
 #include "stages/grid/lattice.h"
 #include "stages/mesh/cut.h"
-#include "stages/mesh/meets.h"
 #include "stages/mesh/tetrahedra.h"
 #include "stages/surface/brick_point.h"
 #include "stages/surface/field_of_cube.h"
@@ -25,8 +24,8 @@ struct CrossedTetrahedron {
   bool at_border = false;              ///< a vertex lies in the border of the volume
 };
 
-/// The tetrahedra that a surface crosses and, if it is to be closed, those at the border that are all inside. Most of a
-/// brick is not visited: a cell whose active points lie on one side contains no crossing.
+/// The tetrahedra that a surface crosses and, if it is to be closed, those at the border that are all inside.
+/// Most of a brick is not visited: a cell whose active points lie on one side contains no crossing.
 template <class T>
 class Crossings {
  public:
@@ -118,8 +117,9 @@ class Crossings {
     }
   }
 
-  // Where the border of the volume cuts an edge or a face of a leaf, the field gives the value. It is rounded, and so decides on
-  // the side only if the ends of the edge, or the corners of the face, are not all on one.
+  // Where the border of the volume cuts an edge or a face of a leaf, the field gives the value. It is
+  // rounded, and so decides on the side only if the ends of the edge, or the corners of the face, are not all
+  // on one.
   bool is_inside(const CrossedTetrahedron& leaf, std::uint32_t number, Index3 place) {
     if (leaf.inside == 15) return true;
     if ((sides_[number] & Sides::active) != 0) return (sides_[number] & Sides::inside) != 0;

@@ -1,7 +1,6 @@
 #include "stages/surface/sides.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 
 #include "stages/volume/sample_type.h"
@@ -14,22 +13,6 @@ constexpr std::uint8_t some_outside = 1, some_inside = 2;
 // Bits x, x + 1 and x + 2 of a row, joined at bit x.
 std::uint64_t of_three(std::uint64_t word, std::uint64_t next) {
   return word | word >> 1 | next << 63 | word >> 2 | next << 62;
-}
-
-// Calls visit(point, number) for the points of a set of bits.
-template <class Visit>
-void for_each_set(const LatticeBits& bits, Visit visit) {
-  const Box& box = bits.box();
-  std::size_t row_start = 0;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      for (std::size_t w = 0; w < bits.words_per_row(); ++w)
-        for (std::uint64_t rest = bits.row(y, z)[w]; rest != 0; rest &= rest - 1) {
-          const std::size_t x = 64 * w + static_cast<std::size_t>(std::countr_zero(rest));
-          visit(Index3{box.low.x + static_cast<std::int64_t>(x), y, z}, row_start + x);
-        }
-      row_start += static_cast<std::size_t>(box.size().x);
-    }
 }
 
 }  // namespace
@@ -56,32 +39,20 @@ Sides::Sides(std::span<const T> points, const LatticeBits& active_bits, const Su
 template <class T>
 LatticeBits Sides::find_inside(std::span<const T> points, const LatticeBits& active_bits,
                                const SurfaceGrid& grid, const SurfaceLevel& level) {
-  const Box& box = active_bits.box();
   const Index3 last = grid.last;
   bool any_equal = false;
-  LatticeBits inside_bits(box);
+  LatticeBits inside_bits(active_bits.box());
   const auto place = [](std::int64_t at, std::int64_t high) -> std::uint8_t {
     return at == 0 || at == high ? border : at > high ? beyond : 0;
   };
-  std::size_t row_start = 0;
-  for (std::int64_t z = box.low.z; z <= box.high.z; ++z)
-    for (std::int64_t y = box.low.y; y <= box.high.y; ++y) {
-      const auto of_row = static_cast<std::uint8_t>(active | place(y, last.y) | place(z, last.z));
-      for (std::size_t w = 0; w < active_bits.words_per_row(); ++w) {
-        std::uint64_t found = 0;
-        for (std::uint64_t rest = active_bits.row(y, z)[w]; rest != 0; rest &= rest - 1) {
-          const std::size_t x = 64 * w + static_cast<std::size_t>(std::countr_zero(rest)), i = row_start + x;
-          const auto value = static_cast<double>(points[i]);
-          const bool is_inside = level.is_inside(value);
-          any_equal |= value == level.value;
-          of_point_[i] = static_cast<std::uint8_t>(
-              of_row | place(box.low.x + static_cast<std::int64_t>(x), last.x) | (is_inside ? inside : 0));
-          if (is_inside) found |= rest & -rest;
-        }
-        inside_bits.row(y, z)[w] = found;
-      }
-      row_start += static_cast<std::size_t>(box.size().x);
-    }
+  for_each_set(active_bits, [&](Index3 p, std::size_t i) {
+    const auto value = static_cast<double>(points[i]);
+    const bool is_inside = level.is_inside(value);
+    any_equal |= value == level.value;
+    of_point_[i] = static_cast<std::uint8_t>(active | place(p.x, last.x) | place(p.y, last.y) |
+                                             place(p.z, last.z) | (is_inside ? inside : 0));
+    if (is_inside) inside_bits.set(p);
+  });
   if (any_equal) put_outside_those_alone(points, active_bits, grid, level, inside_bits);
   return inside_bits;
 }
@@ -90,8 +61,8 @@ template <class T>
 void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits& active_bits,
                                     const SurfaceGrid& grid, const SurfaceLevel& level,
                                     LatticeBits& inside_bits) {
-  // On edges of root cubes first, then on faces, which may meet such edges, then inside. All that a point is asked about lies in one
-  // root cube, so that every brick finds the same.
+  // On edges of root cubes first, then on faces, which may meet such edges, then inside. All that a point is
+  // asked about lies in one root cube, so that every brick finds the same.
   const CommonNeighbours neighbours(active_bits, grid.cube_size);
   bool any = false;
   for (int axes = 1; axes <= 3; ++axes)
@@ -105,8 +76,7 @@ void Sides::put_outside_those_alone(std::span<const T> points, const LatticeBits
   for_each_set(inside_bits, [&](Index3 p, std::size_t i) {
     if ((of_point_[i] & alone) == 0) return;
     of_point_[i] = static_cast<std::uint8_t>(of_point_[i] & ~inside);
-    const auto x = static_cast<std::size_t>(p.x - inside_bits.box().low.x);
-    inside_bits.row(p.y, p.z)[x / 64] &= ~(std::uint64_t{1} << (x % 64));
+    inside_bits.clear(p);
   });
 }
 
@@ -115,7 +85,8 @@ bool Sides::is_alone(Index3 p, std::span<const T> points, const Box& box, const 
                      const SurfaceGrid& grid) const {
   const int axes = neighbours.axes(p);
   const T level = points[static_cast<std::size_t>(box.offset(p))];
-  // 0: outside. Beyond the volume, there is no surface. 1: of the level. 2: inside, or NaN around which no surface is closed.
+  // 0: outside. Beyond the volume, there is no surface. 1: of the level. 2: inside, or NaN around which no
+  // surface is closed.
   const auto rank = [&](Index3 q) {
     const auto i = static_cast<std::size_t>(box.offset(q));
     if (points[i] != points[i]) return grid.close ? 0 : 2;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,6 +24,18 @@ struct Samples {
   const T& at(Index3 p) const { return data[box.offset(p)]; }
   const T* row(std::int64_t y, std::int64_t z) const {
     return data + ((z - box.low.z) * box.size().y + (y - box.low.y)) * box.size().x;
+  }
+};
+
+/// The samples of `box` as bytes, stored as in memory, in the type of the volume, x fastest.
+struct BrickSamples {
+  Box box;
+  std::vector<std::byte> bytes;
+
+  /// REQUIRES: T is the type of the volume.
+  template <class T>
+  Samples<T> as() const {
+    return {box, reinterpret_cast<const T*>(bytes.data())};
   }
 };
 

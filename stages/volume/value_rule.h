@@ -1,9 +1,11 @@
-// Turns samples into the values that they mean.
+// Turns samples into the values that they mean, which may have another type.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "stages/volume/sample_type.h"
@@ -35,5 +37,16 @@ struct ValueOutside {
 /// 2^53; floats become floats.
 std::optional<ValueOutside> make_values(const ValueRule& rule, std::int64_t first_slice,
                                         std::int64_t slice_samples, std::vector<std::byte>& samples);
+
+/// True if a sample of this type can have exactly this finite value; a float may round it.
+inline bool is_value_of(SampleType type, double value) {
+  return with_sample_type(type, [&](auto sample) {
+    using S = decltype(sample);
+    const bool in_range = value >= static_cast<double>(std::numeric_limits<S>::lowest()) &&
+                          value <= static_cast<double>(std::numeric_limits<S>::max());
+    if constexpr (std::is_floating_point_v<S>) return in_range;
+    return in_range && value == static_cast<double>(static_cast<S>(value));
+  });
+}
 
 }  // namespace tagrid

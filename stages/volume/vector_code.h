@@ -1,7 +1,7 @@
-// How inner loops become vector code: the compiler vectorizes plain loops and clones them for the instruction
-// sets below; one clone is chosen when the program starts. All clones round alike (IEEE operations, no
-// contraction of multiply and add), so each gives the same bytes. Do not use this for functions in an unnamed
-// namespace: gcc 12 does not vectorize their clones.
+// Plain loops as vector code: the compiler clones them for these instruction sets, and one clone is chosen when
+// the program starts. All give the same bytes (IEEE operations, no contraction of multiply and add). Not for
+// unnamed namespaces: gcc 12 does not vectorize clones there. What no compiler makes of a loop is Highway's
+// (instruction_sets.h); which way to take is in docs/decisions/0039-two-kinds-of-vector-code.md.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \

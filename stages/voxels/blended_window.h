@@ -3,6 +3,7 @@
 // voxel.
 #pragma once
 
+#include "stages/volume/bound.h"
 #include "stages/voxels/mixed_residual_model.h"
 #include "stages/voxels/running_least_squares.h"
 #include "stages/voxels/window.h"

@@ -15,24 +15,22 @@ namespace {
 // Two coders: one follows the raster order, for the best effort; for the others, the wavefront.
 
 template <class T, class Coder>
-bool run_pass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
-              const VoxelParameters& parameters, const T* original, T* result, std::int64_t slices) {
-  if (bounds.surface_error < 0)
-    return VoxelPass<T, Coder, false>(coder, owned, activity, bounds, parameters)
-        .run(original, result, slices);
-  return VoxelPass<T, Coder, true>(coder, owned, activity, bounds, parameters).run(original, result, slices);
+bool run_pass(Coder& coder, const VoxelBrick& brick, const VoxelParameters& parameters, const T* original,
+              T* result, std::int64_t slices) {
+  if (brick.bounds.surface_error < 0)
+    return VoxelPass<T, Coder, false>(coder, brick, parameters).run(original, result, slices);
+  return VoxelPass<T, Coder, true>(coder, brick, parameters).run(original, result, slices);
 }
 
-WaveBrick wave_brick(const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
-                     Effort effort) {
-  const auto steps = quantizers(bounds);
-  WaveBrick brick;
-  brick.size = owned.size();
-  brick.errors = {steps[0].error, steps[1].error};
-  if (bounds.surface_error >= 0) brick.activity = &activity;
-  brick.origin = owned.low;
-  brick.one_distribution = effort == Effort::fast;
-  return brick;
+WaveBrick wave_brick(const VoxelBrick& brick) {
+  const auto steps = quantizers(brick.bounds);
+  WaveBrick wave;
+  wave.size = brick.owned.size();
+  wave.errors = {steps[0].error, steps[1].error};
+  if (brick.bounds.surface_error >= 0) wave.activity = brick.activity;
+  wave.origin = brick.owned.low;
+  wave.one_distribution = brick.effort == Effort::fast;
+  return wave;
 }
 
 template <class T>
@@ -46,44 +44,61 @@ void write_row(void* samples, std::int64_t first, std::int64_t count, const std:
   for (std::int64_t x = 0; x < count; ++x) to[x] = Held<T>::to(from[x]);
 }
 
-/// `low` and `high`: of the samples.
+/// If the code of a brick, which begins at `begin`, is longer than its samples, they replace it.
 template <class T>
-Carrying encode_coded_brick(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                            const VoxelBounds& bounds, T low, T high, std::vector<std::uint8_t>& out,
-                            std::span<T> reconstruction, Effort effort, const BytesToCarry& to_carry) {
-  VoxelParameters parameters = fit_parameters(samples, owned.size(), bounds.max_error, low, high);
-  if (effort == Effort::best) {
-    out.push_back(coded_brick);
-    RansEncoder coder(out);
-    code_parameters<T>(coder, parameters);
-    run_pass(coder, owned, activity, bounds, parameters, samples.data(), reconstruction.data(),
-             owned.size().z);
-    coder.finish();
-    return {};
-  }
-  WaveBrick brick = wave_brick(owned, activity, bounds, effort);
-  brick.parameters = parameters;
-  const std::size_t carried = append_wave(
-      brick, {samples.data(), read_row<T>}, {reconstruction.data(), write_row<T>, owned.size().z},
-      [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); }, to_carry, out);
-  return {to_carry != nullptr, carried};
+bool replaced_by_samples(std::span<const T> samples, std::span<T> reconstruction, std::size_t begin,
+                         std::vector<std::uint8_t>& out) {
+  if (out.size() - begin <= 1 + samples.size_bytes()) return false;
+  out.resize(begin);
+  append_raw_brick(samples, out);
+  std::copy(samples.begin(), samples.end(), reconstruction.begin());
+  return true;
+}
+
+template <class T>
+void encode_in_raster_order(std::span<const T> samples, const VoxelBrick& brick, VoxelParameters parameters,
+                            std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  const std::size_t begin = out.size();
+  out.push_back(coded_brick);
+  RansEncoder coder(out);
+  code_parameters<T>(coder, parameters);
+  run_pass(coder, brick, parameters, samples.data(), reconstruction.data(), brick.owned.size().z);
+  coder.finish();
+  replaced_by_samples(samples, reconstruction, begin, out);
+}
+
+template <class T>
+PendingWave begin_in_lanes(std::span<const T> samples, const VoxelBrick& brick, VoxelParameters parameters,
+                           std::span<T> reconstruction) {
+  WaveBrick wave = wave_brick(brick);
+  wave.parameters = parameters;
+  return begin_wave(wave, {samples.data(), read_row<T>},
+                    {reconstruction.data(), write_row<T>, brick.owned.size().z},
+                    [&](RansEncoder& coder) { code_parameters<T>(coder, parameters); });
 }
 
 }  // namespace
 
 template <class T>
-Carrying encode_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                       const VoxelBounds& bounds, std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                       Effort effort, const BytesToCarry& to_carry) {
-  assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
+std::optional<std::size_t> PendingVoxels<T>::finish(std::span<const std::uint8_t> to_carry) {
+  if (is_complete()) return 0;
+  const std::size_t begin = out_->size(), carried = append_wave(*std::exchange(wave_, {}), to_carry, *out_);
+  if (replaced_by_samples(samples_, reconstruction_, begin, *out_)) return {};
+  return carried;
+}
+
+template <class T>
+PendingVoxels<T> encode_voxels(std::span<const T> samples, const VoxelBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
-  assert(bounds.surface_error < 0 || activity.box().contains(owned));
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   T low = samples[0], high = samples[0];
   for (const T sample : samples) {
     low = std::min(low, sample);
     high = std::max(high, sample);
   }
-  const auto steps = quantizers(bounds);
+  const auto steps = quantizers(brick.bounds);
   const std::int64_t error = std::min(steps[0].error, steps[1].error);
   if (std::int64_t{high} - std::int64_t{low} <= 2 * error) {
     const auto middle = static_cast<T>(low + (std::int64_t{high} - low) / 2);
@@ -91,34 +106,32 @@ Carrying encode_voxels(std::span<const T> samples, const Box& owned, const Latti
     std::fill(reconstruction.begin(), reconstruction.end(), middle);
     return {};
   }
-  const std::size_t begin = out.size();
-  const Carrying carrying =
-      encode_coded_brick(samples, owned, activity, bounds, low, high, out, reconstruction, effort, to_carry);
-  if (out.size() - begin <= 1 + samples.size_bytes()) return carrying;
-  out.resize(begin);
-  append_raw_brick(samples, out);
-  std::copy(samples.begin(), samples.end(), reconstruction.begin());
-  return {};
+  const VoxelParameters parameters =
+      fit_parameters(samples, brick.owned.size(), brick.bounds.max_error, low, high);
+  if (brick.effort == Effort::best) {
+    encode_in_raster_order(samples, brick, parameters, reconstruction, out);
+    return {};
+  }
+  return {begin_in_lanes(samples, brick, parameters, reconstruction), samples, reconstruction, out};
 }
 
 template <class T>
-Status decode_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const VoxelBounds& bounds, std::span<T> samples, Effort effort,
+Status decode_voxels(std::span<const std::uint8_t> bytes, const VoxelBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
-  const std::int64_t slices = slices_in(owned, samples.size());
-  assert(bounds.surface_error < 0 || activity.box().contains(owned));
-  const auto count = static_cast<std::size_t>(owned.count());
+  const std::int64_t slices = slices_in(brick.owned, samples.size());
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
+  const auto count = static_cast<std::size_t>(brick.owned.count());
   if (!bytes.empty() && bytes[0] == raw_brick) return decode_raw_brick(bytes, count, samples);
-  if (effort != Effort::best && !bytes.empty() && bytes[0] != constant_brick) {
-    WaveBrick brick = wave_brick(owned, activity, bounds, effort);
+  if (brick.effort != Effort::best && !bytes.empty() && bytes[0] != constant_brick) {
+    WaveBrick wave = wave_brick(brick);
     return read_wave(
-        bytes, brick, {samples.data(), write_row<T>, slices},
-        [&](RansDecoder& coder) { return code_parameters<T>(coder, brick.parameters); }, carried);
+        bytes, wave, {samples.data(), write_row<T>, slices},
+        [&](RansDecoder& coder) { return code_parameters<T>(coder, wave.parameters); }, carried);
   }
   return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
     VoxelParameters parameters;
     if (!code_parameters<T>(coder, parameters)) return Status::broken("values with impossible parameters");
-    if (!run_pass<T>(coder, owned, activity, bounds, parameters, nullptr, samples.data(), slices))
+    if (!run_pass<T>(coder, brick, parameters, nullptr, samples.data(), slices))
       return Status::broken("values end too soon");
     return Status();
   });
@@ -132,8 +145,8 @@ std::uint64_t working_bytes_of_encoding_voxels(SampleType type, Index3 size, Eff
   return working_bytes_of_decoding_voxels(size, effort) + RansEncoder::working_bytes(17 * bytes + learning);
 }
 
-std::uint64_t working_bytes_while_voxels_ask(SampleType type, Index3 size, Effort effort) {
-  return effort == Effort::best ? 0 : working_bytes_while_wave_asks(type, size);
+std::uint64_t working_bytes_of_pending_voxels(SampleType type, Index3 size, Effort effort) {
+  return effort == Effort::best ? 0 : working_bytes_of_pending_wave(type, size);
 }
 
 std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
@@ -143,11 +156,12 @@ std::uint64_t working_bytes_of_decoding_voxels(Index3 size, Effort effort) {
          MixedResidualModel::working_bytes();
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                             \
-  template Carrying encode_voxels(std::span<const T>, const Box&, const LatticeBits&, const VoxelBounds&, \
-                                  std::vector<std::uint8_t>&, std::span<T>, Effort, const BytesToCarry&); \
-  template Status decode_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,            \
-                                const VoxelBounds&, std::span<T>, Effort, std::vector<std::uint8_t>&);
+#define TAGRID_INSTANTIATE(T)                                                                   \
+  template class PendingVoxels<T>;                                                              \
+  template PendingVoxels<T> encode_voxels(std::span<const T>, const VoxelBrick&, std::span<T>,  \
+                                          std::vector<std::uint8_t>&);                          \
+  template Status decode_voxels(std::span<const std::uint8_t>, const VoxelBrick&, std::span<T>, \
+                                std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_NARROW_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "stages/volume/bound.h"
 #include "stages/voxels/blended_window.h"
 #include "stages/voxels/codec.h"
 #include "stages/voxels/mixed_residual_model.h"
@@ -20,30 +21,22 @@ namespace tagrid {
 // A segment is a piece of a row; one decision can say that all its residuals are zero.
 inline constexpr std::int64_t segment_length = 64;
 
-/// The quantizers of inactive and of active points. Errors beyond the range of the type count as that range.
-inline std::array<Quantizer, 2> quantizers(const VoxelBounds& bounds) {
-  const auto limited = [](std::int64_t e) { return Quantizer(std::clamp<std::int64_t>(e, 0, 65535)); };
-  const Quantizer other = limited(bounds.max_error);
-  return {other, bounds.surface_error < 0 ? other : limited(bounds.surface_error)};
-}
-
 /// Codes every voxel in raster order. When encoding, `original` holds the samples; `result` receives the
 /// decoded ones. `two_bounds`: active points have a bound of their own.
 template <class T, class Coder, bool two_bounds>
 class VoxelPass {
  public:
-  VoxelPass(Coder& coder, const Box& owned, const LatticeBits& activity, const VoxelBounds& bounds,
-            const VoxelParameters& parameters)
+  VoxelPass(Coder& coder, const VoxelBrick& brick, const VoxelParameters& parameters)
       : coder_(coder),
-        owned_(owned),
-        activity_(activity),
-        quantizers_(quantizers(bounds)),
+        owned_(brick.owned),
+        activity_(brick.activity),
+        quantizers_(quantizers(brick.bounds)),
         low_(parameters.low),
         high_(parameters.high),
-        window_(owned.size(), parameters, std::min(quantizers_[0].error, quantizers_[1].error)),
+        window_(owned_.size(), parameters, std::min(quantizers_[0].error, quantizers_[1].error)),
         model_(std::make_unique<MixedResidualModel>()),
-        segments_((owned.size().x + segment_length - 1) / segment_length),
-        quiet_before_(static_cast<std::size_t>(segments_ * (owned.size().y + 1)), 1) {
+        segments_((owned_.size().x + segment_length - 1) / segment_length),
+        quiet_before_(static_cast<std::size_t>(segments_ * (owned_.size().y + 1)), 1) {
     const std::int64_t step = std::min(quantizers_[0].step, quantizers_[1].step);
     largest_ = static_cast<std::int32_t>((parameters.high - parameters.low) / step + 1);
   }
@@ -55,7 +48,7 @@ class VoxelPass {
       window_.begin_slice(z);
       for (std::int64_t y = 0; y < size.y; ++y, result += size.x, original += Coder::encoding ? size.x : 0) {
         window_.begin_row(y);
-        if constexpr (two_bounds) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
+        if constexpr (two_bounds) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t s = 0; s < segments_; ++s) {
           const std::int64_t first = s * segment_length, last = std::min(size.x, first + segment_length);
           // Whether neighbouring segments were quiet: the same one in the slice before (until it is replaced)
@@ -95,7 +88,7 @@ class VoxelPass {
     return quantizers_[0];
   }
   bool active(std::int64_t x) const {
-    const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_.box().low.x);
+    const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_->box().low.x);
     return (bits_[bit / 64] >> (bit % 64)) & 1;
   }
 
@@ -173,8 +166,8 @@ class VoxelPass {
   }
 
   Coder& coder_;
-  const Box& owned_;
-  const LatticeBits& activity_;
+  Box owned_;
+  const LatticeBits* activity_;
   std::array<Quantizer, 2> quantizers_;
   std::int32_t low_, high_;  ///< range of the originals
   BlendedWindow window_;

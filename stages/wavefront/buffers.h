@@ -63,6 +63,29 @@ struct IntervalLanes {
   std::uint16_t coded, first, last, low;
 };
 
+/// Bits without a model: the low ones of large residuals.
+struct LowBits {
+  std::int16_t low[wave_lanes], count[wave_lanes];
+};
+
+/// They are added from the first to the last, and taken from the last to the first.
+class LowBitsOfSteps {
+ public:
+  LowBits& add() {
+    if (size_ % chunk == 0) chunks_.push_back(std::make_unique_for_overwrite<LowBits[]>(chunk));
+    return chunks_.back()[size_++ % chunk];
+  }
+  const LowBits& take_last() {
+    --size_;
+    return chunks_[size_ / chunk][size_ % chunk];
+  }
+
+ private:
+  static constexpr std::size_t chunk = 64;
+  std::vector<std::unique_ptr<LowBits[]>> chunks_;
+  std::size_t size_ = 0;
+};
+
 class WaveBuffers {
  public:
   Schedule schedule;

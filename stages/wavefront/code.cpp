@@ -53,26 +53,31 @@ bool take_part(std::span<const std::uint8_t>& bytes, std::span<const std::uint8_
 
 }  // namespace
 
-std::size_t append_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                        const std::function<void(RansEncoder&)>& parameters, const BytesToCarry& to_carry,
-                        std::vector<std::uint8_t>& out) {
-  WaveCode code;
-  encode_wave(brick, samples, reconstruction, to_carry, code);
-  std::vector<std::uint8_t> head;
-  RansEncoder coder(head);
+PendingWave begin_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
+                       const std::function<void(RansEncoder&)>& parameters) {
+  PendingWave wave{{}, encode_wave(brick, samples, reconstruction)};
+  RansEncoder coder(wave.head);
   parameters(coder);
-  code_quiet_rows(coder, Schedule(brick.size), code.quiet);
+  code_quiet_rows(coder, Schedule(brick.size), wave.symbols.buffers.quiet);
   coder.finish();
+  return wave;
+}
+
+std::size_t append_wave(PendingWave wave, std::span<const std::uint8_t> to_carry,
+                        std::vector<std::uint8_t>& out) {
+  const WaveCode code = push_symbols(wave.symbols, to_carry);
+  wave.symbols.buffers.memory.reset();
+  const std::vector<std::uint8_t>&head = wave.head, &bits = wave.symbols.bits;
   constexpr std::size_t most_of_sizes = 18;
-  out.reserve(out.size() + 1 + most_of_sizes + head.size() + code.bits.size() + 2 * code.words.size());
+  out.reserve(out.size() + 1 + most_of_sizes + head.size() + bits.size() + 2 * code.words.size());
   if (code.carried == 0)
     out.push_back(code.single ? one_state : many_states);
   else
     out.push_back(code.single ? one_that_carries : many_that_carry);
   append_size(head.size(), out);
   out.insert(out.end(), head.begin(), head.end());
-  append_size(code.bits.size(), out);
-  out.insert(out.end(), code.bits.begin(), code.bits.end());
+  append_size(bits.size(), out);
+  out.insert(out.end(), bits.begin(), bits.end());
   for (const std::uint16_t word : code.words) {
     out.push_back(static_cast<std::uint8_t>(word));
     out.push_back(static_cast<std::uint8_t>(word >> 8));
@@ -87,17 +92,19 @@ Status read_wave(std::span<const std::uint8_t> bytes, WaveBrick& brick, RowWrite
              carries = kind == one_that_carries || kind == many_that_carry;
   if (!single && !carries && kind != many_states) return Status::broken("values of an unknown kind");
   bytes = bytes.subspan(1);
-  std::span<const std::uint8_t> head, bits;
-  if (!take_part(bytes, head) || !take_part(bytes, bits)) return Status::broken("values end too soon");
+  WaveBytes code;
+  code.single = single;
+  code.carries = carries;
+  std::span<const std::uint8_t> head;
+  if (!take_part(bytes, head) || !take_part(bytes, code.bits)) return Status::broken("values end too soon");
+  code.words = bytes;
   RansDecoder coder(head);
   if (!parameters(coder)) return Status::broken("values with impossible parameters");
   const Schedule schedule(brick.size);
-  RowSet quiet;
-  for (auto& half : quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
-  code_quiet_rows(coder, schedule, quiet);
+  for (auto& half : code.quiet) half.assign(static_cast<std::size_t>(schedule.all_groups), 0xffff);
+  code_quiet_rows(coder, schedule, code.quiet);
   if (!coder.finished()) return Status::broken("values with wrong flags of rows");
-  if (!decode_wave(brick, quiet, single, bits, bytes, samples, carries ? &carried : nullptr))
-    return Status::broken("values that no encoder wrote");
+  if (!decode_wave(brick, code, samples, carried)) return Status::broken("values that no encoder wrote");
   return {};
 }
 
@@ -112,13 +119,13 @@ std::uint64_t longest_stream(SampleType type, Index3 size) {
 
 std::uint64_t working_bytes_of_encoding_wave(SampleType type, Index3 size) {
   const auto steps = static_cast<std::uint64_t>(2 * Schedule(size).all_steps);
-  // The stream is there as chunks, as words, and as the bytes that are appended, which grow by copying. A step keeps 64
-  // bytes of low bits.
+  // The stream is there as chunks, as words, and as the bytes that are appended, which grow by copying. A
+  // step keeps 64 bytes of low bits.
   return WaveBuffers::bytes(size, true, true) + 5 * longest_stream(type, size) + 72 * steps +
          2 * WordsBackward::chunk_size * sizeof(std::uint16_t);
 }
 
-std::uint64_t working_bytes_while_wave_asks(SampleType type, Index3 size) {
+std::uint64_t working_bytes_of_pending_wave(SampleType type, Index3 size) {
   const auto steps = static_cast<std::uint64_t>(2 * Schedule(size).all_steps);
   // There are the bits of residuals without a symbol, and low bits.
   return WaveBuffers::bytes(size, true, true) + 2 * longest_stream(type, size) + 72 * steps;

@@ -1,52 +1,46 @@
 #include "stages/wavefront/coder.h"
 
-#include <bit>
-
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "stages/wavefront/coder.cpp"
-#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <bit>
+
 #include "stages/volume/instruction_sets.h"
-#include "stages/wavefront/decoder.h"
-#include "stages/wavefront/encoder.h"
 
-HWY_BEFORE_NAMESPACE();
-namespace tagrid::HWY_NAMESPACE {
-
-void encode(const WaveBrick& brick, RowReader reader, RowWriter writer, const BytesToCarry& to_carry,
-            WaveCode& code) {
-  const bool two_bounds = brick.activity != nullptr;
-  WaveBuffers buffers(brick.size, true, two_bounds, static_cast<std::int16_t>(brick.parameters.reference));
-  Encoder(brick, buffers, reader, writer).run(to_carry, code);
-}
-
-bool decode(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-            std::span<const std::uint8_t> words, RowWriter writer, std::vector<std::uint8_t>* carried) {
-  const bool two_bounds = brick.activity != nullptr;
-  if (words.size() % 2 != 0 || words.size() < (single ? 4 : 8 * wave_lanes)) return false;
-  WaveBuffers buffers(brick.size, false, two_bounds, static_cast<std::int16_t>(brick.parameters.reference));
-  return Decoder(brick, buffers, writer, quiet, single, bits, words).run(carried);
-}
-
-}  // namespace tagrid::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
 namespace tagrid {
+
+// What target.h defines for each instruction set.
+#define TAGRID_DECLARE_VERSIONS(target)                                                   \
+  namespace target {                                                                      \
+  void encode(const WaveBrick&, RowReader, RowWriter, WaveSymbols&);                      \
+  WaveCode push(WaveSymbols&, std::span<const std::uint8_t>);                             \
+  bool decode(const WaveBrick&, const WaveBytes&, RowWriter, std::vector<std::uint8_t>&); \
+  }
+TAGRID_DECLARE_VERSIONS(N_AVX3)
+TAGRID_DECLARE_VERSIONS(N_AVX2)
+TAGRID_DECLARE_VERSIONS(N_SSE4)
+TAGRID_DECLARE_VERSIONS(HWY_NAMESPACE)
+#undef TAGRID_DECLARE_VERSIONS
 
 // Words, counts and intervals are read as halves of larger numbers.
 static_assert(std::endian::native == std::endian::little);
 
-void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                 const BytesToCarry& to_carry, WaveCode& code) {
-  TAGRID_BEST_VERSION(encode)(brick, samples, reconstruction, to_carry, code);
+WaveSymbols::WaveSymbols(const WaveBrick& brick)
+    : buffers(brick.size, true, brick.activity != nullptr,
+              static_cast<std::int16_t>(brick.parameters.reference)) {}
+
+WaveSymbols encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction) {
+  WaveSymbols symbols(brick);
+  TAGRID_BEST_VERSION(encode)(brick, samples, reconstruction, symbols);
+  return symbols;
 }
 
-bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-                 std::span<const std::uint8_t> words, RowWriter samples, std::vector<std::uint8_t>* carried) {
-  return TAGRID_BEST_VERSION(decode)(brick, quiet, single, bits, words, samples, carried);
+WaveCode push_symbols(WaveSymbols& symbols, std::span<const std::uint8_t> to_carry) {
+  return TAGRID_BEST_VERSION(push)(symbols, to_carry);
+}
+
+bool decode_wave(const WaveBrick& brick, const WaveBytes& code, RowWriter samples,
+                 std::vector<std::uint8_t>& carried) {
+  return TAGRID_BEST_VERSION(decode)(brick, code, samples, carried);
 }
 
 }  // namespace tagrid
-#endif

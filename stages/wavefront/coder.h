@@ -9,7 +9,7 @@
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
 #include "stages/prediction/parameters.h"
-#include "stages/volume/carrying.h"
+#include "stages/wavefront/buffers.h"
 
 namespace tagrid {
 
@@ -40,21 +40,42 @@ struct RowWriter {
 /// A set of rows, by half and group: one bit a lane.
 using RowSet = std::array<std::vector<std::uint16_t>, 2>;
 
+/// The values of a brick as symbols. What is missing is to push these into the states, from the last to the
+/// first.
+struct WaveSymbols {
+  explicit WaveSymbols(const WaveBrick& brick);
+
+  WaveBuffers buffers;             ///< intervals of the symbols, and rows without a residual
+  LowBitsOfSteps low_bits;         ///< of residuals with a symbol
+  std::vector<std::uint8_t> bits;  ///< of residuals without a symbol
+};
+
+/// Predicts and quantizes the voxels of a brick; then its reconstruction is complete.
+WaveSymbols encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction);
+
 struct WaveCode {
-  RowSet quiet;                      ///< rows without a residual
-  std::vector<std::uint8_t> bits;    ///< of residuals without a symbol
   bool single = false;               ///< one state for all lanes
   std::vector<std::uint16_t> words;  ///< states, then what they take in
   std::size_t carried = 0;           ///< bytes: two for each state, or none
 };
 
-/// `to_carry` may be empty.
-void encode_wave(const WaveBrick& brick, RowReader samples, RowWriter reconstruction,
-                 const BytesToCarry& to_carry, WaveCode& code);
+/// Pushes the symbols into states. A state begins with any 16 bits: the first bytes of `to_carry`, if they
+/// are enough for all states.
+WaveCode push_symbols(WaveSymbols& symbols, std::span<const std::uint8_t> to_carry);
 
-/// Returns false if the code is not one of encode_wave(). `carried`: null if it carries nothing. Decoding ends with the slices
-/// that are wanted: if these are not all, the rest of the code is not looked at, and nothing is appended to `carried`.
-bool decode_wave(const WaveBrick& brick, const RowSet& quiet, bool single, std::span<const std::uint8_t> bits,
-                 std::span<const std::uint8_t> words, RowWriter samples, std::vector<std::uint8_t>* carried);
+/// What a decoder knows of the code, beside the brick.
+struct WaveBytes {
+  RowSet quiet;
+  bool single = false;
+  bool carries = false;                 ///< bytes
+  std::span<const std::uint8_t> bits;   ///< of residuals without a symbol
+  std::span<const std::uint8_t> words;  ///< states, then what they take in
+};
+
+/// Returns false if the code is not one of these two. The bytes that it carries are appended to `carried`.
+/// Decoding ends with the slices that are wanted: if these are not all, the rest of the code is not looked
+/// at, and nothing is appended.
+bool decode_wave(const WaveBrick& brick, const WaveBytes& code, RowWriter samples,
+                 std::vector<std::uint8_t>& carried);
 
 }  // namespace tagrid

@@ -1,51 +1,26 @@
-// Encodes the values of a brick. Included once for each instruction set.
-#if defined(TAGRID_STAGES_WAVEFRONT_ENCODER) == defined(HWY_TARGET_TOGGLE)
-#ifdef TAGRID_STAGES_WAVEFRONT_ENCODER
-#undef TAGRID_STAGES_WAVEFRONT_ENCODER
-#else
-#define TAGRID_STAGES_WAVEFRONT_ENCODER
-#endif
+// Encodes the values of a brick as intervals of its symbols.
+#pragma once
 
-#include <array>
-#include <memory>
+#include <bit>
+#include <cstdlib>
 #include <vector>
 
+#include "stages/wavefront/bits.h"
 #include "stages/wavefront/models.h"
-#include "stages/wavefront/wave.h"
+#include "stages/wavefront/step.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace tagrid::HWY_NAMESPACE {
 
-/// Bits without a model: the low ones of large residuals.
-struct LowBits {
-  std::int16_t low[wave_lanes], count[wave_lanes];
-};
-
-/// They are added from the first to the last, and taken from the last to the first.
-class LowBitsOfSteps {
- public:
-  LowBits& add() {
-    if (size_ % chunk == 0) chunks_.push_back(std::make_unique_for_overwrite<LowBits[]>(chunk));
-    return chunks_.back()[size_++ % chunk];
-  }
-  const LowBits& take_last() {
-    --size_;
-    return chunks_[size_ / chunk][size_ % chunk];
-  }
-
- private:
-  static constexpr std::size_t chunk = 64;
-  std::vector<std::unique_ptr<LowBits[]>> chunks_;
-  std::size_t size_ = 0;
-};
-
 class Encoder : Wave<true> {
  public:
-  Encoder(const WaveBrick& brick, WaveBuffers& buffers, RowReader reader, RowWriter writer)
-      : Wave(brick, buffers, reader, writer, nullptr) {}
+  Encoder(const WaveBrick& brick, WaveSymbols& symbols, RowReader reader, RowWriter writer)
+      : Wave(brick, symbols.buffers, reader, writer, nullptr),
+        low_bits_(symbols.low_bits),
+        bits_(symbols.bits) {}
 
-  void run(const BytesToCarry& to_carry, WaveCode& code) {
-    BitWriter bits(code.bits);
+  void run() {
+    BitWriter bits(bits_);
     const Schedule& s = s_;
     const std::int64_t last = s.all_steps - 1, ring = 2 * s.period + 1;
     std::int64_t now = 0;
@@ -68,7 +43,7 @@ class Encoder : Wave<true> {
           front(half_[0], 0, t + 1);
         }
         if (t >= s.lag) back(half_[1], t - s.lag);
-        if (t < 32 ? (t & (t + 1)) == 0 : t % 8 == 7) learn_biases();
+        if (t < 32 ? (t & (t + 1)) == 0 : t % 8 == 7) biases_.learn();
       }
       // All rows of the period before have ended.
       if (group > 0) code_steps((group - 1) * s.period, group * s.period, bits);
@@ -77,8 +52,6 @@ class Encoder : Wave<true> {
     }
     for (std::int64_t group = (last / s.period) + 1; group < s.all_groups + 2; ++group) finish_period(group);
     bits.finish();
-    code.quiet = std::move(buffers_.quiet);
-    rans(to_carry, code);
   }
 
  private:
@@ -121,10 +94,11 @@ class Encoder : Wave<true> {
         };
         if (std::popcount(m) > few_lanes) {
           const M16 in = mask16(m);
-          store(if_else(in, load16(c.texture), set16(idle_texture * static_cast<int>(symbols))), c.texture);
-          store(if_else(
-                    in, load16(c.level),
-                    set16((brick_.one_distribution ? idle_texture : idle_level) * static_cast<int>(symbols))),
+          store(if_else(in, load16(c.texture), set16(idle_texture * static_cast<int>(symbol_count))),
+                c.texture);
+          store(if_else(in, load16(c.level),
+                        set16((brick_.one_distribution ? idle_texture : idle_level) *
+                              static_cast<int>(symbol_count))),
                 c.level);
           TAGRID_UNROLL
           for (int i = 0; i < wave_lanes; ++i) read(i);
@@ -151,108 +125,9 @@ class Encoder : Wave<true> {
   }
   static std::uint32_t bits_of_equal(I16 a, int value) { return HWY_NAMESPACE::bits(a == set16(value)); }
 
-  /// Codes intervals of the lanes `m` into the states.
-  TAGRID_STEP void push(I32 start, I32 length, std::uint32_t m, I32& state, WordsBackward& words) {
-    const M32 in = mask32(m);
-    length = if_else(in, length, set32(65535));
-    const std::uint32_t full = bits(shift_right_unsigned<16>(state) >= length) & m;
-    if (full != 0) {
-      std::uint16_t*& first = words.room();
-      first = give_words(state, full, first);
-      state = if_else(mask32(full), shift_right_unsigned<16>(state), state);
-    }
-    // Twice the half is less by at most 1, so the quotient is off by at most 1.
-    I32 quotient =
-        nearest((to_float(shift_right_unsigned<1>(state)) + to_float(shift_right_unsigned<1>(state))) /
-                to_float(length));
-    I32 rest = state - quotient * length;
-    const M32 below = is_negative(rest);
-    quotient = quotient - if_or_zero(below, set32(1));
-    rest = rest + if_or_zero(below, length);
-    const M32 above = rest >= length;
-    quotient = quotient + if_or_zero(above, set32(1));
-    rest = rest - if_or_zero(above, length);
-    state = if_else(in, shift_left<16>(quotient) + rest + start, state);
-  }
-  void rans(const BytesToCarry& to_carry, WaveCode& code) {
-    std::size_t coded = 0;
-    for (std::int64_t e = 0; e < 2 * s_.all_steps; ++e)
-      coded += static_cast<std::size_t>(std::popcount(buffers_.interval_lanes[e].coded));
-    code.single = coded <= single_state_symbols;
-    WordsBackward words;
-    std::array<std::uint32_t, 2 * wave_lanes> all;
-    const std::size_t states = code.single ? 1 : all.size();
-    all.fill(65536);
-    if (const auto bytes = to_carry ? to_carry() : std::span<const std::uint8_t>();
-        bytes.size() >= 2 * states) {
-      for (std::size_t i = 0; i < states; ++i) all[i] += bytes[2 * i] + 256u * bytes[2 * i + 1];
-      code.carried = 2 * states;
-    }
-    if (code.single)
-      push_one_by_one(words, all[0]);
-    else
-      push_all(words, all);
-    code.words.resize(2 * states + words.size());
-    std::memcpy(code.words.data(), all.data(), states * sizeof all[0]);
-    words.copy_to(code.words.data() + 2 * states);
-  }
-
-  /// All symbols into one state, the last lane of the last step first.
-  void push_one_by_one(WordsBackward& words, std::uint32_t& state) {
-    const auto push_one = [&](std::uint32_t start, std::uint32_t length) {
-      if (state >> 16 >= length) {
-        *--words.room() = static_cast<std::uint16_t>(state);
-        state >>= 16;
-      }
-      state = (state / length << 16) + state % length + start;
-    };
-    for (std::int64_t e = 2 * s_.all_steps; e-- > 0;) {
-      const IntervalLanes& lanes = buffers_.interval_lanes[e];
-      if (lanes.coded == 0) continue;
-      if (lanes.low != 0) {
-        const LowBits& low = low_bits_.take_last();
-        for (int i = wave_lanes; i-- > 0;)
-          if ((lanes.low >> i & 1) != 0)
-            push_one(static_cast<std::uint32_t>(low.low[i]) << (16 - low.count[i]), 65536u >> low.count[i]);
-      }
-      for (int i = wave_lanes; i-- > 0;)
-        if ((lanes.coded >> i & 1) != 0) {
-          const auto interval = static_cast<std::uint32_t>(buffers_.intervals[e].of_lane[i]);
-          const std::uint32_t start = (lanes.first >> i & 1) != 0 ? 0 : interval & 0xffff;
-          push_one(start, ((lanes.last >> i & 1) != 0 ? 65536 : interval >> 16) - start);
-        }
-    }
-  }
-
-  /// The symbols of a step into sixteen states, those of the other half into sixteen more.
-  void push_all(WordsBackward& words, std::array<std::uint32_t, 2 * wave_lanes>& all) {
-    const Schedule& s = s_;
-    const WaveBuffers& b = buffers_;
-    alignas(64) std::int32_t of_lane[2 * wave_lanes];
-    std::memcpy(of_lane, all.data(), sizeof of_lane);
-    I32 states[2] = {load32(of_lane), load32(of_lane + wave_lanes)};
-    for (std::int64_t e = 2 * s.all_steps; e-- > 0;) {
-      const IntervalLanes& lanes = b.interval_lanes[e];
-      if (lanes.coded == 0) continue;
-      I32& state = states[e & 1];
-      if (lanes.low != 0) {
-        const LowBits& low = low_bits_.take_last();
-        const I32 count = widen(load16(low.count)), room = set32(16) - count;
-        push(shift_left(widen(load16(low.low)), room), shift_left(set32(1), room), lanes.low, state, words);
-      }
-      const I32 interval = load32(b.intervals[e].of_lane);
-      const I32 start = zero_or(mask32(lanes.first), interval & set32(0xffff));
-      const I32 stop = if_else(mask32(lanes.last), set32(65536), shift_right_unsigned<16>(interval));
-      push(start, stop - start, lanes.coded, state, words);
-    }
-    store(states[0], of_lane);
-    store(states[1], of_lane + wave_lanes);
-    std::memcpy(all.data(), of_lane, sizeof of_lane);
-  }
-
-  LowBitsOfSteps low_bits_;
+  LowBitsOfSteps& low_bits_;
+  std::vector<std::uint8_t>& bits_;
 };
 
 }  // namespace tagrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-#endif

@@ -1,10 +1,5 @@
-// How the distributions of symbols learn. Included once for each instruction set.
-#if defined(TAGRID_STAGES_WAVEFRONT_MODELS) == defined(HWY_TARGET_TOGGLE)
-#ifdef TAGRID_STAGES_WAVEFRONT_MODELS
-#undef TAGRID_STAGES_WAVEFRONT_MODELS
-#else
-#define TAGRID_STAGES_WAVEFRONT_MODELS
-#endif
+// How the distributions of symbols learn.
+#pragma once
 
 #include <bit>
 
@@ -25,8 +20,8 @@ TAGRID_LANE I16 moved(const std::int16_t* distribution, I16 target) {
          mul_high(target - now, set16(learning_factor[static_cast<std::uint16_t>(distribution[0]) >> 10]));
 }
 
-/// All distributions of a group are read, then all are written, in the order of the lanes: of those that are the same, the
-/// last lane wins.
+/// All distributions of a group are read, then all are written, in the order of the lanes: of those that are
+/// the same, the last lane wins.
 TAGRID_LANE void learn_eight(std::int16_t* tables, const std::int16_t* of_lane, const I16* target) {
   I16 model[8];
   TAGRID_UNROLL
@@ -38,7 +33,8 @@ TAGRID_LANE I16 target_of(int symbol) {
   return load16(symbol_targets.of[static_cast<std::size_t>(symbol)].data());
 }
 
-/// Both distributions of the symbol of each lane in `lanes` learn it. `level_tables` is null if there is only one.
+/// Both distributions of the symbol of each lane in `lanes` learn it. `level_tables` is null if there is only
+/// one.
 template <class Symbol>
 TAGRID_STEP void learn_symbols(std::int16_t* texture_tables, std::int16_t* level_tables,
                                const std::int16_t* texture, const std::int16_t* level, const Symbol* symbol,
@@ -64,4 +60,3 @@ TAGRID_STEP void learn_symbols(std::int16_t* texture_tables, std::int16_t* level
 
 }  // namespace tagrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-#endif

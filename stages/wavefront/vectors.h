@@ -1,21 +1,13 @@
-// Sixteen lanes, in as many vectors as the machine needs: one of 512 bits, two of 256 or four of 128. Included once for
-// each instruction set, as Highway does it. All compute the same.
-#if defined(TAGRID_STAGES_WAVEFRONT_VECTORS) == defined(HWY_TARGET_TOGGLE)
-#ifdef TAGRID_STAGES_WAVEFRONT_VECTORS
-#undef TAGRID_STAGES_WAVEFRONT_VECTORS
-#else
-#define TAGRID_STAGES_WAVEFRONT_VECTORS
-#endif
+// Sixteen lanes, in as many vectors as the machine needs: one of 512 bits, two of 256 or four of 128. They
+// are compiled for each instruction set (target.h), and all compute the same.
+#pragma once
 
 #include <hwy/highway.h>
 
 #include "stages/wavefront/words.h"
 
-// gcc unrolls loops over lanes only if it is told to; clang does it by itself. A step is inlined into the loop over steps.
-// Without vectors, or under sanitizers, both would only make much code.
-#undef TAGRID_UNROLL
-#undef TAGRID_STEP
-#undef TAGRID_LANE
+// gcc unrolls loops over lanes only if it is told to; clang does it by itself. A step is inlined into the
+// loop over steps. Without vectors, or under sanitizers, both would only make much code.
 #if HWY_TARGET == HWY_SCALAR || defined(TAGRID_SMALL_CODE)
 #define TAGRID_UNROLL
 #define TAGRID_STEP HWY_NOINLINE
@@ -41,9 +33,6 @@
 #include <cstring>
 
 // A statement for each vector `j` of sixteen lanes of 16 bits, or of 32.
-#undef TAGRID_EACH16
-#undef TAGRID_EACH32
-#undef TAGRID_AT
 #define TAGRID_AT(index, ...) \
   {                           \
     constexpr int j = index;  \
@@ -383,7 +372,8 @@ TAGRID_LANE M32 widen(M16 m) {
 #endif
 
 // ---- Sums of products of 16 bits, in an order of their own.
-/// Lanes 0 .. 3 and 8 .. 11 are in `low`, the others in `high`; each in two parts on machines that do not add neighbours.
+/// Lanes 0 .. 3 and 8 .. 11 are in `low`, the others in `high`; each in two parts on machines that do not add
+/// neighbours.
 struct PairSums {
   hn::Vec<hn::Repartition<std::int32_t, D16> > low[16 / width16], high[16 / width16], low2[16 / width16],
       high2[16 / width16];
@@ -484,7 +474,8 @@ TAGRID_LANE I32 take_words(const void* words, std::uint32_t lanes) {
   return widen_unsigned(load16(all));
 #endif
 }
-/// Writes the lower halves of the lanes of the set before `end`, and returns where the first of them is. May write more below.
+/// Writes the lower halves of the lanes of the set before `end`, and returns where the first of them is. May
+/// write more below.
 TAGRID_LANE std::uint16_t* give_words(I32 numbers, std::uint32_t lanes, std::uint16_t* end) {
 #if HWY_TARGET == HWY_AVX3
   const int count = std::popcount(lanes);
@@ -505,5 +496,4 @@ TAGRID_LANE std::uint16_t* give_words(I32 numbers, std::uint32_t lanes, std::uin
 
 }  // namespace tagrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
-#endif
 #endif

@@ -33,15 +33,14 @@ std::int64_t signed_residual(const WideResidual& r) {
 template <class T, class Sum, class Coder>
 class WidePass {
  public:
-  WidePass(Coder& coder, const Box& owned, const LatticeBits& activity, const WideBounds& bounds,
-           const WideParameters& parameters)
+  WidePass(Coder& coder, const WideBrick& brick, const WideParameters& parameters)
       : coder_(coder),
-        owned_(owned),
-        activity_(activity),
-        bounds_(bounds),
+        owned_(brick.owned),
+        activity_(brick.activity),
+        bounds_(brick.bounds),
         p_(parameters),
         unit_(parameters.fixed ? power_of_two(parameters.exponent) : 1),
-        window_(owned.size(), parameters.reference, parameters.low, parameters.high),
+        window_(owned_.size(), parameters.reference, parameters.low, parameters.high),
         residuals_(std::make_unique<WideResidualModel>()),
         corrections_(std::make_unique<WideResidualModel>()) {
     const std::uint64_t span = static_cast<std::uint64_t>(p_.high) - static_cast<std::uint64_t>(p_.low);
@@ -61,7 +60,7 @@ class WidePass {
       window_.begin_slice(z, z == 0 ? p_.first_slice : p_.others);
       for (std::int64_t y = 0; y < size.y; ++y) {
         window_.begin_row(y);
-        if (bounds_.surface_error >= 0) bits_ = activity_.row(owned_.low.y + y, owned_.low.z + z);
+        if (bounds_.surface_error >= 0) bits_ = activity_->row(owned_.low.y + y, owned_.low.z + z);
         for (std::int64_t x = 0; x < size.x; ++x, ++i) {
           if constexpr (Coder::encoding) {
             if (!encode(x, original[i], numbers->numbers[i], numbers->escaped[i] != 0, result[i]))
@@ -81,7 +80,7 @@ class WidePass {
  private:
   bool active(std::int64_t x) const {
     if (bounds_.surface_error < 0) return false;
-    const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_.box().low.x);
+    const auto bit = static_cast<std::uint64_t>(x + owned_.low.x - activity_->box().low.x);
     return (bits_[bit / 64] >> (bit % 64)) & 1;
   }
 
@@ -165,8 +164,8 @@ class WidePass {
   }
 
   Coder& coder_;
-  const Box& owned_;
-  const LatticeBits& activity_;
+  Box owned_;
+  const LatticeBits* activity_;
   WideBounds bounds_;
   const WideParameters& p_;
   double unit_;
@@ -182,15 +181,11 @@ class WidePass {
 };
 
 template <class T, class Coder>
-bool run_pass(Coder& coder, const Box& owned, const LatticeBits& activity, const WideBounds& bounds,
-              const WideParameters& p, const T* original, const WideNumbers* numbers, T* result,
-              std::int64_t slices) {
+bool run_pass(Coder& coder, const WideBrick& brick, const WideParameters& p, const T* original,
+              const WideNumbers* numbers, T* result, std::int64_t slices) {
   if constexpr (sizeof(T) == 8)
-    if (!p.fixed)
-      return WidePass<T, Int128, Coder>(coder, owned, activity, bounds, p)
-          .run(original, numbers, result, slices);
-  return WidePass<T, std::int64_t, Coder>(coder, owned, activity, bounds, p)
-      .run(original, numbers, result, slices);
+    if (!p.fixed) return WidePass<T, Int128, Coder>(coder, brick, p).run(original, numbers, result, slices);
+  return WidePass<T, std::int64_t, Coder>(coder, brick, p).run(original, numbers, result, slices);
 }
 
 // A sample that is within the tightest bound of all others, if there is one.
@@ -215,32 +210,31 @@ std::uint64_t working_bytes_of_pass(Index3 size) {
 }  // namespace
 
 template <class T>
-Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                            const WideBounds& bounds, std::vector<std::uint8_t>& out,
-                            std::span<T> reconstruction, Effort effort, const BytesToCarry& to_carry) {
-  assert(!owned.empty() && static_cast<std::int64_t>(samples.size()) == owned.count());
+PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
+  assert(!brick.owned.empty() && static_cast<std::int64_t>(samples.size()) == brick.owned.count());
   assert(reconstruction.size() == samples.size());
-  assert(bounds.surface_error < 0 || activity.box().contains(owned));
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   T constant;
-  if (constant_of(samples, bounds, constant)) {
+  if (constant_of(samples, brick.bounds, constant)) {
     append_constant_brick(constant, out);
     std::fill(reconstruction.begin(), reconstruction.end(), constant);
     return {};
   }
-  if (const auto form = narrow_form(samples, bounds)) {
+  if (const auto form = narrow_form(samples, brick.bounds)) {
     out.push_back(narrow_brick);
-    return encode_narrow(samples, *form, owned, activity, bounds, effort, out, reconstruction, to_carry);
+    return encode_narrow(samples, *form, brick, reconstruction, out);
   }
   WideNumbers numbers;
-  WideParameters parameters = choose_parameters(samples, owned.size(), bounds, numbers);
+  WideParameters parameters = choose_parameters(samples, brick.owned.size(), brick.bounds, numbers);
   const std::size_t start = out.size();
   for (;; parameters.escapes = true) {
     out.resize(start);
     out.push_back(coded_brick);
     RansEncoder coder(out);
-    code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters);
-    if (!run_pass(coder, owned, activity, bounds, parameters, samples.data(), &numbers, reconstruction.data(),
-                  owned.size().z))
+    code_wide_parameters<T>(coder, brick.bounds.surface_error >= 0, parameters);
+    if (!run_pass(coder, brick, parameters, samples.data(), &numbers, reconstruction.data(),
+                  brick.owned.size().z))
       continue;
     coder.finish();
     return {};
@@ -248,20 +242,19 @@ Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const 
 }
 
 template <class T>
-Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples, Effort effort,
+Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
                           std::vector<std::uint8_t>& carried) {
-  const std::int64_t slices = slices_in(owned, samples.size());
-  assert(bounds.surface_error < 0 || activity.box().contains(owned));
+  const std::int64_t slices = slices_in(brick.owned, samples.size());
+  assert(brick.bounds.surface_error < 0 || brick.activity->box().contains(brick.owned));
   if (!bytes.empty() && bytes[0] == narrow_brick)
-    return decode_narrow(bytes.subspan(1), owned, activity, bounds, effort, samples, carried);
-  const auto count = static_cast<std::size_t>(owned.count());
+    return decode_narrow(bytes.subspan(1), brick, samples, carried);
+  const auto count = static_cast<std::size_t>(brick.owned.count());
   return decode_brick_values(bytes, count, samples, [&](RansDecoder& coder) {
     WideParameters parameters;
-    if (!code_wide_parameters<T>(coder, bounds.surface_error >= 0, parameters))
+    if (!code_wide_parameters<T>(coder, brick.bounds.surface_error >= 0, parameters))
       return Status::broken("values with impossible parameters");
     const T* const no_original = nullptr;
-    if (!run_pass(coder, owned, activity, bounds, parameters, no_original, nullptr, samples.data(), slices))
+    if (!run_pass(coder, brick, parameters, no_original, nullptr, samples.data(), slices))
       return Status::broken("values end too soon");
     return Status();
   });
@@ -288,12 +281,11 @@ std::uint64_t working_bytes_of_decoding_wide_voxels(Index3 size, Effort effort) 
   return std::max(working_bytes_of_pass(size), working_bytes_of_decoding_narrow(size, effort));
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                               \
-  template Carrying encode_wide_voxels(std::span<const T>, const Box&, const LatticeBits&,                  \
-                                       const WideBounds&, std::vector<std::uint8_t>&, std::span<T>, Effort, \
-                                       const BytesToCarry&);                                                \
-  template Status decode_wide_voxels(std::span<const std::uint8_t>, const Box&, const LatticeBits&,         \
-                                     const WideBounds&, std::span<T>, Effort, std::vector<std::uint8_t>&);
+#define TAGRID_INSTANTIATE(T)                                                                       \
+  template PendingWide encode_wide_voxels(std::span<const T>, const WideBrick&, std::span<T>,       \
+                                          std::vector<std::uint8_t>&);                              \
+  template Status decode_wide_voxels(std::span<const std::uint8_t>, const WideBrick&, std::span<T>, \
+                                     std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

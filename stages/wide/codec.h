@@ -2,44 +2,49 @@
 // the original, as bytes and back; voxels/codec.h does the same for the narrow types.
 //
 // Every sample becomes a number (numbers.h): an integer is its own number; a float becomes its key if nothing
-// may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow samples
-// codes them (narrow.h); others are coded closed loop in the same way. A
-// float escapes if it is not finite, or if its number would not lead back to it within its bound: its bits
-// are stored.
+// may be lost, and otherwise a fixed-point number. If numbers span less than 2^16, the coder of narrow
+// samples codes them (narrow.h); others are coded closed loop in the same way. A float escapes if it is not
+// finite, or if its number would not lead back to it within its bound: its bits are stored.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "stages/grid/box.h"
 #include "stages/grid/lattice_bits.h"
-#include "stages/volume/carrying.h"
+#include "stages/volume/bound.h"
 #include "stages/volume/coding_parameters.h"
 #include "stages/volume/sample_type.h"
 #include "stages/volume/status.h"
+#include "stages/voxels/codec.h"
 
 namespace tagrid {
 
-/// Largest absolute error of a voxel, in sample units; 0 keeps every bit. If surface_error >= 0, it applies
-/// to active points and max_error to the others; if surface_error < 0, max_error applies to all.
-struct WideBounds {
-  double max_error = 0;
-  double surface_error = -1;
+using WideBrick = BrickOfVoxels<WideBounds>;
+
+/// The rest of the code of a brick; see PendingVoxels.
+struct [[nodiscard]] PendingWide {
+  std::vector<std::uint16_t> numbers;  ///< of narrow samples, until the code is complete
+  PendingVoxels<std::uint16_t> code;
+
+  /// Numbers replace each other when they are coded: if they are stored, the reconstruction does not change.
+  std::optional<std::size_t> finish(std::span<const std::uint8_t> to_carry = {}) {
+    return code.finish(to_carry);
+  }
 };
 
-/// Appends the coded values of a brick to `out`; see encode_voxels(). A sample that is not finite is restored
-/// bit by bit, whatever the bound.
+/// Appends the coded values of a brick to `out`, except for what finish() appends; see encode_voxels(). A
+/// sample that is not finite is restored bit by bit, whatever the bound.
 template <class T>
-Carrying encode_wide_voxels(std::span<const T> samples, const Box& owned, const LatticeBits& activity,
-                            const WideBounds& bounds, std::vector<std::uint8_t>& out,
-                            std::span<T> reconstruction, Effort effort = Effort::normal,
-                            const BytesToCarry& to_carry = {});
+PendingWide encode_wide_voxels(std::span<const T> samples, const WideBrick& brick,
+                               std::span<T> reconstruction, std::vector<std::uint8_t>& out);
 
 /// The inverse. Safe on any bytes: see decode_voxels().
 template <class T>
-Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                          const WideBounds& bounds, std::span<T> samples, Effort effort,
+Status decode_wide_voxels(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
                           std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that encode_wide_voxels() takes for a box of `size` voxels, including the bytes that

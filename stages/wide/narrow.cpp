@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "stages/volume/numbers.h"
 #include "stages/volume/sample_type.h"
@@ -19,7 +20,8 @@ constexpr std::int64_t widest = 65535;
 template <class T>
 constexpr double most_exact = static_cast<double>(std::int64_t{1} << std::numeric_limits<T>::digits);
 
-/// Lowest and highest of the samples. Nothing if one of them is not finite, or if it is -0 and has to come back so.
+/// Lowest and highest of the samples. Nothing if one of them is not finite, or if it is -0 and has to come
+/// back so.
 template <class T>
 std::optional<std::array<double, 2>> range_of(std::span<const T> samples, bool exactly) {
   T low = samples[0], high = samples[0];
@@ -43,7 +45,8 @@ bool are_whole(std::span<const T> samples) {
   return all;
 }
 
-/// The exponent of a unit of which all samples are multiples, if such numbers are narrow, and are samples themselves.
+/// The exponent of a unit of which all samples are multiples, if such numbers are narrow, and are samples
+/// themselves.
 template <class T>
 std::optional<int> common_unit(std::span<const T> samples, const std::array<double, 2>& range) {
   const double span = range[1] - range[0], largest = std::max(std::fabs(range[0]), std::fabs(range[1]));
@@ -110,6 +113,11 @@ std::optional<NarrowForm> narrow_floats(std::span<const T> samples, const WideBo
   return form;
 }
 
+std::array<std::int64_t, 2> integer_errors(const WideBounds& bounds) {
+  return {limited(bounds.max_error),
+          limited(bounds.surface_error >= 0 ? bounds.surface_error : bounds.max_error)};
+}
+
 template <class T>
 std::optional<NarrowForm> narrow_integers(std::span<const T> samples, const WideBounds& bounds) {
   T low = samples[0], high = samples[0];
@@ -120,13 +128,16 @@ std::optional<NarrowForm> narrow_integers(std::span<const T> samples, const Wide
   if (std::int64_t{high} - std::int64_t{low} > widest) return {};
   NarrowForm form;
   form.low = low;
-  form.errors = {limited(bounds.max_error),
-                 limited(bounds.surface_error >= 0 ? bounds.surface_error : bounds.max_error)};
+  form.errors = integer_errors(bounds);
   return form;
 }
 
-VoxelBounds voxel_bounds(const NarrowForm& form, const WideBounds& bounds) {
-  return {form.errors[0], bounds.surface_error >= 0 ? form.errors[1] : -1};
+// The brick of the numbers.
+VoxelBrick brick_of_numbers(const NarrowForm& form, const WideBrick& brick) {
+  return {brick.owned,
+          brick.activity,
+          {form.errors[0], brick.bounds.surface_error >= 0 ? form.errors[1] : -1},
+          brick.effort};
 }
 
 template <class T>
@@ -172,10 +183,8 @@ std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBoun
 }
 
 template <class T>
-Carrying encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
-                       const LatticeBits& activity, const WideBounds& bounds, Effort effort,
-                       std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                       const BytesToCarry& to_carry) {
+PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, const WideBrick& brick,
+                          std::span<T> reconstruction, std::vector<std::uint8_t>& out) {
   append(static_cast<std::uint64_t>(form.low), 8, out);
   if constexpr (std::is_floating_point_v<T>) {
     append(static_cast<std::uint64_t>(form.exponent), 2, out);
@@ -191,26 +200,16 @@ Carrying encode_narrow(std::span<const T> samples, const NarrowForm& form, const
     for (std::size_t i = 0; i < samples.size(); ++i)
       numbers[i] = static_cast<std::uint16_t>(samples[i] - static_cast<T>(form.low));
   }
+  PendingWide pending;
+  pending.code = encode_voxels<std::uint16_t>(numbers, brick_of_numbers(form, brick), numbers, out);
   const double unit = power_of_two(form.exponent);
-  const auto reconstruct = [&] {
-    for (std::size_t i = 0; i < samples.size(); ++i) reconstruction[i] = sample_of<T>(form, unit, numbers[i]);
-  };
-  BytesToCarry after_reconstruction;
-  if (to_carry) {
-    after_reconstruction = [&] {
-      reconstruct();
-      return to_carry();
-    };
-  }
-  const Carrying carrying = encode_voxels<std::uint16_t>(numbers, owned, activity, voxel_bounds(form, bounds),
-                                                         out, numbers, effort, after_reconstruction);
-  if (!carrying.asked) reconstruct();
-  return carrying;
+  for (std::size_t i = 0; i < samples.size(); ++i) reconstruction[i] = sample_of<T>(form, unit, numbers[i]);
+  if (!pending.code.is_complete()) pending.numbers = std::move(numbers);
+  return pending;
 }
 
 template <class T>
-Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const WideBounds& bounds, Effort effort, std::span<T> samples,
+Status decode_narrow(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried) {
   if (bytes.size() < static_cast<std::size_t>(head_bytes<T>)) return Status::broken("values end too soon");
   NarrowForm form;
@@ -219,13 +218,11 @@ Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, cons
     form.exponent = static_cast<std::int16_t>(take(bytes, 2));
     for (std::int64_t& error : form.errors) error = static_cast<std::int64_t>(take(bytes, 2));
   } else {
-    form.errors = {limited(bounds.max_error),
-                   limited(bounds.surface_error >= 0 ? bounds.surface_error : bounds.max_error)};
+    form.errors = integer_errors(brick.bounds);
   }
   if (!is_possible<T>(form)) return Status::broken("values with impossible parameters");
   std::vector<std::uint16_t> numbers(samples.size());
-  const Status status = decode_voxels<std::uint16_t>(bytes, owned, activity, voxel_bounds(form, bounds),
-                                                     numbers, effort, carried);
+  const Status status = decode_voxels<std::uint16_t>(bytes, brick_of_numbers(form, brick), numbers, carried);
   if (!status.ok()) return status;
   const double unit = power_of_two(form.exponent);
   for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = sample_of<T>(form, unit, numbers[i]);
@@ -241,13 +238,12 @@ std::uint64_t working_bytes_of_decoding_narrow(Index3 size, Effort effort) {
          working_bytes_of_decoding_voxels(size, effort);
 }
 
-#define TAGRID_INSTANTIATE(T)                                                                            \
-  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&);                 \
-  template Carrying encode_narrow(std::span<const T>, const NarrowForm&, const Box&, const LatticeBits&, \
-                                  const WideBounds&, Effort, std::vector<std::uint8_t>&, std::span<T>,   \
-                                  const BytesToCarry&);                                                  \
-  template Status decode_narrow(std::span<const std::uint8_t>, const Box&, const LatticeBits&,           \
-                                const WideBounds&, Effort, std::span<T>, std::vector<std::uint8_t>&);
+#define TAGRID_INSTANTIATE(T)                                                                               \
+  template std::optional<NarrowForm> narrow_form(std::span<const T>, const WideBounds&);                    \
+  template PendingWide encode_narrow(std::span<const T>, const NarrowForm&, const WideBrick&, std::span<T>, \
+                                     std::vector<std::uint8_t>&);                                           \
+  template Status decode_narrow(std::span<const std::uint8_t>, const WideBrick&, std::span<T>,              \
+                                std::vector<std::uint8_t>&);
 TAGRID_FOR_EACH_WIDE_TYPE(TAGRID_INSTANTIATE)
 #undef TAGRID_INSTANTIATE
 

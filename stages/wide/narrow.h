@@ -1,5 +1,5 @@
-// Bricks of wide samples that are narrow: their numbers span less than 2^16, so they are coded as samples of 16 bits, as fast,
-// in as few bytes and with the same efforts. Most CT in wide types is of this kind.
+// Bricks of wide samples that are narrow: their numbers span less than 2^16, so they are coded as samples of
+// 16 bits, as fast, in as few bytes and with the same efforts. Most CT in wide types is of this kind.
 #pragma once
 
 #include <array>
@@ -28,17 +28,15 @@ struct NarrowForm {
 template <class T>
 std::optional<NarrowForm> narrow_form(std::span<const T> samples, const WideBounds& bounds);
 
-/// Appends the coded values of a brick, after the byte that says that they are narrow; see encode_voxels().
+/// Appends the coded values of a brick, after the byte that says that they are narrow; see
+/// encode_wide_voxels().
 template <class T>
-Carrying encode_narrow(std::span<const T> samples, const NarrowForm& form, const Box& owned,
-                       const LatticeBits& activity, const WideBounds& bounds, Effort effort,
-                       std::vector<std::uint8_t>& out, std::span<T> reconstruction,
-                       const BytesToCarry& to_carry);
+PendingWide encode_narrow(std::span<const T> samples, const NarrowForm& form, const WideBrick& brick,
+                          std::span<T> reconstruction, std::vector<std::uint8_t>& out);
 
 /// The inverse. Safe on any bytes; see decode_voxels().
 template <class T>
-Status decode_narrow(std::span<const std::uint8_t> bytes, const Box& owned, const LatticeBits& activity,
-                     const WideBounds& bounds, Effort effort, std::span<T> samples,
+Status decode_narrow(std::span<const std::uint8_t> bytes, const WideBrick& brick, std::span<T> samples,
                      std::vector<std::uint8_t>& carried);
 
 /// The peak of the heap that these take.

@@ -149,7 +149,7 @@ void voxel_stages(const std::string& of, Piece& piece, std::int64_t max_error) {
   auto coded = std::make_shared<Coded>();
   const auto encode = [bounds](const Brick& brick, Bytes& bytes) {
     std::vector<Sample> back(brick.samples.size());
-    encode_voxels<Sample>(brick.samples, brick.owned, brick.active, bounds, bytes, back);
+    encode_voxels<Sample>(brick.samples, {brick.owned, nullptr, bounds}, back, bytes).finish();
   };
   for (const Brick& brick : piece.bricks) encode(brick, (*coded)[&brick]);
   measure(of + "/VoxelEncode" + suffix, piece, [encode](Brick& brick) {
@@ -160,8 +160,7 @@ void voxel_stages(const std::string& of, Piece& piece, std::int64_t max_error) {
   measure(of + "/VoxelDecode" + suffix, piece, [coded, bounds](Brick& brick) {
     std::vector<Sample> back(brick.samples.size());
     std::vector<std::uint8_t> carried;
-    check(decode_voxels<Sample>(coded->at(&brick), brick.owned, brick.active, bounds, back, Effort::normal,
-                                carried));
+    check(decode_voxels<Sample>(coded->at(&brick), {brick.owned, nullptr, bounds}, back, carried));
   });
   measure(of + "/PredictionFit" + suffix, piece, [max_error](Brick& brick) {
     const double noise = static_cast<double>(max_error * (max_error + 1)) / 3;

@@ -83,7 +83,7 @@ void values_come_back(const std::vector<T>& values, const LatticeBits& active, c
     encode_brick<T>({box, values.data()}, active, p, position, code);
     std::vector<T> samples(samples_of(p, position)), points(points_of(p, position));
     std::vector<std::uint8_t> activity;
-    claim(decode_brick_values<T>(code.values, active, p, position, samples, points, activity).ok(),
+    claim(decode_brick_values<T>(code.values, active, p, position, {samples, points, activity}).ok(),
           "values that were written are read");
     activity.insert(activity.end(), code.activity.begin(), code.activity.end());
     LatticeBits active_again;
@@ -109,7 +109,7 @@ void begins_the_same(Bytes values, const LatticeBits& active, const CodingParame
   const Index3 size = p.bricks().owned_box(position).size();
   std::vector<T> samples(static_cast<std::size_t>(size.x * size.y * (1 + number % size.z))), points;
   std::vector<std::uint8_t> carried;
-  claim(decode_brick_values<T>(values, active, p, position, samples, points, carried).ok(),
+  claim(decode_brick_values<T>(values, active, p, position, {samples, points, carried}).ok(),
         "the first slices of a brick can be decoded alone");
   claim(std::memcmp(samples.data(), whole.data(), samples.size() * sizeof(T)) == 0,
         "the first slices of a brick are the same alone");
@@ -134,7 +134,7 @@ void brick(Bytes bytes) {
     const bool values_first = activity_follows_values(p);
     const auto decode_values = [&] {
       const bool is_decoded =
-          decode_brick_values<T>(values, active, p, position, samples, points, carried).ok();
+          decode_brick_values<T>(values, active, p, position, {samples, points, carried}).ok();
       if (is_decoded) begins_the_same<T>(values, active, p, position, samples, head[8]);
       return is_decoded;
     };

@@ -18,6 +18,7 @@
 #include "io/tag/bricks.h"
 #include "pipeline/grid/derived_grid.h"
 #include "stages/brick/decode.h"
+#include "stages/mesh/mesh_error.h"
 #include "tests/support/runs.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/volumes.h"
@@ -165,7 +166,7 @@ TEST_P(RealVolumes, ADerivedGridIsCloseToTheStoredOne) {
     for (std::int64_t id = 0; id < stored.count(); ++id) {
       const BrickBytes brick = stored.read(id);
       DecodedBrick whole;
-      ASSERT_TRUE(decode_brick(brick.activity, brick.values, p, id, Wanted::samples_and_grid, whole).ok());
+      ASSERT_TRUE(decode_brick({brick.activity, brick.values}, p, {id}, whole).ok());
       add(of_original, p.bricks().position(id), whole.active);
     }
     DerivedGrid derived(p, BrickRows::all(p.bricks()),

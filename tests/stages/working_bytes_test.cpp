@@ -7,11 +7,10 @@
 #include <random>
 #include <string>
 
+#include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
-#include "stages/brick/encode.h"
 #include "stages/coarsen/coarsen.h"
 #include "stages/grid/lattice.h"
-#include "stages/marks/halo.h"
 #include "stages/marks/subdivide.h"
 #include "stages/marks/tile.h"
 #include "stages/mesh/mesh_error.h"
@@ -166,11 +165,11 @@ TEST_F(WorkingBytes, OfEncodingAndDecodingAreWhatNoiseTakes) {
               << text(p, c.name);
           DecodedBrick decoded;
           HeapPeak decoding;
-          ASSERT_TRUE(decode_brick(code.activity, code.values, p, 0, Wanted::samples_and_grid, decoded).ok());
+          ASSERT_TRUE(decode_brick({code.activity, code.values}, p, {}, decoded).ok());
           decode_peak = std::max(decode_peak, decoding.bytes());
           decoded = {};
           decoding = HeapPeak();
-          ASSERT_TRUE(decode_brick(code.activity, code.values, p, 0, Wanted::samples, decoded).ok());
+          ASSERT_TRUE(decode_brick({code.activity, code.values}, p, {0, Wanted::samples}, decoded).ok());
           samples_peak = std::max(samples_peak, decoding.bytes());
         }
         expect_stated("encoding " + text(p, c.name), working_bytes_of_encoding(p, brick), encode_peak, 3);

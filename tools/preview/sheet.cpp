@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "io/files/printable.h"
-#include "stages/picture/level_colours.h"
-#include "stages/picture/round_length.h"
+#include "stages/picture/image.h"
+#include "stages/picture/panel.h"
 #include "stages/picture/text.h"
 
 namespace tagrid {

@@ -254,9 +254,9 @@ TEST_F(DerivedGridOfFile, ABrickWithAGridIsRefused) {
   const BrickBytes brick = file.read(0);
   DecodedBrick decoded;
   for (const Wanted wanted : {Wanted::samples, Wanted::samples_and_grid}) {
-    EXPECT_TRUE(decode_brick(brick.activity, brick.values, file.parameters(), 0, wanted, decoded).ok());
+    EXPECT_TRUE(decode_brick({brick.activity, brick.values}, file.parameters(), {0, wanted}, decoded).ok());
     const std::vector<std::uint8_t> activity = {0};
-    EXPECT_FALSE(decode_brick(activity, brick.values, file.parameters(), 0, wanted, decoded).ok());
+    EXPECT_FALSE(decode_brick({activity, brick.values}, file.parameters(), {0, wanted}, decoded).ok());
   }
 }
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <set>
 
-#include "stages/mesh/meets.h"
+#include "stages/mesh/cut.h"
 #include "tests/pipeline/library/library_calls.h"
 #include "tests/support/awkward_volumes.h"
 #include "tests/support/runs.h"

@@ -7,7 +7,7 @@
 
 #include "io/files/errors.h"
 #include "io/tag/bricks.h"
-#include "stages/mesh/meets.h"
+#include "stages/mesh/cut.h"
 #include "tests/support/meshed_volume.h"
 
 namespace tagrid {

@@ -57,7 +57,8 @@ DecodedBrick decoded_brick(const BrickCode& code, const CodingParameters& parame
   };
   const bool values_first = activity_follows_values(parameters);
   if (!values_first) decode_activity();
-  RC_ASSERT(decode_brick_values<T>(code.values, d.active, parameters, brick, samples, points, activity).ok());
+  RC_ASSERT(
+      decode_brick_values<T>(code.values, d.active, parameters, brick, {samples, points, activity}).ok());
   if (values_first) decode_activity();
   d.samples.assign(samples.begin(), samples.end());
   d.points.assign(points.begin(), points.end());
@@ -266,7 +267,7 @@ TEST(BrickCodec, DamagedBricksNeverCrash) {
       };
       if (!values_first) decode_activity();
       static_cast<void>(decode_brick_values<std::int16_t>(i % 2 ? code.values : damaged(code.values), active,
-                                                          p, {0, 0, 0}, samples, points, carried)
+                                                          p, {0, 0, 0}, {samples, points, carried})
                             .ok());
       if (values_first) decode_activity();
     }

@@ -4,8 +4,6 @@
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
-#include "stages/entropy/reciprocals.h"
-
 namespace tagrid {
 namespace {
 

@@ -13,7 +13,7 @@ SymbolModel any_start() {
 }
 
 void expect_valid(const SymbolModel& model) {
-  for (std::size_t s = 1; s < symbols; ++s) {
+  for (std::size_t s = 1; s < symbol_count; ++s) {
     const int before = s == 1 ? 0 : model.below[s - 1];
     RC_ASSERT(model.below[s] - before >= SymbolTargets::least);
   }
@@ -23,7 +23,7 @@ void expect_valid(const SymbolModel& model) {
 // As section 5.6 of docs/format.md has it.
 void learn(SymbolModel& model, std::size_t symbol) {
   const int rate = learning_rates[static_cast<std::size_t>(model.below[0] / 1024)];
-  for (std::size_t i = 0; i < symbols; ++i) {
+  for (std::size_t i = 0; i < symbol_count; ++i) {
     const int move = (symbol_targets.of[symbol][i] - model.below[i]) >> rate;
     model.below[i] = static_cast<std::int16_t>(model.below[i] + move);
   }
@@ -34,7 +34,7 @@ RC_GTEST_PROP(SymbolModel, EverySymbolKeepsItsLeastProbability, (const std::vect
   expect_valid(model);
   for (const std::uint8_t symbol : observed)
     for (int times = 0; times < 40; ++times) {
-      learn(model, symbol % symbols);
+      learn(model, symbol % symbol_count);
       expect_valid(model);
     }
 }

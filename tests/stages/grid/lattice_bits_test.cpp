@@ -4,6 +4,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <random>
+#include <vector>
 
 #include "tests/support/conforming_activity.h"
 
@@ -24,6 +25,22 @@ LatticeBits random_bits(const Box& box, std::uint64_t seed) {
     if (random() & 1) bits.set(p);
   });
   return bits;
+}
+
+RC_GTEST_PROP(LatticeBits, EverySetPointIsVisitedOnceInRasterOrder, ()) {
+  const Box box = random_box();
+  LatticeBits bits = random_bits(box, 3);
+  std::vector<std::int64_t> expected, visited;
+  for_each_point(box, [&](Index3 p) {
+    if (bits.test(p)) expected.push_back(box.offset(p));
+  });
+  for_each_set(bits, [&](Index3 p, std::size_t number) {
+    RC_ASSERT(box.offset(p) == static_cast<std::int64_t>(number));
+    visited.push_back(box.offset(p));
+    bits.clear(p);
+  });
+  RC_ASSERT(visited == expected);
+  RC_ASSERT(bits == LatticeBits(box));
 }
 
 RC_GTEST_PROP(LatticeBits, CopyTakesTheSharedPointsAndLeavesTheOthers, ()) {

@@ -48,7 +48,7 @@ std::vector<bool> find_bent(std::span<const oracle::Edge> edges, const Criterion
   const PointsOfSlice row{1, 0, 1, 0, n, 1, 1, false, true, false, true};
   FoundEdges found;
   EdgePlace place;
-  EXPECT_TRUE(find_edges(field, row, 1, BentTest(parameters), {0, 0}, place, found));
+  EXPECT_TRUE(find_edges({field, 1, row, {0, 0}}, BentTest(parameters), place, found));
   std::vector<bool> bent(edges.size());
   for (std::size_t i = 0; i < found.count; ++i) {
     const std::size_t edge = found.points[i] / 2;

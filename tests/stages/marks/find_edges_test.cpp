@@ -40,7 +40,7 @@ void for_each_found(CurvatureField field, const Box& box, int cube_size, const T
       EdgePlace place;
       for (bool all = false; !all;) {
         FoundEdges found;  // several are needed for most slices
-        all = find_edges(field, points, rise_scale, test, numbers_of(points, bits), place, found);
+        all = find_edges({field, rise_scale, points, numbers_of(points, bits)}, test, place, found);
         for (std::size_t i = 0; i < found.count; ++i) f(found.points[i], found.edges, i);
       }
     };

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "stages/picture/level_colours.h"
-#include "stages/picture/round_length.h"
+#include "stages/picture/image.h"
+#include "stages/picture/panel.h"
 #include "stages/picture/text.h"
 
 namespace tagrid {

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "tests/support/sanitized.h"
@@ -20,6 +21,8 @@ struct Brick {
   VoxelBounds bounds;
   std::vector<T> samples;
   Effort effort = Effort::normal;
+
+  VoxelBrick of_voxels() const { return {owned, &activity, bounds, effort}; }
 };
 
 Index3 any_size() {
@@ -77,8 +80,7 @@ template <class T>
 std::vector<std::uint8_t> encoded(const Brick<T>& brick, std::vector<T>& reconstruction) {
   std::vector<std::uint8_t> bytes;
   reconstruction.assign(brick.samples.size(), T{});
-  encode_voxels<T>(brick.samples, brick.owned, brick.activity, brick.bounds, bytes, reconstruction,
-                   brick.effort);
+  encode_voxels<T>(brick.samples, brick.of_voxels(), reconstruction, bytes).finish();
   return bytes;
 }
 
@@ -89,7 +91,7 @@ Status decoded(std::span<const std::uint8_t> bytes, const Brick<T>& brick, std::
   const Index3 size = brick.owned.size();
   samples.assign(static_cast<std::size_t>(size.x * size.y * std::min(size.z, slices)), T{});
   std::vector<std::uint8_t> carried;
-  return decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort, carried);
+  return decode_voxels<T>(bytes, brick.of_voxels(), samples, carried);
 }
 
 // The code carries bytes that depend on the reconstruction; this changes neither its size nor the voxels.
@@ -97,29 +99,25 @@ template <class T>
 void check_carrying(const Brick<T>& brick, const std::vector<std::uint8_t>& plain) {
   std::vector<std::uint8_t> bytes,
       to_carry(static_cast<std::size_t>(*rc::gen::element(0, 1, 2, 63, 64, 300))), carried;
-  std::vector<T> reconstruction(brick.samples.size()), then, samples(brick.samples.size());
-  int asked = 0;
-  const auto ask = [&]() -> std::span<const std::uint8_t> {
-    ++asked;
-    then = reconstruction;
-    for (std::size_t i = 0; i < to_carry.size(); ++i)
-      to_carry[i] = static_cast<std::uint8_t>(7 * i + static_cast<std::size_t>(then[i % then.size()]));
-    return to_carry;
-  };
-  const Carrying carrying = encode_voxels<T>(brick.samples, brick.owned, brick.activity, brick.bounds, bytes,
-                                             reconstruction, brick.effort, ask);
-  RC_ASSERT(asked <= 1 && (!carrying.asked || (asked == 1 && then == reconstruction)));
-  RC_ASSERT(carrying.count == 0 || carrying.count == 2 || carrying.count == 64);
-  RC_ASSERT(carrying.count <= to_carry.size());
-  RC_ASSERT(!carrying.asked || to_carry.size() < 64 || carrying.count > 0);
+  std::vector<T> reconstruction(brick.samples.size()), samples(brick.samples.size());
+  auto pending = encode_voxels<T>(brick.samples, brick.of_voxels(), reconstruction, bytes);
+  const std::vector<T> then = reconstruction;
+  for (std::size_t i = 0; i < to_carry.size(); ++i)
+    to_carry[i] = static_cast<std::uint8_t>(7 * i + static_cast<std::size_t>(then[i % then.size()]));
+  const bool complete = pending.is_complete();
+  const std::optional<std::size_t> finished = pending.finish(to_carry);
+  const std::size_t count = finished.value_or(0);
+  RC_ASSERT(finished ? reconstruction == then : reconstruction == brick.samples);
+  RC_ASSERT(count == 0 || count == 2 || count == 64);
+  RC_ASSERT(count <= to_carry.size());
+  RC_ASSERT(complete ? finished == std::size_t{0} : !finished || to_carry.size() < 64 || count > 0);
   // Other numbers in the states may take in one word more or less each.
   RC_ASSERT(std::abs(static_cast<std::int64_t>(bytes.size()) - static_cast<std::int64_t>(plain.size())) <=
             64);
-  RC_ASSERT(decode_voxels<T>(bytes, brick.owned, brick.activity, brick.bounds, samples, brick.effort, carried)
-                .ok());
+  RC_ASSERT(decode_voxels<T>(bytes, brick.of_voxels(), samples, carried).ok());
   RC_ASSERT(samples == reconstruction);
-  RC_ASSERT(carried == std::vector<std::uint8_t>(
-                           to_carry.begin(), to_carry.begin() + static_cast<std::ptrdiff_t>(carrying.count)));
+  RC_ASSERT(carried == std::vector<std::uint8_t>(to_carry.begin(),
+                                                 to_carry.begin() + static_cast<std::ptrdiff_t>(count)));
 }
 
 template <class T>

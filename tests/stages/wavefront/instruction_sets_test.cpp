@@ -50,15 +50,13 @@ class InstructionSets : public testing::Test {
     return samples;
   }
 
-  static Coded run(const std::vector<std::int16_t>& samples, const Box& box, const LatticeBits& activity,
-                   const VoxelBounds& bounds, Effort effort) {
+  static Coded run(const std::vector<std::int16_t>& samples, const VoxelBrick& brick) {
     Coded r;
     r.decoded.resize(samples.size());
     std::vector<std::uint8_t> to_carry(100);
     for (std::size_t i = 0; i < to_carry.size(); ++i) to_carry[i] = static_cast<std::uint8_t>(77 * i + 5);
-    const Carrying carrying = encode_voxels<std::int16_t>(samples, box, activity, bounds, r.bytes, r.decoded,
-                                                          effort, [&] { return std::span(to_carry); });
-    r.carried.assign(to_carry.begin(), to_carry.begin() + static_cast<std::ptrdiff_t>(carrying.count));
+    const auto count = encode_voxels<std::int16_t>(samples, brick, r.decoded, r.bytes).finish(to_carry);
+    r.carried.assign(to_carry.begin(), to_carry.begin() + static_cast<std::ptrdiff_t>(count.value_or(0)));
     return r;
   }
 };
@@ -74,7 +72,7 @@ TEST_F(InstructionSets, GiveTheSameBytesWithTheBestEffort) {
         std::optional<Coded> first;
         for (const std::int64_t set : all()) {
           limit_instruction_sets(set);
-          const Coded other = run(samples, box, LatticeBits(box), bounds, Effort::best);
+          const Coded other = run(samples, {box, nullptr, bounds, Effort::best});
           if (!first) first = other;
           ASSERT_TRUE(other.bytes == first->bytes) << name_of_set(set);
           ASSERT_TRUE(other.decoded == first->decoded) << name_of_set(set);
@@ -101,17 +99,17 @@ TEST_F(InstructionSets, GiveTheSameBytesAndReadThem) {
                           static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size.y)),
                           static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(size.z))});
           const auto samples = samples_of(size, amplitude, random);
+          const VoxelBrick brick{box, &activity, bounds, effort};
           limit_instruction_sets(sets.front());
-          const Coded first = run(samples, box, activity, bounds, effort);
+          const Coded first = run(samples, brick);
           for (const std::int64_t set : sets) {
             limit_instruction_sets(set);
-            const Coded other = run(samples, box, activity, bounds, effort);
+            const Coded other = run(samples, brick);
             ASSERT_TRUE(other.bytes == first.bytes) << name_of_set(set);
             ASSERT_TRUE(other.decoded == first.decoded) << name_of_set(set);
             std::vector<std::int16_t> back(samples.size());
             std::vector<std::uint8_t> carried;
-            ASSERT_TRUE(
-                decode_voxels<std::int16_t>(first.bytes, box, activity, bounds, back, effort, carried).ok());
+            ASSERT_TRUE(decode_voxels<std::int16_t>(first.bytes, brick, back, carried).ok());
             ASSERT_TRUE(carried == first.carried) << name_of_set(set);
             ASSERT_TRUE(back == first.decoded) << name_of_set(set);
           }

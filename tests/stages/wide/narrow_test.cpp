@@ -41,14 +41,12 @@ std::size_t bytes_of_wide(const std::vector<T>& samples, const WideBounds& bound
   std::vector<T> decoded(samples.size()), back(samples.size());
   // The bytes that are carried may depend on what was decoded.
   std::vector<std::uint8_t> to_carry(80), carried;
-  const auto first_bytes = [&]() -> std::span<const std::uint8_t> {
-    std::memcpy(to_carry.data(), decoded.data(), std::min(to_carry.size(), decoded.size() * sizeof(T)));
-    return to_carry;
-  };
-  const Carrying carrying =
-      encode_wide_voxels<T>(samples, box, {}, bounds, bytes, decoded, effort, first_bytes);
-  EXPECT_TRUE(decode_wide_voxels<T>(bytes, box, {}, bounds, back, effort, carried).ok());
-  EXPECT_EQ(carried.size(), carrying.count);
+  const WideBrick brick{box, nullptr, bounds, effort};
+  auto pending = encode_wide_voxels<T>(samples, brick, decoded, bytes);
+  std::memcpy(to_carry.data(), decoded.data(), std::min(to_carry.size(), decoded.size() * sizeof(T)));
+  const std::optional<std::size_t> count = pending.finish(to_carry);
+  EXPECT_TRUE(decode_wide_voxels<T>(bytes, brick, back, carried).ok());
+  EXPECT_EQ(carried.size(), count.value_or(0));
   EXPECT_TRUE(std::equal(carried.begin(), carried.end(), to_carry.begin()));
   for (std::size_t i = 0; i < samples.size(); ++i) {
     EXPECT_TRUE(identical(back[i], decoded[i]));
@@ -67,8 +65,9 @@ TEST(NarrowForm, CtInAWideTypeTakesTheBytesOfCtInSixteenBits) {
     for (const double error : {0.0, 2.0, 9.0}) {
       std::vector<std::uint8_t> narrow;
       std::vector<std::int16_t> decoded(samples.size());
-      encode_voxels<std::int16_t>(samples, Box::of_size(ct_size), {}, {static_cast<std::int64_t>(error), -1},
-                                  narrow, decoded, effort);
+      const VoxelBounds bounds{static_cast<std::int64_t>(error), -1};
+      encode_voxels<std::int16_t>(samples, {Box::of_size(ct_size), nullptr, bounds, effort}, decoded, narrow)
+          .finish();
       const std::size_t most = narrow.size() * 102 / 100 + 16;
       EXPECT_LE(bytes_of_wide(as<float>(samples, 1), {error, -1}, effort), most);
       EXPECT_LE(bytes_of_wide(as<double>(samples, 1), {error, -1}, effort), most);

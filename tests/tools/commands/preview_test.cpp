@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "stages/picture/grey_window.h"
-#include "stages/picture/level_colours.h"
+#include "stages/picture/image.h"
 #include "tests/support/command_line.h"
 #include "tests/support/frames.h"
 #include "tests/support/png_reader.h"

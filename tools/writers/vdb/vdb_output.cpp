@@ -11,7 +11,7 @@
 #include "io/bytes/little_endian.h"
 #include "io/files/errors.h"
 #include "io/files/text.h"
-#include "stages/volume/values.h"
+#include "stages/volume/value_rule.h"
 #include "tools/vdb/placement.h"
 #include "tools/writers/vdb/grid_archive.h"
 #include "tools/writers/vdb/grid_builder.h"
