@@ -10,6 +10,7 @@ import xarray
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
+from ._coordinates import coordinate_of
 from ._geometry import units_of
 from ._labelled import MISSING, missing_of
 from ._volume import Volume
@@ -76,7 +77,9 @@ class TagridBackend(BackendEntrypoint):
         data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
                                {"preferred_chunks": dict(zip("zyx", volume.aligned_chunks()))})
         variables = {"volume": data}
-        variables.update({name: coordinate_of(volume, axis) for axis, name in enumerate("zyx")})
+        for axis, name in enumerate("zyx"):
+            places, meaning = coordinate_of(volume, axis)
+            variables[name] = xarray.Variable((name,), places, meaning)
         dropped = {drop_variables} if isinstance(drop_variables, str) else set(drop_variables or ())
         kept = {name: variable for name, variable in variables.items() if name not in dropped}
         dataset = xarray.Dataset({name: kept[name] for name in kept if name == "volume"},
@@ -108,21 +111,3 @@ def _fits(number: float, dtype: np.dtype[Any]) -> bool:
     if dtype.kind == "f":
         return True
     return number.is_integer() and bool(np.iinfo(dtype).min <= number <= np.iinfo(dtype).max)
-
-
-def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:
-    """The coordinates of the samples along axis 0 (z), 1 (y) or 2 (x)."""
-    name, count, spacing = "zyx"[axis], volume.shape[axis], volume.spacing[axis]
-    numbers = np.arange(count)
-    if np.isnan(spacing):
-        return xarray.Variable((name,), numbers, {"units": "1", "long_name": "sample"})
-    directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
-    slices = volume.slice_positions if axis == 0 else None
-    if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
-        places = origin[2 - axis] + numbers * directions[2 - axis, 2 - axis] if slices is None else slices[:, 2]
-        meaning = "position in the world"
-    else:
-        places = numbers * spacing if slices is None else np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
-        meaning = "distance from the first sample"
-    units = units_of(volume.metadata)
-    return xarray.Variable((name,), places, {"units": "mm" if units is None else units[axis], "long_name": meaning})
