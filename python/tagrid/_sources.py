@@ -35,13 +35,13 @@ def open_reader(source: Any) -> Reader:
         # A memoryview of anything but bytes is cast: an array's buffer is its bytes.
         memory = np.ascontiguousarray(source) if isinstance(source, np.ndarray) else source
         return Reader.of_buffer(memoryview(memory).cast("B"), describe(source))
-    read_at, size = getattr(source, "read_at", None), getattr(source, "size", None)
-    if read_at is not None and size is not None:
-        return Reader.of_object(read_at, _checked_size(size() if callable(size) else size), describe(source))
+    if hasattr(source, "read_at") and hasattr(source, "size"):
+        size = source.size() if callable(source.size) else source.size
+        return Reader.of_object(source.read_at, _checked_size(size), describe(source))
     if isinstance(source, io.TextIOBase):
         raise TypeError(f"cannot open {type(source).__name__!r}: the file must be opened in binary mode: open(path, \"rb\")")
     if hasattr(source, "read") and hasattr(source, "seek"):
-        file = _DiskFile(source) if _is_on_disk(source) else _FileObject(source)
+        file: _DiskFile | _FileObject = _DiskFile(source) if _is_on_disk(source) else _FileObject(source)
         return Reader.of_object(file.read_at, file.size, describe(source))
     advice = "give a path, bytes, a binary file that can seek, or an object with read_at(offset, size) and size"
     if isinstance(source, np.ndarray):

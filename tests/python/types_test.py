@@ -45,11 +45,13 @@ def main():
     if not mypy:
         print("skipped: there is no mypy on this machine (Debian: mypy)")
         return 0
+    # mypy reports nothing about packages that Python itself finds.
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "program.py")
         path.write_text(PROGRAM)
         run = subprocess.run([mypy, "--strict", "--no-error-summary", "--cache-dir", pathlib.Path(folder, "cache"), "program.py"], cwd=folder,
-                             env=os.environ | {"MYPYPATH": str(pathlib.Path(sys.argv[2], "python"))}, text=True,
+                             env=environment | {"MYPYPATH": str(pathlib.Path(sys.argv[2], "python"))}, text=True,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     said = {}
     for line in run.stdout.splitlines():
