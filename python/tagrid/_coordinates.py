@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ._geometry import units_of
+from ._geometry import distances_of, units_of
 from ._volume import Volume
 
 
@@ -36,7 +36,7 @@ def coordinate_of(volume: Volume, axis: int) -> Coordinate:
         places = origin + numbers * step if slices is None else slices[:, 2]
         meaning = "position in the world"
     else:
-        places = numbers * spacing if slices is None else np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
+        places = numbers * spacing if slices is None else distances_of(slices)
         meaning = "distance from the first sample"
     units = units_of(volume.metadata)
     return Coordinate(places, {"units": "mm" if units is None else units[axis], "long_name": meaning})
