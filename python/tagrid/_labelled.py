@@ -213,7 +213,7 @@ def _attributes(data: Any) -> dict[str, str]:
         else:
             found.setdefault(str(key), text)
     if left_out:
-        _warn(f"left out, since a .tag file has no place for it: {', '.join(left_out)}; metadata= says what to keep instead")
+        _warn(f"not taken from a DataArray: {', '.join(left_out)}; metadata= says what to keep instead")
     return found
 
 
