@@ -19,6 +19,7 @@ from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
+from ._rescaled import Rescaled
 from ._selection import Run, Selection, select
 from ._sources import describe, is_memory, is_path, is_tied, open_reader
 
@@ -38,7 +39,8 @@ class Volume:
     meets are read and decoded.
 
     Axes are z, y, x, as numpy has them: v[z, y, x]. World coordinates are x, y, z. Samples are those that were encoded,
-    each within max_error of the original. Any number of threads may use one volume.
+    each within max_error of the original. If metadata has "rescale_slope", value = slope * sample + intercept, and
+    v.rescaled[z, y, x] is that value. Any number of threads may use one volume.
     """
 
     def __init__(self, source: Any, threads: int = 0):
@@ -228,6 +230,14 @@ class Volume:
         self._read_runs(runs, target, threads, memory_limit, progress)
         result: npt.NDArray[Any] = target if out is None else out
         return result
+
+    @property
+    def rescaled(self) -> Rescaled:
+        """An array of the values that samples mean, slope * sample + intercept, such as HU: v.rescaled[z, y, x].
+
+        ArgumentError: slices have slopes of their own, but not one for each slice.
+        """
+        return Rescaled(self)
 
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
