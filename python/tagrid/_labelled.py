@@ -4,14 +4,12 @@ numbers that mark missing samples. A warning names what cannot be kept."""
 from __future__ import annotations
 
 import math
-import sys
-import warnings
 from typing import Any, Mapping, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArgumentError
+from ._errors import ArgumentError, warn_caller
 from ._geometry import FIELDS, PLACES, Metadata, distances_of, header_of, is_key, slice_positions_of
 from ._volume import Volume
 
@@ -230,13 +228,4 @@ def _text_of(value: Any) -> Optional[str]:
 
 
 def _warn(message: str) -> None:
-    # At the call of encode().
-    warnings.warn(f"tagrid.encode: {message}", stacklevel=_depth())
-
-
-def _depth() -> int:
-    """How many calls away the caller of this package is."""
-    depth, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("tagrid"):
-        depth, frame = depth + 1, frame.f_back
-    return depth
+    warn_caller(f"tagrid.encode: {message}")
