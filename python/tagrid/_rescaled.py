@@ -35,12 +35,12 @@ class _Rule(NamedTuple):
 
 
 class Rescaled:
-    """The values of a volume, such as HU: an array v[z, y, x] of slope * sample + intercept, as Volume.rescaled returns it.
+    """The values of a volume, such as HU: an array v[z, y, x] of slope * sample + intercept, which Volume.rescaled returns.
     Only the bricks that a slice meets are read and decoded.
 
-    Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If slope or intercept
-    has a fraction, or if samples are floats, values are float32; float64 if samples are float64. A file without slope and
-    intercept has its samples as values.
+    Values have the first of these types that holds all of them exactly: int16, uint16, int32, uint32. If the slope is not
+    1, the intercept has a fraction, or samples are floats, values are float32; float64 if samples are float64. Without
+    slope and intercept, values are samples.
     """
 
     ndim = 3
@@ -79,8 +79,9 @@ class Rescaled:
         values = self.read()
         return values if dtype is None else values.astype(dtype, copy=False)
 
-    def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1, *, threads: Optional[int] = None,
-             memory_limit: int = 0, progress: Optional[Callable[[int, int], object]] = None) -> npt.NDArray[Any]:
+    def read(self, region: Optional[Region] = None, step: Union[int, Sequence[int]] = 1, *,
+             threads: Optional[int] = None, memory_limit: int = 0,
+             progress: Optional[Callable[[int, int], object]] = None) -> npt.NDArray[Any]:
         """The values of a region, with the arguments of Volume.read()."""
         runs = runs_of(region, step, self.shape)
         samples = self.volume.read(region, step, threads=threads, memory_limit=memory_limit, progress=progress)
@@ -164,6 +165,6 @@ def _numbers_of(text: str, volume: Volume) -> npt.NDArray[np.float64]:
     except ValueError:
         numbers = np.empty(0)
     if len(numbers) != volume.shape[0] or not np.isfinite(numbers).all():
-        raise ArgumentError(f"{volume!r}: slices have slopes of their own (slice_slopes), but there is not one number for each of "
-                            f"{volume.shape[0]} slices, so their values are not known")
+        raise ArgumentError(f"{volume!r}: slices have slopes of their own (slice_slopes), but there is not one number for "
+                            f"each of {volume.shape[0]} slices, so their values are not known")
     return numbers.reshape(-1, 1, 1)
