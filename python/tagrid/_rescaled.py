@@ -88,6 +88,41 @@ class Rescaled:
         values: npt.NDArray[Any] = self._values(samples, tuple(slice(*run) for run in runs))
         return values
 
+    def value_of(self, sample: float) -> Optional[float]:
+        """The value of a sample; None if each slice has another one."""
+        return None if self._rule.is_of_slices else float(self._rule.slope * sample + self._rule.intercept)
+
+    @property
+    def metadata(self) -> dict[str, str]:
+        """That of the volume; but "applied_slope" and "applied_intercept" say how samples became values, as in files that
+        `tagrid decode --values` writes."""
+        found = dict(self.volume.metadata)
+        slope, intercept = (1.0, 0.0) if self._rule.is_of_slices else (self._rule.slope, self._rule.intercept)
+        # Samples may have been values of others before.
+        pairs = {"applied_slope": slope * _number_in(found.pop("applied_slope", "1"), 1),
+                 "applied_intercept": slope * _number_in(found.pop("applied_intercept", "0"), 0) + intercept}
+        if pairs["applied_slope"] != 1 or pairs["applied_intercept"] != 0:
+            found.update((name, repr(float(number)).removesuffix(".0")) for name, number in pairs.items()
+                         if name != "applied_slope" or number != 1)
+        for name in ("rescale_slope", "rescale_intercept"):
+            found.pop(name, None)
+        for name in ("slopes", "intercepts"):
+            if f"slice_{name}" in found:
+                found[f"slice_applied_{name}"] = found.pop(f"slice_{name}")
+        return found
+
+    @property
+    def max_error(self) -> float:
+        """The bound in values: that of the volume, times the largest slope."""
+        return self.volume.max_error * float(np.max(np.abs(self._rule.slope)))
+
+    @property
+    def achieved(self) -> dict[str, float]:
+        """The errors of values that were measured, as Volume.achieved has those of samples. If slices have slopes of their
+        own, they are not larger than this."""
+        slope = float(np.max(np.abs(self._rule.slope)))
+        return {name: error if name == "psnr" else error * slope for name, error in self.volume.achieved.items()}
+
     def __dask_tokenize__(self) -> Any:
         return "tagrid.Rescaled", self.volume.__dask_tokenize__()
 
@@ -151,6 +186,13 @@ def _range_of(volume: Volume) -> tuple[float, float]:
     error = volume.achieved["max_error"]
     error = error if error > 0 else 0.0
     return max(low - error, least), min(high + error, most)
+
+
+def _number_in(text: str, otherwise: float) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return otherwise
 
 
 def _float_type(dtype: np.dtype[Any], slope: Any, intercept: Any, low: float, high: float) -> np.dtype[Any]:

@@ -319,6 +319,25 @@ class Xarray(Libraries):
                              (self.labelled((0, np.nan, 2)), "along z are left out: they are not finite")):
             self.assertEqual(np.isnan(self.encoded(array, words).spacing).sum(), 1)
 
+    def test_values_may_be_opened_instead_of_samples(self):
+        metadata = {"rescale_slope": "0.5", "rescale_intercept": "-1000", "rescale_units": "HU", "_FillValue": "-200", "who": "x"}
+        data = tagrid.encode(self.samples, metadata=metadata, spacing=(1, 1, 1))
+        with self.open(data, rescaled=True) as opened, self.open(data) as stored:
+            np.testing.assert_array_equal(stored.volume, self.samples)
+            np.testing.assert_array_equal(opened.volume, (0.5 * self.samples - 1000).astype("f4"))
+            np.testing.assert_array_equal(opened.volume[::-3, [5, 2], 7], (0.5 * self.samples - 1000)[::-3, [5, 2], 7])
+            attributes = opened.volume.attrs
+            self.assertEqual((attributes["units"], attributes["_FillValue"], attributes["who"]), ("HU", -1100, "x"))
+            self.assertNotIn("rescale_slope", attributes)
+            # Nothing is applied twice.
+            again = self.encoded(opened.volume)
+            self.assertEqual(again.rescaled.dtype, np.float32)
+            np.testing.assert_array_equal(again.rescaled, opened.volume)
+            self.assertEqual((again.metadata["applied_slope"], again.metadata["applied_intercept"]), ("0.5", "-1000"))
+        with self.open(tagrid.encode(self.samples, max_error=4, metadata={"rescale_slope": "-0.5"}), rescaled=True) as opened:
+            self.assertEqual(opened.volume.attrs["max_error"], 2)
+            self.assertLessEqual(opened.volume.attrs["achieved_max_error"], 2)
+
     def test_numbers_for_missing_samples_are_not_changed_by_a_bound(self):
         for name in ("_FillValue", "missing_value"):
             array = self.labelled((0, 1, 2), **{name: np.int16(-999)})

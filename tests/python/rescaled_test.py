@@ -88,6 +88,15 @@ class Values(unittest.TestCase):
         np.testing.assert_array_equal(pickle.loads(pickle.dumps(values))[3], values[3])
         np.testing.assert_array_equal(np.asarray(values, np.float32), samples.astype(np.float32) - 1024)
 
+    def test_metadata_is_that_of_the_program(self):
+        for pairs in ({"rescale_slope": "0.5", "rescale_intercept": "-1024", "a": "b"}, {"rescale_slope": "1", "rescale_intercept": "-7"},
+                      {"rescale_slope": "2", "rescale_intercept": "3", "applied_slope": "0.25", "applied_intercept": "-1"}, {"a": "b"},
+                      {"slice_slopes": "1 2 3 4 5", "slice_intercepts": "5 4 3 2 1"}):
+            volume = self.volume(stored("uint16", 0, 4000), **pairs)
+            decoded(self.path)
+            lines = self.path.with_suffix(".nrrd").read_bytes().split(b"\n\n", 1)[0].decode().split("\n")
+            self.assertEqual(volume.rescaled.metadata, dict(line.split(":=") for line in lines if ":=" in line))
+
     def test_values_that_are_no_numbers_stay(self):
         samples = np.array([np.nan, np.inf, -np.inf, 2], np.float32).reshape(1, 2, 2)
         volume = tagrid.open(tagrid.encode(samples, metadata={"rescale_slope": "2", "rescale_intercept": "1"}))
