@@ -19,17 +19,19 @@ from typing import Any
 
 from ._errors import ArgumentError, DamagedError, Error, InputError, MemoryLimitError
 from ._meshes import Mesh, Surface
+from ._rescaled import Rescaled
 from ._tagrid import library_version
 from ._volume import Volume
 from ._writing import Writer, encode, verify
 
 __version__ = library_version()
 _MODULES = ("hdf5", "numcodecs", "paraview", "xarray", "zarr")
-__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Surface", "Volume",
+__all__ = ["ArgumentError", "DamagedError", "Error", "InputError", "MemoryLimitError", "Mesh", "Rescaled", "Surface", "Volume",
            "Writer", "encode", "open", "verify"]
 
 # Errors and help() say tagrid.DamagedError, not where it is written down.
-for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, Surface, Volume, Writer, encode, verify):
+for _thing in (ArgumentError, DamagedError, Error, InputError, MemoryLimitError, Mesh, Rescaled, Surface, Volume, Writer, encode,
+               verify):
     _thing.__module__ = __name__
 
 

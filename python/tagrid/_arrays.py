@@ -118,7 +118,7 @@ def _slab(volume: Any, dtype: np.dtype[Any], first: int, last: int) -> npt.NDArr
     if hasattr(loaded, "compute"):
         # numpy would drop the masks of dask's chunks.
         loaded = loaded.compute()
-    if np.ma.is_masked(loaded):
+    if isinstance(loaded, np.ma.MaskedArray) and np.any(loaded.mask):
         raise TypeError(f"slices {first} to {last - 1} are masked in part; fill them first")
     slab = np.asarray(loaded)
     if slab.dtype.newbyteorder("=") != dtype:

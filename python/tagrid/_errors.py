@@ -1,4 +1,7 @@
-"""The exceptions of the package."""
+"""The exceptions of the package, and its warnings."""
+
+import sys
+import warnings
 
 
 class Error(Exception):
@@ -19,3 +22,11 @@ class InputError(Error, OSError):
 
 class MemoryLimitError(Error, MemoryError):
     """Memory ran out, or the memory limit cannot be kept. The message gives a limit that can."""
+
+
+def warn_caller(message: str) -> None:
+    """A warning at the line that called this package."""
+    depth, frame = 1, sys._getframe(0)
+    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("tagrid"):
+        depth, frame = depth + 1, frame.f_back
+    warnings.warn(message, stacklevel=depth)

@@ -38,6 +38,11 @@ def slice_positions_of(metadata: Mapping[str, str], slices: int) -> Optional[npt
     return places if places.shape == (slices, 3) and np.isfinite(places).all() else None
 
 
+def distances_of(slices: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The distance of each slice from the first one, along the slices between them."""
+    return np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
+
+
 def metadata_of(header: str) -> dict[str, str]:
     """The lines of an NRRD header as a dictionary, without those that say where samples are."""
     found: dict[str, str] = {}

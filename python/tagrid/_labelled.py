@@ -4,15 +4,13 @@ numbers that mark missing samples. A warning names what cannot be kept."""
 from __future__ import annotations
 
 import math
-import sys
-import warnings
 from typing import Any, Mapping, NamedTuple, Optional
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArgumentError
-from ._geometry import FIELDS, PLACES, Metadata, header_of, is_key
+from ._errors import ArgumentError, warn_caller
+from ._geometry import FIELDS, PLACES, Metadata, distances_of, header_of, is_key, slice_positions_of
 from ._volume import Volume
 
 #: Attributes of the backend tagrid.xarray that are not copied: a new file has its own, or they follow from coordinates.
@@ -67,17 +65,17 @@ def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Labe
         return Label(metadata=pairs or None)
     axes = [_Axis(data, name) for name in "zyx"]
     if not any(axis.is_placed for axis in axes):
+        if "space" in data.attrs:
+            _warn("the distances of samples are unknown, and the coordinate system is not kept (space)")
         return Label(metadata=pairs or None)
     pairs = {**_units(axes), **pairs}
-    in_world = all(axis.is_placed and not axis.is_distance for axis in axes)
-    if in_world and isinstance(data.attrs.get("space"), str):
-        pairs.setdefault("space", data.attrs["space"])
+    if not all(axis.is_placed and not axis.is_distance for axis in axes):
+        return _turned(data, axes, pairs)
+    _keep_space(data, pairs)
     steps = [axis.step for axis in axes]
-    if not in_world:
-        return Label([abs(step) for step in steps], None, pairs or None)
     if axes[0].is_uneven:
         y, x = (axis.places[0] for axis in axes[1:])
-        pairs["slice_positions"] = "; ".join(f"{x!r} {y!r} {z!r}" for z in axes[0].places)
+        _keep_positions(np.array([(x, y, z) for z in axes[0].places]), pairs)
     origin = [axis.places[0] for axis in axes]
     unknown = [axis for axis in axes if math.isnan(axis.step)]
     if unknown and all(axis.step > 0 for axis in axes if axis not in unknown):
@@ -90,6 +88,70 @@ def label_of(data: Any, takes_place: bool, metadata: Optional[Metadata]) -> Labe
     affine = np.diag([*(1.0 if math.isnan(step) else step for step in steps[::-1]), 1.0])
     affine[:3, 3] = origin[::-1]
     return Label(None, affine, pairs or None)
+
+
+def _turned(data: Any, axes: list[_Axis], pairs: dict[str, str]) -> Label:
+    """The position of a DataArray whose coordinates are distances along axes that are not those of the world, such as those
+    of an oblique scan. The backend's attributes "affine" and "slice_positions" say where its file lies."""
+    matrix = _matrix_of(data.attrs.get("affine"))
+    slices = _positions_at(data.attrs.get("slice_positions"), axes[0]) if axes[0].is_distance else None
+    is_known = all(axis.is_distance and (len(axis.places) == 1 or not math.isnan(axis.step)) for axis in axes)
+    if matrix is None or not is_known or (axes[0].is_uneven and slices is None):
+        if axes[0].is_uneven:
+            _warn("the coordinates along z are left out: they are not at equal distances")
+        _warn("only the distances of samples are kept; position, directions and coordinate system (affine, space) are not. Give "
+              "affine= to say where samples are")
+        return Label([math.nan if axis.is_uneven else abs(axis.step) for axis in axes], None, pairs or None)
+    affine = matrix.copy()
+    for column, axis in enumerate(axes[::-1]):
+        along, length = matrix[:3, column], float(np.linalg.norm(matrix[:3, column]))
+        if axis is axes[0] and slices is not None:
+            affine[:3, 3] += slices[0] - matrix[:3, 3]
+        else:
+            affine[:3, 3] += along * _whole(axis.places[0] / length)
+        if not math.isnan(axis.step):
+            affine[:3, column] = along * _whole(axis.step / length)
+    if slices is not None and axes[0].is_uneven:
+        _keep_positions(slices - slices[0] + affine[:3, 3], pairs)
+    _keep_space(data, pairs)
+    return Label(None, affine, pairs or None)
+
+
+def _matrix_of(value: Any) -> Optional[npt.NDArray[np.float64]]:
+    """The 4 x 4 matrix of an attribute; None if it is none that has an inverse."""
+    try:
+        matrix = np.asarray(value, dtype=float).reshape(4, 4)
+    except (TypeError, ValueError):
+        return None
+    return matrix if np.isfinite(matrix).all() and np.linalg.det(matrix) != 0 else None
+
+
+def _positions_at(text: Any, axis: _Axis) -> Optional[npt.NDArray[np.float64]]:
+    """Where the first samples of slices were in their file, from the distances of these slices; None if it does not say."""
+    if not isinstance(text, str) or not axis.places:
+        return None
+    slices = slice_positions_of({"slice_positions": text}, text.count(";") + 1)
+    if slices is None:
+        return None
+    distances = distances_of(slices)
+    if min(axis.places) < 0 or max(axis.places) > distances[-1]:
+        return None
+    return np.stack([np.interp(axis.places, distances, slices[:, i]) for i in range(3)], axis=1)
+
+
+def _whole(number: float) -> float:
+    """Without the rounding of a division: samples that are left out are whole numbers of steps."""
+    return float(round(number)) if abs(number - round(number)) < 1e-6 else number
+
+
+def _keep_space(data: Any, pairs: dict[str, str]) -> None:
+    if isinstance(data.attrs.get("space"), str):
+        pairs.setdefault("space", data.attrs["space"])
+
+
+def _keep_positions(slices: npt.NDArray[np.float64], pairs: dict[str, str]) -> None:
+    pairs["slice_positions"] = "; ".join(" ".join(repr(float(number)) for number in place) for place in slices)
+    _warn("slices lie at unequal distances; the position of each slice is kept, but a mesh has equal steps")
 
 
 class _Axis:
@@ -119,10 +181,9 @@ class _Axis:
         mean = (self.places[-1] - self.places[0]) / len(steps)
         if mean != 0 and np.allclose(steps, mean, rtol=1e-4, atol=0):
             self.step = mean
-        elif name == "z" and not self.is_distance and (np.all(steps > 0) or np.all(steps < 0)):
+        elif name == "z" and (np.all(steps > 0) or np.all(steps < 0)):
             # As in readers of scans: a usual step, and the position of each slice.
             self.step, self.is_uneven = float(np.median(steps)), True
-            _warn("slices lie at unequal distances; the position of each slice is kept, but a mesh has equal steps")
         else:
             _warn(f"the coordinates along {name} are left out: they are not at equal distances")
 
@@ -150,7 +211,7 @@ def _attributes(data: Any) -> dict[str, str]:
         else:
             found.setdefault(str(key), text)
     if left_out:
-        _warn(f"left out, since a .tag file has no place for it: {', '.join(left_out)}; metadata= says what to keep instead")
+        _warn(f"not taken from a DataArray: {', '.join(left_out)}; metadata= says what to keep instead")
     return found
 
 
@@ -167,13 +228,4 @@ def _text_of(value: Any) -> Optional[str]:
 
 
 def _warn(message: str) -> None:
-    # At the call of encode().
-    warnings.warn(f"tagrid.encode: {message}", stacklevel=_depth())
-
-
-def _depth() -> int:
-    """How many calls away the caller of this package is."""
-    depth, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).startswith("tagrid"):
-        depth, frame = depth + 1, frame.f_back
-    return depth
+    warn_caller(f"tagrid.encode: {message}")

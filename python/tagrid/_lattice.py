@@ -29,7 +29,7 @@ def step_of(dtype: np.dtype[Any], max_error: float) -> float:
     if dtype.kind != "f":
         whole = math.floor(min(max_error, 2.0**30))
         return 2.0 * whole + 1 if whole >= 1 else 0.0
-    twice = 2 * min(max_error, np.finfo("f8").max / 4)
+    twice = 2 * min(max_error, float(np.finfo(np.float64).max) / 4)
     if not twice > 0:
         return 0.0
     # No sample is finer than the smallest number of its type.
@@ -47,15 +47,20 @@ def encode_chunk(samples: npt.NDArray[Any], max_error: float, whole_chunks: bool
     chunk = with_three_axes(samples)
     dtype = checked_dtype(chunk.dtype)
     if whole_chunks:
-        return encode(chunk, max_error=max_error, metadata=metadata, **settings)
+        return _encoded(chunk, max_error=max_error, metadata=metadata, **settings)
     step = step_of(dtype, max_error)
     anchor = _anchor(dtype, step, fill)
     found = _numbers(chunk.astype(dtype, copy=False), max_error, step, anchor, fill) if step > 0 else None
     if found is None:
-        return encode(chunk, metadata=metadata, **settings)
+        return _encoded(chunk, metadata=metadata, **settings)
     numbers, others = found
     lattice = {"rescale_slope": repr(step).removesuffix(".0"), "rescale_intercept": str(anchor), "lattice": " ".join([dtype.name, *others])}
-    return encode(numbers, metadata={**lattice, **metadata}, **settings)
+    return _encoded(numbers, metadata={**lattice, **metadata}, **settings)
+
+
+def _encoded(chunk: npt.NDArray[Any], **settings: Any) -> bytes:
+    data: bytes = encode(chunk, **settings)
+    return data
 
 
 def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
@@ -68,9 +73,10 @@ def decode_chunk(volume: Volume) -> npt.NDArray[Any]:
         anchor = int(volume.metadata.get("rescale_intercept", 0))
     except ValueError:
         raise DamagedError("the chunk's lattice is not understood") from None
-    low, high = (np.finfo(dtype).min, np.finfo(dtype).max) if dtype.kind == "f" else (np.iinfo(dtype).min, np.iinfo(dtype).max)
+    limits: Any = np.finfo(dtype) if dtype.kind == "f" else np.iinfo(dtype)
     with np.errstate(over="ignore"):
-        places = np.clip(anchor + samples.astype(np.float64) * step, low, high).astype(dtype)
+        exact = np.clip(anchor + samples.astype(np.float64) * step, limits.min, limits.max)
+        places: npt.NDArray[Any] = exact.astype(dtype)
     try:
         for other in volume.metadata["lattice"].split()[1:]:
             number, bits = other.split(":")

@@ -41,7 +41,7 @@ def open_reader(source: Any) -> Reader:
     if isinstance(source, io.TextIOBase):
         raise TypeError(f"cannot open {type(source).__name__!r}: the file must be opened in binary mode: open(path, \"rb\")")
     if hasattr(source, "read") and hasattr(source, "seek"):
-        file = _DiskFile(source) if _is_on_disk(source) else _FileObject(source)
+        file: _DiskFile | _FileObject = _DiskFile(source) if _is_on_disk(source) else _FileObject(source)
         return Reader.of_object(file.read_at, file.size, describe(source))
     advice = "give a path, bytes, a binary file that can seek, or an object with read_at(offset, size) and size"
     if isinstance(source, np.ndarray):

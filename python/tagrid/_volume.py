@@ -14,11 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import number, whole_number, work
-from ._errors import ArgumentError, InputError
+from ._errors import ArgumentError, InputError, warn_caller
 from ._geometry import affine_of, metadata_of, rescale_of, slice_positions_of
 from ._kept import KeptBox
 from ._meshes import Mesh, Surface
 from ._regions import Region, checked_out, runs_of
+from ._rescaled import Rescaled
 from ._selection import Run, Selection, select
 from ._sources import describe, is_memory, is_path, is_tied, open_reader
 
@@ -38,7 +39,8 @@ class Volume:
     meets are read and decoded.
 
     Axes are z, y, x, as numpy has them: v[z, y, x]. World coordinates are x, y, z. Samples are those that were encoded,
-    each within max_error of the original. Any number of threads may use one volume.
+    each within max_error of the original. If metadata has "rescale_slope", value = slope * sample + intercept, and
+    v.rescaled[z, y, x] is that value. Any number of threads may use one volume.
     """
 
     def __init__(self, source: Any, threads: int = 0):
@@ -229,6 +231,14 @@ class Volume:
         result: npt.NDArray[Any] = target if out is None else out
         return result
 
+    @property
+    def rescaled(self) -> Rescaled:
+        """An array of the values that samples mean, slope * sample + intercept, such as HU: v.rescaled[z, y, x].
+
+        ArgumentError: slices have slopes of their own, but not one for each slice.
+        """
+        return Rescaled(self)
+
     def verify(self, *, threads: Optional[int] = None, memory_limit: int = 0, progress: Progress = None) -> None:
         """Decodes the whole file and checks everything that can be checked without the original. DamagedError names the
         first thing that is wrong."""
@@ -251,7 +261,10 @@ class Volume:
         bricks around it are read. padded: whole root cubes, instead of ending at the first and last samples.
         rescaled: values are slope * sample + intercept, in float64, where the file has them; otherwise samples. If each
         slice has a slope of its own, that is an ArgumentError.
+
+        A warning says if slices lie at unequal distances, which are equal in the mesh; slice_positions has their positions.
         """
+        self._warn_of_uneven_slices("mesh")
         rescale = rescale_of(self.metadata) if rescaled else None
         points, values, cells, levels = self._reader.mesh(
             self._checked_level(level), padded, self._box_of(region), *self._work(threads, memory_limit), progress)
@@ -267,12 +280,17 @@ class Volume:
 
         iso: in the units of the samples; rescaled: in those of slope * sample + intercept, as `tagrid surface` has it.
         level, region: as in mesh(). close: closed at the border of the volume, as if samples outside were below `iso`.
-        Within the volume, every edge has exactly two triangles.
+        Within the volume, every edge has exactly two triangles. A warning as in mesh().
         """
+        self._warn_of_uneven_slices("surface")
         points, triangles = self._reader.surface(
             number("iso", iso), rescaled, self._checked_level(level), close, self._box_of(region),
             *self._work(threads, memory_limit), progress)
         return Surface(points, triangles)
+
+    def _warn_of_uneven_slices(self, what: str) -> None:
+        if "slice_positions" in self.metadata:
+            warn_caller(f"{self._name}: slices of the source lie at unequal distances; in the {what} all distances are equal")
 
     # ---- opening and closing
 

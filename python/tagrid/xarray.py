@@ -10,15 +10,17 @@ import xarray
 from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
+from ._coordinates import coordinate_of
 from ._geometry import units_of
 from ._labelled import MISSING, missing_of
+from ._rescaled import Rescaled
 from ._volume import Volume
 
 
 class VolumeArray(BackendArray):
-    """The samples of a volume, decoded when they are used."""
+    """The samples or the values of a volume, decoded when they are used."""
 
-    def __init__(self, volume: Volume):
+    def __init__(self, volume: Union[Volume, Rescaled]):
         self.volume = volume
         self.shape = volume.shape
         self.dtype = volume.dtype
@@ -29,7 +31,7 @@ class VolumeArray(BackendArray):
         read = [positions for positions, _ in axes]
         # A volume takes one array, along the axis with the sparsest positions. Other axes read all samples between positions.
         arrays = [axis for axis in range(3) if isinstance(read[axis], np.ndarray)]
-        for axis in sorted(arrays, key=lambda axis: np.ptp(read[axis]) / len(read[axis]))[:-1]:
+        for axis in sorted(arrays, key=lambda axis: float(np.ptp(read[axis])) / len(read[axis]))[:-1]:
             first, last = int(read[axis][0]), int(read[axis][-1])
             axes[axis] = slice(first, last + 1), read[axis][axes[axis][1]] - first
             read[axis] = axes[axis][0]
@@ -61,22 +63,27 @@ def _along_axis(entry: Any, size: int) -> tuple[Any, Any]:
 class TagridBackend(BackendEntrypoint):
     """engine="tagrid": a dataset with the variable "volume" (z, y, x), and coordinates in the units of the scan, mostly
     mm: in the world if the axes of the scan are those of the world, otherwise distances from the first sample. Attributes
-    have the affine matrix, the bound and the errors that were achieved."""
+    have the affine matrix, the bound and the errors that were achieved.
+
+    rescaled: the array has values, as Volume.rescaled has them, instead of stored samples.
+    """
 
     description = "CT volumes in .tag files"
     url = "docs/python.md"
-    open_dataset_parameters = ("filename_or_obj", "drop_variables", "threads")
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "threads", "rescaled")
 
     def open_dataset(self, filename_or_obj: Any, drop_variables: Union[str, Iterable[str], None] = None,
-                     threads: int = 0) -> xarray.Dataset:
+                     threads: int = 0, rescaled: bool = False) -> xarray.Dataset:
         volume = Volume(filename_or_obj, threads)
-        attributes: dict[str, Any] = {
-            "max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"],
-            "affine": volume.affine.ravel().tolist(), **_attributes_of(volume)}
-        data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(volume)), attributes,
+        array: Union[Volume, Rescaled] = volume.rescaled if rescaled else volume
+        attributes = {"max_error": array.max_error, "achieved_max_error": array.achieved["max_error"],
+                      "affine": volume.affine.ravel().tolist(), **_attributes_of(array)}
+        data = xarray.Variable(("z", "y", "x"), indexing.LazilyIndexedArray(VolumeArray(array)), attributes,
                                {"preferred_chunks": dict(zip("zyx", volume.aligned_chunks()))})
         variables = {"volume": data}
-        variables.update({name: coordinate_of(volume, axis) for axis, name in enumerate("zyx")})
+        for axis, name in enumerate("zyx"):
+            places, meaning = coordinate_of(volume, axis)
+            variables[name] = xarray.Variable((name,), places, meaning)
         dropped = {drop_variables} if isinstance(drop_variables, str) else set(drop_variables or ())
         kept = {name: variable for name, variable in variables.items() if name not in dropped}
         dataset = xarray.Dataset({name: kept[name] for name in kept if name == "volume"},
@@ -88,18 +95,24 @@ class TagridBackend(BackendEntrypoint):
         return isinstance(filename_or_obj, (str, os.PathLike)) and os.fspath(filename_or_obj).endswith(".tag")
 
 
-def _attributes_of(volume: Volume) -> dict[str, Any]:
-    """The metadata. As in xarray, "units" are the units of samples; coordinates have the units of positions. What marks
-    missing samples is a number."""
-    found: dict[str, Any] = dict(volume.metadata)
+def _attributes_of(array: Union[Volume, Rescaled]) -> dict[str, Any]:
+    """The metadata. As in xarray, "units" are the units of samples or values; coordinates have the units of positions. What
+    marks missing samples is a number."""
+    found: dict[str, Any] = dict(array.metadata)
     for name in MISSING:
         number = missing_of(found, name)
-        if number is not None and _fits(number, volume.dtype):
-            found[name] = volume.dtype.type(number)
+        if isinstance(array, Rescaled):
+            # The file has it as a sample.
+            found.pop(name, None)
+            number = None if number is None else array.value_of(number)
+        if number is not None and _fits(number, array.dtype):
+            found[name] = array.dtype.type(number)
     if len(units_of({"units": found.get("units", "")}) or ()) == 3:
         del found["units"]
     if "sample units" in found:
         found["units"] = found.pop("sample units")
+    if isinstance(array, Rescaled) and "rescale_units" in found:
+        found["units"] = found.pop("rescale_units")
     return found
 
 
@@ -108,21 +121,3 @@ def _fits(number: float, dtype: np.dtype[Any]) -> bool:
     if dtype.kind == "f":
         return True
     return number.is_integer() and bool(np.iinfo(dtype).min <= number <= np.iinfo(dtype).max)
-
-
-def coordinate_of(volume: Volume, axis: int) -> xarray.Variable:
-    """The coordinates of the samples along axis 0 (z), 1 (y) or 2 (x)."""
-    name, count, spacing = "zyx"[axis], volume.shape[axis], volume.spacing[axis]
-    numbers = np.arange(count)
-    if np.isnan(spacing):
-        return xarray.Variable((name,), numbers, {"units": "1", "long_name": "sample"})
-    directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
-    slices = volume.slice_positions if axis == 0 else None
-    if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
-        places = origin[2 - axis] + numbers * directions[2 - axis, 2 - axis] if slices is None else slices[:, 2]
-        meaning = "position in the world"
-    else:
-        places = numbers * spacing if slices is None else np.cumsum([0, *np.linalg.norm(np.diff(slices, axis=0), axis=1)])
-        meaning = "distance from the first sample"
-    units = units_of(volume.metadata)
-    return xarray.Variable((name,), places, {"units": "mm" if units is None else units[axis], "long_name": meaning})

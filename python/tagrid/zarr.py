@@ -7,14 +7,15 @@ import math
 import threading
 from collections import OrderedDict
 from itertools import product
-from typing import Any, Iterator, MutableMapping, Optional, Union
+from typing import Any, Iterator, MutableMapping, Optional, Sequence, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arguments import byte_count, whole_number
 from ._errors import ArgumentError
-from ._geometry import units_of
+from ._coordinates import coordinate_of, is_along_world
+from ._geometry import rescale_of, units_of
 from ._volume import Volume
 
 _Index = tuple[int, int, int]
@@ -30,7 +31,12 @@ class Store(MutableMapping[str, bytes]):
         Volume.aligned_chunks()).
 
     Levels are samples of the volume, not means: all begin at the same sample, so their translations are equal. Places are
-    those of the world where the axes of the scan are those of the world, otherwise distances from the first sample.
+    those of the world where the axes of the scan are those of the world, otherwise distances from the first sample. The
+    arrays "z", "y", "x", "z_1" ... have the place of each sample along an axis, also if slices lie at unequal distances.
+
+    Samples are those stored. If values are slope * sample + intercept, the attributes scale_factor and add_offset say so:
+    xarray.open_zarr() applies them, unless mask_and_scale=False. The attribute "tagrid" of the group has the affine matrix,
+    the bound and the metadata of the file.
     """
 
     def __init__(self, source: Any, *, chunk: int = 64, threads: int = 0, cache_bytes: int = 1 << 27):
@@ -44,18 +50,28 @@ class Store(MutableMapping[str, bytes]):
         self._bricks = _Bricks(self.volume, cache_bytes)
         longest = max(self.volume.shape)
         self._levels = 1 + max(0, math.ceil(math.log2(longest / chunk)))
-        self._texts = {name: json.dumps(value).encode() for name, value in self._descriptions().items()}
+        described, self._fixed = self._described()
+        described[".zmetadata"] = {"zarr_consolidated_format": 1, "metadata": dict(described)}
+        self._fixed.update((name, json.dumps(value).encode()) for name, value in described.items())
 
-    def _descriptions(self) -> dict[str, Any]:
-        found: dict[str, Any] = {".zgroup": {"zarr_format": 2}, ".zattrs": {"multiscales": [self._multiscales()]}}
+    def _described(self) -> tuple[dict[str, Any], dict[str, bytes]]:
+        """What describes the group and its arrays, and the only chunks of the coordinates."""
+        found: dict[str, Any] = {".zgroup": {"zarr_format": 2},
+                                 ".zattrs": {"multiscales": [self._multiscales()], "tagrid": _about(self.volume)}}
+        places: dict[str, bytes] = {}
+        coordinates = [coordinate_of(self.volume, axis) for axis in range(3)]
+        values = _meaning_of_samples(self.volume)
         for level in range(self._levels):
-            # No fill value: xarray would take samples that have it for missing ones.
-            found[f"{level}/.zarray"] = {
-                "zarr_format": 2, "shape": self._shape(level), "chunks": self._chunks, "dtype": self.volume.dtype.str,
-                "compressor": None, "filters": None, "fill_value": None, "order": "C", "dimension_separator": "/"}
             # For xarray, where axes of one name have one length.
-            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": [f"{name}_{level}" if level else name for name in "zyx"]}
-        return {**found, ".zmetadata": {"zarr_consolidated_format": 1, "metadata": dict(found)}}
+            axes = [f"{name}_{level}" if level else name for name in "zyx"]
+            found[f"{level}/.zarray"] = _zarray(self._shape(level), self._chunks, self.volume.dtype)
+            found[f"{level}/.zattrs"] = {"_ARRAY_DIMENSIONS": axes, **values}
+            for name, coordinate in zip(axes, coordinates):
+                numbers = coordinate.places[::2**level]
+                found[f"{name}/.zarray"] = _zarray(numbers.shape, numbers.shape, numbers.dtype)
+                found[f"{name}/.zattrs"] = {"_ARRAY_DIMENSIONS": [name], **coordinate.attributes}
+                places[f"{name}/0"] = numbers.tobytes()
+        return found, places
 
     def _multiscales(self) -> dict[str, Any]:
         spacing, origin = _places(self.volume)
@@ -95,24 +111,24 @@ class Store(MutableMapping[str, bytes]):
         return level, (z, y, x)
 
     def __getitem__(self, key: str) -> bytes:
-        if key in self._texts:
-            return self._texts[key]
+        if key in self._fixed:
+            return self._fixed[key]
         found = self._chunk_of(key) if isinstance(key, str) else None
         if found is None:
             raise KeyError(key)
         return self._samples(*found).tobytes()
 
     def __contains__(self, key: object) -> bool:
-        return isinstance(key, str) and (key in self._texts or self._chunk_of(key) is not None)
+        return isinstance(key, str) and (key in self._fixed or self._chunk_of(key) is not None)
 
     def __iter__(self) -> Iterator[str]:
-        yield from self._texts
+        yield from self._fixed
         for level in range(self._levels):
             for index in product(*map(range, self._counts(level))):
                 yield "/".join(map(str, (level, *index)))
 
     def __len__(self) -> int:
-        return len(self._texts) + sum(math.prod(self._counts(level)) for level in range(self._levels))
+        return len(self._fixed) + sum(math.prod(self._counts(level)) for level in range(self._levels))
 
     def __setitem__(self, key: str, value: Union[bytes, Any]) -> None:
         raise PermissionError("the store of a .tag file is read-only")
@@ -186,6 +202,29 @@ class _Bricks:
         return samples
 
 
+def _zarray(shape: Sequence[int], chunks: Sequence[int], dtype: np.dtype[Any]) -> dict[str, Any]:
+    # No fill value: xarray would take samples that have it for missing ones.
+    return {"zarr_format": 2, "shape": list(shape), "chunks": list(chunks), "dtype": dtype.str, "compressor": None,
+            "filters": None, "fill_value": None, "order": "C", "dimension_separator": "/"}
+
+
+def _about(volume: Volume) -> dict[str, Any]:
+    """What the file says besides its samples. JSON has no NaN and no infinity."""
+    bounds = {"max_error": volume.max_error, "achieved_max_error": volume.achieved["max_error"]}
+    return {**{name: bound if math.isfinite(bound) else None for name, bound in bounds.items()},
+            "affine": volume.affine.tolist(), "metadata": volume.metadata}
+
+
+def _meaning_of_samples(volume: Volume) -> dict[str, Any]:
+    """Attributes of the CF conventions: value = scale_factor * sample + add_offset, and the unit of values. They have no
+    words for slopes of single slices."""
+    metadata = volume.metadata
+    slope, intercept = (1, 0) if "slice_slopes" in metadata else rescale_of(metadata)
+    scale = {} if (slope, intercept) == (1, 0) else {"scale_factor": float(slope), "add_offset": float(intercept)}
+    units = metadata.get("rescale_units") or metadata.get("sample units")
+    return {**scale, **({"units": units} if units else {})}
+
+
 #: What OME-Zarr calls units that files have.
 _UNITS = {"m": "meter", "cm": "centimeter", "mm": "millimeter", "um": "micrometer", "\u00b5m": "micrometer",
           "\u03bcm": "micrometer", "micron": "micrometer", "nm": "nanometer", "A": "angstrom", "in": "inch"}
@@ -200,7 +239,6 @@ def _units(volume: Volume) -> list[dict[str, str]]:
 
 def _places(volume: Volume) -> tuple[list[float], list[float]]:
     """The scale and the translation along z, y and x."""
-    directions, origin = volume.affine[:3, :3], volume.affine[:3, 3]
-    if np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0):
-        return np.diag(directions)[::-1].tolist(), origin[::-1].tolist()
+    if is_along_world(volume):
+        return np.diag(volume.affine)[2::-1].tolist(), volume.affine[2::-1, 3].tolist()
     return [1.0 if math.isnan(step) else step for step in volume.spacing], [0.0, 0.0, 0.0]

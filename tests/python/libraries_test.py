@@ -200,21 +200,54 @@ class Xarray(Libraries):
             np.testing.assert_array_equal(again, self.samples[4:60, ::2, 10:])
             other = tagrid.open(tagrid.encode(part, spacing=(1, 2, 3)))
             self.assertEqual(other.spacing, (1, 2, 3))
-            np.testing.assert_allclose(tagrid.open(tagrid.encode(part.drop_vars("y"))).spacing, (2, np.nan, 0.25))
+            np.testing.assert_allclose(self.encoded(part.drop_vars("y"), r"position, directions .*are not").spacing, (2, np.nan, 0.25))
             # Another order of axes would be another volume, unless it is taken back, as the message says.
             swapped = part.transpose("x", "y", "z")
             self.assertRaisesRegex(tagrid.ArgumentError, r"transpose\('z', 'y', 'x'\)", tagrid.encode, swapped)
             self.assertRaises(tagrid.ArgumentError, tagrid.encode, swapped, spacing=(1, 2, 3))
             self.assertEqual(tagrid.encode(swapped.transpose("z", "y", "x")), tagrid.encode(part))
-        turned = placed[:, [1, 0, 2, 3]]
-        with self.open(tagrid.encode(self.samples, affine=turned)) as data:
-            again = tagrid.open(tagrid.encode(data.volume[2:, ::3]))
-            np.testing.assert_allclose(again.spacing, (2, 0.75, 0.5))
-            # A spacing has no direction.
-            self.assertEqual(tagrid.open(tagrid.encode(data.volume[::-1])).spacing, (2, 0.25, 0.5))
-            self.assertFalse(again.info["has_origin"])
         with self.open(tagrid.encode(self.samples)) as data:
             self.assertTrue(np.isnan(tagrid.open(tagrid.encode(data.volume)).spacing).all())
+
+    def test_an_oblique_scan_is_encoded_where_it_is(self):
+        coronal = [[0.25, 0, 0, 3], [0, 0, 2, -7], [0, -0.5, 0, 9], [0, 0, 0, 1.0]]
+        tilted = [[0.25, 0, 0, 3], [0, 0.5, 0.6, -7], [0, 0, 1.9, 9], [0, 0, 0, 1.0]]
+        oblique = [[0.24, -0.1, 0.5, 3], [0.07, 0.4, 0.1, -7], [0.02, 0.1, 1.8, 9], [0, 0, 0, 1.0]]
+        space = {"space": "left-posterior-superior"}
+        for affine in map(np.array, (coronal, tilted, oblique)):
+            with self.open(tagrid.encode(self.samples, affine=affine, metadata=space)) as data:
+                whole = self.encoded(data.volume)
+                np.testing.assert_allclose(whole.affine, affine, rtol=1e-12, atol=1e-12)
+                self.assertEqual(whole.metadata, space)
+                part = self.encoded(data.volume.isel(z=slice(60, 4, -2), y=slice(5, 20), x=slice(10, None, 3)))
+                np.testing.assert_array_equal(part, self.samples[60:4:-2, 5:20, 10::3])
+                np.testing.assert_allclose(part.affine, affine @ [[3, 0, 0, 10], [0, 1, 0, 5], [0, 0, -2, 60], [0, 0, 0, 1]], atol=1e-9)
+                single = self.encoded(data.volume[7:8])
+                np.testing.assert_allclose(single.affine[:3, 3], affine[:3] @ [0, 0, 7, 1], atol=1e-9)
+                # What says where it is may have been lost on the way.
+                bare = data.volume.copy()
+                bare.attrs = space
+                lost = self.encoded(bare, r"coordinate system \(affine, space\) are not.*affine=")
+                np.testing.assert_allclose(lost.spacing, np.linalg.norm(affine[:3, 2::-1], axis=0))
+                self.assertNotIn("space", lost.metadata)
+
+    def test_an_oblique_scan_with_slices_at_unequal_distances_is_encoded_where_it_is(self):
+        steps = np.array([0, 1, 2, 3, 4, 7, 8.5, 12])
+        positions = np.array([3, -7, 9]) + steps[:, None] * [0, 0.6, 0.8]
+        affine = np.array([[0.25, 0, 0, 3], [0, 0.4, 0.6, -7], [0, -0.3, 0.8, 9], [0, 0, 0, 1]])
+        metadata = {"slice_positions": "; ".join(" ".join(map(str, place)) for place in positions)}
+        with self.open(tagrid.encode(self.samples[:8], affine=affine, metadata=metadata)) as data:
+            for part, z in ((data.volume, slice(None)), (data.volume[::-1], slice(None, None, -1)), (data.volume[2:, 4:], slice(2, None))):
+                again = self.encoded(part, "unequal distances; the position of each slice is kept")
+                first = 0 if part.shape[1] == SHAPE[1] else 4
+                np.testing.assert_allclose(again.slice_positions, positions[z] + first * affine[:3, 1])
+                np.testing.assert_allclose(again.affine[:3, 3], again.slice_positions[0])
+            even = self.encoded(data.volume[1:4])
+            self.assertIsNone(even.slice_positions)
+            np.testing.assert_allclose(even.affine, affine + np.c_[np.zeros((4, 3)), [0, 0.6, 0.8, 0]])
+            cut = data.volume.copy()
+            del cut.attrs["slice_positions"]
+            self.encoded(cut, "along z are left out: they are not at equal distances\n.*are not. Give affine=")
 
     def test_units_and_the_coordinate_system_are_kept_with_the_place(self):
         metadata = {"space": "left-posterior-superior", "space units": '"um" "um" "um"'}
@@ -223,10 +256,10 @@ class Xarray(Libraries):
                 self.assertEqual(data.z.attrs["units"], "um")
                 again = tagrid.open(tagrid.encode(data.volume[2:]))
                 self.assertEqual(again.metadata["space units"], metadata["space units"])
-                self.assertEqual(again.metadata.get("space"), metadata["space"] if affine[0, 0] else None)
+                self.assertEqual(again.metadata["space"], metadata["space"])
                 # Without its units, it would be in mm.
                 self.assertEqual(tagrid.open(tagrid.encode(data.volume, metadata={"a": "b"})).metadata,
-                                 {key: text for key, text in {"a": "b", **metadata}.items() if key != "space" or affine[0, 0]})
+                                 {"a": "b", **metadata})
         with self.open(tagrid.encode(self.samples, spacing=(1, 2, 3), metadata={"units": '"nm" "um" "mm"'})) as data:
             self.assertEqual([data[name].attrs["units"] for name in "zyx"], ["mm", "um", "nm"])
 
@@ -260,7 +293,8 @@ class Xarray(Libraries):
             self.assertEqual(self.encoded(data.volume).metadata["source_max_error"], "2.0")
         odd = self.labelled((0, 1, 2), table={"a": 1}, **{"a:b": "c"}, spacings="1 1 1", slice_slopes="1 2 3", good="x")
         odd = odd.assign_coords(mask=("y", [0, 1, 2, 3]))
-        self.assertEqual(self.encoded(odd, "left out.*: mask, table, a:b, spacings, slice_slopes").metadata, {"good": "x"})
+        self.assertEqual(self.encoded(odd, "not taken from a DataArray: mask, table, a:b, spacings, slice_slopes").metadata,
+                         {"good": "x"})
 
     def test_places_are_kept_or_it_is_said(self):
         uneven = self.encoded(self.labelled((0, 1, 2, 4, 7.5)), "unequal distances; the position of each slice is kept")
@@ -284,6 +318,25 @@ class Xarray(Libraries):
                              (self.labelled((0, 1, 0)), "along z are left out: they are not at equal"),
                              (self.labelled((0, np.nan, 2)), "along z are left out: they are not finite")):
             self.assertEqual(np.isnan(self.encoded(array, words).spacing).sum(), 1)
+
+    def test_values_may_be_opened_instead_of_samples(self):
+        metadata = {"rescale_slope": "0.5", "rescale_intercept": "-1000", "rescale_units": "HU", "_FillValue": "-200", "who": "x"}
+        data = tagrid.encode(self.samples, metadata=metadata, spacing=(1, 1, 1))
+        with self.open(data, rescaled=True) as opened, self.open(data) as stored:
+            np.testing.assert_array_equal(stored.volume, self.samples)
+            np.testing.assert_array_equal(opened.volume, (0.5 * self.samples - 1000).astype("f4"))
+            np.testing.assert_array_equal(opened.volume[::-3, [5, 2], 7], (0.5 * self.samples - 1000)[::-3, [5, 2], 7])
+            attributes = opened.volume.attrs
+            self.assertEqual((attributes["units"], attributes["_FillValue"], attributes["who"]), ("HU", -1100, "x"))
+            self.assertNotIn("rescale_slope", attributes)
+            # Nothing is applied twice.
+            again = self.encoded(opened.volume)
+            self.assertEqual(again.rescaled.dtype, np.float32)
+            np.testing.assert_array_equal(again.rescaled, opened.volume)
+            self.assertEqual((again.metadata["applied_slope"], again.metadata["applied_intercept"]), ("0.5", "-1000"))
+        with self.open(tagrid.encode(self.samples, max_error=4, metadata={"rescale_slope": "-0.5"}), rescaled=True) as opened:
+            self.assertEqual(opened.volume.attrs["max_error"], 2)
+            self.assertLessEqual(opened.volume.attrs["achieved_max_error"], 2)
 
     def test_numbers_for_missing_samples_are_not_changed_by_a_bound(self):
         for name in ("_FillValue", "missing_value"):

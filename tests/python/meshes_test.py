@@ -2,6 +2,7 @@
 
 import sys
 import unittest
+import warnings
 
 import numpy as np
 import tagrid
@@ -116,6 +117,18 @@ class Meshes(unittest.TestCase):
         np.testing.assert_array_equal(tagrid.open(tagrid.encode(self.samples)).mesh(rescaled=True).values, stored.values)
         of_slices = tagrid.open(tagrid.encode(self.samples, metadata={"slice_slopes": "1 2"}))
         self.assertRaises(tagrid.ArgumentError, of_slices.mesh, rescaled=True)
+
+    def test_slices_at_unequal_distances_are_warned_of(self):
+        positions = "; ".join(f"0 0 {z * z}" for z in range(SHAPE[0]))
+        uneven = tagrid.open(tagrid.encode(self.samples, metadata={"slice_positions": positions}))
+        for work, name in ((lambda: uneven.mesh(level=0), "mesh"), (lambda: uneven.surface(600), "surface")):
+            with self.assertWarnsRegex(UserWarning, f"unequal distances; in the {name} all distances are equal") as said:
+                work()
+            self.assertEqual(said.filename, __file__)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.volume.mesh(level=0)
+            self.volume.surface(600)
 
     def test_meshio_takes_them(self):
         try:

@@ -34,7 +34,8 @@ reveal_type(points)  # numpy.ndarray
 print({**tagrid.hdf5.Filter(max_error=5)}, len(tagrid.zarr.Store("scan.tag")))
 volume.read(region=5)  # error: Argument "region"
 volume.mesh(level="all")  # error: Argument "level"
-tagrid.encode(array, max_error="5")  # error:
+tagrid.encode(array, max_error="noise:2")
+tagrid.encode(array, max_error=[5])  # error:
 volume.shpae  # error: "Volume" has no attribute "shpae"
 '''
 
@@ -44,11 +45,13 @@ def main():
     if not mypy:
         print("skipped: there is no mypy on this machine (Debian: mypy)")
         return 0
+    # mypy reports nothing about packages that Python itself finds.
+    environment = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "program.py")
         path.write_text(PROGRAM)
         run = subprocess.run([mypy, "--strict", "--no-error-summary", "--cache-dir", pathlib.Path(folder, "cache"), "program.py"], cwd=folder,
-                             env=os.environ | {"MYPYPATH": str(pathlib.Path(sys.argv[2], "python"))}, text=True,
+                             env=environment | {"MYPYPATH": str(pathlib.Path(sys.argv[2], "python"))}, text=True,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     said = {}
     for line in run.stdout.splitlines():

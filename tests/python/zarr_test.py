@@ -46,9 +46,9 @@ class Stores(unittest.TestCase):
         cls.group = zarr.open_group(cls.store, mode="r")
 
     def test_every_level_has_every_so_manieth_sample(self):
-        self.assertEqual(sorted(self.group.array_keys()), ["0", "1", "2", "3"])
-        for name, array in self.group.arrays():
-            step = 2 ** int(name)
+        self.assertEqual([name for name in self.group.array_keys() if name.isdigit()], ["0", "1", "2", "3"])
+        for level in range(4):
+            array, step = self.group[str(level)], 2**level
             np.testing.assert_array_equal(array[:], self.samples[::step, ::step, ::step])
             np.testing.assert_array_equal(array[3:8, ::2, 5], self.samples[::step, ::step, ::step][3:8, ::2, 5])
         self.assertEqual(self.group["0"].chunks, (32, 32, 32))
@@ -66,6 +66,53 @@ class Stores(unittest.TestCase):
                 scales, translations = dataset["coordinateTransformations"]
                 self.assertEqual((dataset["path"], scales["scale"], translations["translation"]),
                                  (str(level), [step * 2**level for step in scale], translation))
+
+    def test_values_follow_from_samples_by_attributes(self):
+        pairs = {"rescale_slope": "0.5", "rescale_intercept": "-1024", "rescale_units": "HU", "scanner": "A"}
+        data = tagrid.encode(self.samples, metadata=pairs)
+        group = zarr.open_group(Store(data), mode="r")
+        for name in ("0", "1"):
+            array = group[name]
+            self.assertEqual({"scale_factor": 0.5, "add_offset": -1024.0, "units": "HU"},
+                             {key: value for key, value in array.attrs.items() if key != "_ARRAY_DIMENSIONS"})
+        np.testing.assert_array_equal(group["0"][:], self.samples)
+        self.assertEqual(group.attrs["tagrid"], {"max_error": 0, "achieved_max_error": 0, "affine": np.eye(4).tolist(), "metadata": pairs})
+        for none in ({}, {"rescale_slope": "1", "rescale_intercept": "0"}, {"slice_slopes": "1 2", "rescale_slope": "3"}):
+            self.assertEqual(list(zarr.open_group(Store(tagrid.encode(self.samples, metadata=none)))["0"].attrs), ["_ARRAY_DIMENSIONS"])
+        # JSON has no number for a bound that does not exist.
+        self.assertIsNone(zarr.open_group(Store(tagrid.encode(self.samples, grid_only=True, max_error=None))).attrs["tagrid"]["max_error"])
+        xarray = self.xarray()
+        values = 0.5 * self.samples - 1024
+        with xarray.open_zarr(Store(data)) as opened:
+            np.testing.assert_array_equal(opened["0"], values)
+            np.testing.assert_array_equal(opened["1"], values[::2, ::2, ::2])
+            self.assertEqual(opened["0"].attrs["units"], "HU")
+        with xarray.open_zarr(Store(data), mask_and_scale=False) as opened:
+            self.assertEqual(opened["0"].dtype, self.samples.dtype)
+            np.testing.assert_array_equal(opened["0"], self.samples)
+
+    def test_coordinates_say_where_samples_are_also_if_slices_lie_unevenly(self):
+        places = np.cumsum(np.arange(70) % 3 + 1.5)
+        metadata = {"slice_positions": "; ".join(f"5 6 {z}" for z in places)}
+        affine = np.array([[0.5, 0, 0, 5], [0, -0.5, 0, 6], [0, 0, 2.5, 1.5], [0, 0, 0, 1]])
+        store = Store(tagrid.encode(self.samples, affine=affine, metadata=metadata), chunk=32)
+        group = zarr.open_group(store, mode="r")
+        for level in range(2):
+            np.testing.assert_array_equal(group[f"z_{level}" if level else "z"], places[::2**level])
+            np.testing.assert_array_equal(group[f"y_{level}" if level else "y"], 6 - 0.5 * np.arange(SHAPE[1])[::2**level])
+        self.assertEqual(group["z"].attrs["units"], "mm")
+        self.assertEqual(group["z_1"].attrs["long_name"], "position in the world")
+        with self.xarray().open_zarr(store) as opened:
+            np.testing.assert_array_equal(opened["1"].coords["z_1"], places[::2])
+            np.testing.assert_array_equal(opened["0"].sel(z=places[7]), self.samples[7])
+            np.testing.assert_array_equal(opened["0"].coords["x"], 5 + 0.5 * np.arange(SHAPE[2]))
+
+    def xarray(self):
+        try:
+            import xarray
+        except ImportError:
+            self.skipTest("there is no xarray")
+        return xarray
 
     def test_axes_have_the_units_of_the_file(self):
         def units(**options):
@@ -124,10 +171,7 @@ class Stores(unittest.TestCase):
     def test_consolidated_metadata_and_xarray_have_the_samples(self):
         group = zarr.open_consolidated(self.store)
         np.testing.assert_array_equal(group["2"][:], self.samples[::4, ::4, ::4])
-        try:
-            import xarray
-        except ImportError:
-            self.skipTest("there is no xarray")
+        xarray = self.xarray()
         with_zeros = np.where(self.samples % 2 == 0, 0, self.samples)
         store = Store(tagrid.encode(with_zeros), chunk=64)
         for data in (xarray.open_zarr(store), xarray.open_zarr(store, consolidated=False), xarray.open_dataset(store, engine="zarr")):

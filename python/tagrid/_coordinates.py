@@ -1,0 +1,42 @@
+"""Where samples are along an axis, for libraries whose arrays have coordinates."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._geometry import distances_of, units_of
+from ._volume import Volume
+
+
+class Coordinate(NamedTuple):
+    """One number for each sample along an axis, and what it means: "units" and "long_name"."""
+
+    places: npt.NDArray[Any]
+    attributes: dict[str, str]
+
+
+def is_along_world(volume: Volume) -> bool:
+    """Whether the axes of the scan are those of the world."""
+    directions = volume.affine[:3, :3]
+    return bool(np.count_nonzero(directions) == 3 and np.all(np.diag(directions) != 0))
+
+
+def coordinate_of(volume: Volume, axis: int) -> Coordinate:
+    """The coordinates along axis 0 (z), 1 (y) or 2 (x): positions in the world if the axes of the scan are those of the
+    world, otherwise distances from the first sample. If the spacing is unknown, the numbers of samples."""
+    spacing, numbers = volume.spacing[axis], np.arange(volume.shape[axis])
+    if np.isnan(spacing):
+        return Coordinate(numbers, {"units": "1", "long_name": "sample"})
+    slices = volume.slice_positions if axis == 0 else None
+    if is_along_world(volume):
+        step, origin = volume.affine[2 - axis, 2 - axis], volume.affine[2 - axis, 3]
+        places = origin + numbers * step if slices is None else slices[:, 2]
+        meaning = "position in the world"
+    else:
+        places = numbers * spacing if slices is None else distances_of(slices)
+        meaning = "distance from the first sample"
+    units = units_of(volume.metadata)
+    return Coordinate(places, {"units": "mm" if units is None else units[axis], "long_name": meaning})
