@@ -12,7 +12,7 @@ from ._volume import Volume
 
 
 class Coordinate(NamedTuple):
-    """One number for each sample along an axis, and what it means: "units" and "long_name"."""
+    """One number for each sample along an axis, and its meaning: "units" and "long_name"."""
 
     places: npt.NDArray[Any]
     attributes: dict[str, str]

@@ -34,9 +34,9 @@ class Store(MutableMapping[str, bytes]):
     those of the world where the axes of the scan are those of the world, otherwise distances from the first sample. The
     arrays "z", "y", "x", "z_1" ... have the place of each sample along an axis, also if slices lie at unequal distances.
 
-    Samples are those stored. If values are slope * sample + intercept, the attributes scale_factor and add_offset say so:
-    xarray.open_zarr() applies them, unless mask_and_scale=False. The attribute "tagrid" of the group has the affine matrix,
-    the bound and the metadata of the file.
+    Arrays have stored samples. If value = slope * sample + intercept, their attributes scale_factor and add_offset hold slope
+    and intercept; xarray.open_zarr() applies them, unless mask_and_scale=False. The attribute "tagrid" of the group has the
+    affine matrix, the bound and the metadata of the file.
     """
 
     def __init__(self, source: Any, *, chunk: int = 64, threads: int = 0, cache_bytes: int = 1 << 27):
@@ -216,8 +216,8 @@ def _about(volume: Volume) -> dict[str, Any]:
 
 
 def _meaning_of_samples(volume: Volume) -> dict[str, Any]:
-    """Attributes of the CF conventions: value = scale_factor * sample + add_offset, and the unit of values. They have no
-    words for slopes of single slices."""
+    """Attributes of the CF conventions: value = scale_factor * sample + add_offset, and the unit of values. They cannot hold
+    a slope for each slice."""
     metadata = volume.metadata
     slope, intercept = (1, 0) if "slice_slopes" in metadata else rescale_of(metadata)
     scale = {} if (slope, intercept) == (1, 0) else {"scale_factor": float(slope), "add_offset": float(intercept)}

@@ -20,6 +20,7 @@ reveal_type(volume.spacing)  # Tuple[builtins.float, builtins.float, builtins.fl
 reveal_type(volume.achieved["max_error"])  # builtins.float
 reveal_type(volume.affine)  # numpy.ndarray
 reveal_type(volume.read(region=((0, 2), (0, None), (1, 3)), step=2))  # numpy.ndarray
+reveal_type(volume.rescaled.read(step=2))  # numpy.ndarray
 reveal_type(volume.mesh(level=3).cells)  # numpy.ndarray
 reveal_type(volume.surface(3.5).triangles)  # numpy.ndarray
 array = np.zeros((2, 3, 4), np.int16)
