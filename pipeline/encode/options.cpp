@@ -22,7 +22,8 @@ void require(bool condition, const Sentence& otherwise) {
 }
 
 void require_bound(const std::optional<double>& bound, const Setting& setting) {
-  require(!bound || is_bound(*bound), {"{} must be a finite number of at least 0", {setting}});
+  require(!bound || is_bound(*bound),
+          {"{} {} must be a finite number of at least 0", {setting, bound.value_or(0)}});
 }
 
 // The field scale is this many voxels for the whole value range. It does not depend on S: with a scale
@@ -216,8 +217,9 @@ OptionsForSamples for_samples(const EncodeOptions& options, const SourceFacts& s
       const double error = error_in_samples(*(o.*bound), rescale);
       o.*bound = error;
       if (error > 0)
-        result.reason += fmt::format("{}an error of {} is one of {} in the samples, of which {} is one step",
-                                     result.reason.empty() ? "" : "; ", *(options.*bound), error, slope);
+        result.reason += fmt::format("{}{} allows {:.6g} steps of the stored samples ({:.6g} each)",
+                                     result.reason.empty() ? "" : "; ", *(options.*bound),
+                                     is_float_type(source.info.type) ? error : std::floor(error), slope);
     }
   if (o.range) {
     const double a = (o.range->first - rescale.intercept) / rescale.slope,
