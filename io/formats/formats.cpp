@@ -57,6 +57,11 @@ bool begins_hdf5(std::string_view b) {
   return b.starts_with(magic) || (b.size() > user_block && b.substr(user_block).starts_with(magic));
 }
 
+std::vector<std::string> lost_in_vdb(const VolumeInfo& info) {
+  if (!has_unknown_spacing(info.geometry)) return {};
+  return {"OpenVDB cannot say that a spacing is not known; 1 is written"};
+}
+
 std::vector<std::string> lost_in_vtkhdf(const VolumeInfo& info) {
   std::vector<std::string> lost = lost_in_image_data(info);
   // Seen with the library: it overruns its memory for the first, and forgets to use the second.
@@ -111,7 +116,8 @@ std::vector<Format> all_formats() {
        .writer_keeps_volume = true,
        .has_grids = true,
        .slices_are_alike = true,
-       .keeps_header = true},
+       .keeps_header = true,
+       .lost = lost_in_vdb},
       {.name = "nifti",
        .extensions = {".nii"},
        .help = "NIfTI",

@@ -15,6 +15,7 @@
 #include "io/files/text.h"
 #include "io/files/visible_files.h"
 #include "io/formats/formats.h"
+#include "io/nrrd/doubts.h"
 #include "io/nrrd/geometry.h"
 #include "io/programs/find.h"
 #include "io/programs/program_source.h"
@@ -136,7 +137,7 @@ BrokenInput no_volume(FileBytes& file, const std::string& path) {
   // Users know that a .nii.gz file is a gzip file.
   const bool says_gzip = lower_case(path).ends_with(".nii.gz");
   if (const Format* other = says_gzip ? nullptr : format_of(beginning, false))
-    return BrokenInput(fmt::format("{}: {}", file.name(), other->what), other->problem);
+    return BrokenInput(Sentence{"{}: {}", {file.name(), other->what}}, other->problem);
   if (const std::string contradiction = contradicts_its_name(path); !contradiction.empty())
     return BrokenInput(fmt::format("{}: {}", file.name(), contradiction));
   if (const std::string ending = lower_case(fs::path(plain_name(path)).extension().string());
@@ -324,6 +325,22 @@ std::unique_ptr<VolumeSource> open_folder(const std::string& folder, const Sourc
   return open_with_reader(way.program, folder, options_of(source), source.reader_memory);
 }
 
+/// A .tag file tells of the doubts of its source, and so do volumes that are decoded from it.
+void keep_doubts(VolumeSource& volume, const std::string& path) {
+  const SourceFacts& facts = volume.facts();
+  const std::string& fields = facts.info.nrrd_fields;
+  std::string scale_doubt = facts.scale_doubt;
+  if (const std::string kept = text_of_key(fields, scale_doubt_key); scale_doubt.empty() && !kept.empty())
+    scale_doubt = fmt::format("{}: {}", volume.name(), kept);
+  std::vector<std::string> not_understood = facts.not_understood;
+  if (const std::string kept = text_of_key(fields, not_understood_key);
+      not_understood.empty() && !kept.empty())
+    not_understood = {fmt::format("{}: {}", volume.name(), kept)};
+  volume.keep_in_header(lines_of_doubts(
+      facts, {path, fs::path(path).filename().string(), volume.files().back(), volume.name()}));
+  volume.set_doubts(std::move(scale_doubt), std::move(not_understood));
+}
+
 }  // namespace
 
 const Format* readable_format(const std::string& path) {
@@ -335,6 +352,7 @@ const Format* readable_format(const std::string& path) {
 std::unique_ptr<VolumeSource> open_volume(const std::string& path, const SourceDescription& source) {
   auto volume = is_folder(path) ? open_folder(path, source) : open_file(path, source);
   volume->set_name(path);
+  keep_doubts(*volume, path);
   return volume;
 }
 

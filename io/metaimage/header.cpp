@@ -156,6 +156,13 @@ void read_spacing(const Fields& fields, std::size_t axes, Geometry& geometry,
         NegativeSpacing::mirrors, geometry, warnings);
 }
 
+/// ITK then takes the axes for those of its world, and the first sample for the origin.
+bool has_no_place(const Fields& fields) {
+  return std::ranges::none_of(
+      std::array{"transformmatrix", "rotation", "orientation", "offset", "origin", "position"},
+      [&](const char* name) { return fields.contains(name); });
+}
+
 Geometry geometry_of_header(const Fields& fields, std::size_t axes, std::vector<std::string>& warnings) {
   Geometry geometry;
   read_spacing(fields, axes, geometry, warnings);
@@ -167,7 +174,8 @@ Geometry geometry_of_header(const Fields& fields, std::size_t axes, std::vector<
     geometry.has_origin = true;
   }
   const auto directions = directions_of(fields, axes, warnings);
-  if (directions || geometry.has_origin) {
+  const bool is_plain = has_no_place(fields) && geometry.has_spacing && !has_unknown_spacing(geometry);
+  if (directions || geometry.has_origin || is_plain) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (directions)
         geometry.directions[axis] = (*directions)[axis];

@@ -267,7 +267,8 @@ std::string stripped(std::string_view nrrd_fields) {
     if (parsed.kind == NrrdLine::Kind::key_value)
       for (const std::string_view key :
            {"rescale_slope", "rescale_intercept", "rescale_units", "slice_positions", "slice_slopes",
-            "slice_intercepts", "dicom_added_intercept", "applied_", "slice_applied_", "vdb_"})
+            "slice_intercepts", "dicom_added_intercept", "applied_", "slice_applied_", "vdb_", "scale doubt",
+            "not understood"})
         is_needed = is_needed || line.starts_with(key);
     if (is_needed) kept.append(line).append("\n");
   }

@@ -35,7 +35,7 @@ inline constexpr std::string_view lossy_source_key = "lossy source";
 std::string text_of_key(std::string_view nrrd_fields, std::string_view key);
 
 /// NRRD header lines without what is not needed to understand the samples: of key-value pairs, only slopes, intercepts and
-/// positions of slices stay, and what OpenVDB grids need; comments and the content go.
+/// positions of slices stay, what OpenVDB grids need, and doubts; comments and the content go.
 std::string stripped(std::string_view nrrd_fields);
 
 /// NRRD header lines for a geometry and key-value pairs. Reading them back gives the same numbers. In keys, characters

@@ -15,6 +15,7 @@
 #include "io/files/text.h"
 #include "io/files/text_changes.h"
 #include "io/nrrd/axes.h"
+#include "io/nrrd/axis_ends.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 #include "io/volume/plain_form.h"
@@ -242,6 +243,7 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
   header.big_endian = big_endian_of(fields, header.info.type);
   header.data_files = data_files_of(fields, list, sizes, header.info.dims);
   read_skips(fields, header);
+  header.info.nrrd_fields = with_spacing_of_ends(header.info.nrrd_fields, header.info.dims);
   header.info.geometry = geometry_of(header.info.nrrd_fields);
   return header;
 }

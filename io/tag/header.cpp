@@ -28,10 +28,26 @@ constexpr std::uint32_t max_fields_size = 1 << 24;
 // mistake.
 std::string what_it_is(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  constexpr std::string_view openvdb_magic("\x20\x42\x44\x56\0\0\0\0", 8);
+  using namespace std::string_view_literals;
+  struct Known {
+    std::string_view beginning, what;
+  };
+  constexpr std::array known = {Known{"NRRD000"sv, "an NRRD volume"},
+                                Known{"\x20\x42\x44\x56\0\0\0\0"sv, "an OpenVDB file"},
+                                Known{"ObjectType"sv, "a MetaImage file"},
+                                Known{"NDims"sv, "a MetaImage file"},
+                                Known{"\x5c\x01\0\0"sv, "a NIfTI file"},
+                                Known{"\0\0\x01\x5c"sv, "a NIfTI file"},
+                                Known{"\x1c\x02\0\0"sv, "a NIfTI file"},
+                                Known{"\0\0\x02\x1c"sv, "a NIfTI file"},
+                                Known{"II*\0"sv, "a TIFF file"},
+                                Known{"MM\0*"sv, "a TIFF file"},
+                                Known{"II+\0"sv, "a TIFF file"},
+                                Known{"MM\0+"sv, "a TIFF file"},
+                                Known{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}};
   if (text.empty()) return ": it is empty";
-  if (text.starts_with("NRRD000")) return ", but an NRRD volume; encode it first";
-  if (text.starts_with(openvdb_magic)) return ", but an OpenVDB file; encode it first";
+  for (const auto& [beginning, what] : known)
+    if (text.starts_with(beginning)) return ", but " + std::string(what) + "; encode it first";
   return "";
 }
 

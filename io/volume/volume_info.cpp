@@ -20,8 +20,7 @@ double spacing_or_1(const Geometry& geometry, std::size_t axis) {
 }
 
 bool has_unknown_spacing(const Geometry& geometry) {
-  return geometry.has_spacing &&
-         std::ranges::any_of(geometry.spacing, [](double s) { return std::isnan(s); });
+  return std::ranges::any_of(geometry.spacing, [](double s) { return std::isnan(s); });
 }
 
 std::array<double, 3> to_world(const Geometry& geometry, const Index3& point) {

@@ -35,7 +35,7 @@ struct Geometry {
 
 /// The spacing along an axis; an unknown one counts as 1.
 double spacing_or_1(const Geometry& geometry, std::size_t axis);
-/// True if the source gave spacings, but not along all axes.
+/// True if the source did not give spacings along all axes.
 bool has_unknown_spacing(const Geometry& geometry);
 
 /// World position of a lattice point, which may lie outside the volume. An unknown spacing counts as 1.

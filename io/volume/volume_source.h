@@ -81,6 +81,13 @@ class VolumeSource {
   const std::vector<std::string>& files() const { return facts_.files; }
   std::string name() const { return facts_.shown_name(); }
   void set_name(const std::string& name) { facts_.name = name; }
+  /// Adds header lines that tell of doubts.
+  void keep_in_header(const std::string& lines) { facts_.info.nrrd_fields += lines; }
+  /// Doubts of an earlier reader, which the header tells.
+  void set_doubts(std::string scale_doubt, std::vector<std::string> not_understood) {
+    facts_.scale_doubt = std::move(scale_doubt);
+    facts_.not_understood = std::move(not_understood);
+  }
 
   /// Samples in a slice: dims.x * dims.y.
   std::int64_t slice_samples() const { return info().dims.x * info().dims.y; }

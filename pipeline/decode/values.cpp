@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "io/files/errors.h"
+#include "io/nrrd/doubts.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
 
@@ -73,6 +74,13 @@ ValueRule rule_of_slices(const TagHeader& header, const Interval& samples) {
 
 }  // namespace
 
+void require_scale(const std::string& nrrd_fields, const Setting& of_values) {
+  const std::string doubt = scale_doubt_in(nrrd_fields);
+  if (doubt.empty()) return;
+  throw UsageError(Sentence{"{}. So the values that {} needs are unknown; give {}",
+                            {doubt, of_values, Setting{"samples", "stored samples"}}});
+}
+
 VolumeInfo WrittenNumbers::info(const VolumeInfo& samples) const {
   VolumeInfo written = samples;
   written.type = type(samples.type);
@@ -99,6 +107,7 @@ bool depends_on_range(const Format& format, Numbers wanted, const TagHeader& hea
 
 WrittenNumbers written_numbers(const Format& format, Numbers wanted, const TagHeader& header,
                                const TagIndex* index) {
+  if (wanted == Numbers::values) require_scale(header.nrrd_fields, {"values", "decoding to values"});
   const SampleType type = header.parameters.type;
   WrittenNumbers numbers{{type, type}};
   const bool has_range = index != nullptr && index->total.finite > 0;

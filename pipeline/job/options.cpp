@@ -17,7 +17,8 @@ void require(bool condition, const Sentence& otherwise) {
 }
 
 void require_bound(const std::optional<double>& bound, const Setting& setting) {
-  require(!bound || is_bound(*bound), {"{} must be a finite number of at least 0", {setting}});
+  require(!bound || is_bound(*bound),
+          {"{} {} must be a finite number of at least 0", {setting, bound.value_or(0)}});
 }
 
 void validate_rule(const EncodeOptions& options) {

@@ -107,7 +107,7 @@ bool bounds_values(const EncodeOptions& options) {
 }
 
 // Turns what is given for values into what it is for samples. Returns how a bound follows from that of values.
-std::string turn_into_samples(const Rescale& rescale, EncodeOptions& o) {
+std::string turn_into_samples(const Rescale& rescale, bool real, EncodeOptions& o) {
   const double slope = std::abs(rescale.slope);
   std::string reason;
   if (slope != 1)
@@ -116,8 +116,8 @@ std::string turn_into_samples(const Rescale& rescale, EncodeOptions& o) {
       const double given = **bound, error = error_in_samples(given, rescale);
       *bound = error;
       if (error > 0)
-        reason += fmt::format("{}an error of {} is one of {} in the samples, of which {} is one step",
-                              reason.empty() ? "" : "; ", given, error, slope);
+        reason += fmt::format("{}{} allows {:.6g} steps of the stored samples ({:.6g} each)",
+                              reason.empty() ? "" : "; ", given, real ? error : std::floor(error), slope);
     }
   if (o.range) {
     const double a = (o.range->first - rescale.intercept) / rescale.slope,
@@ -155,7 +155,7 @@ ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& sour
   ResolvedOptions resolved;
   resolved.options = options;
   EncodeOptions& o = resolved.options;
-  resolved.reason_of_bound = turn_into_samples(source.rescale, o);
+  resolved.reason_of_bound = turn_into_samples(source.rescale, is_float_type(info.type), o);
   o.validate();
   resolved.volume = source.files.empty() ? "this volume" : source.shown_name();
   resolved.fields = o.strip ? stripped(info.nrrd_fields) : info.nrrd_fields;

@@ -1,6 +1,5 @@
 #include "pipeline/mesh/coarsened_mesh.h"
 
-#include "io/nrrd/rescale.h"
 #include "pipeline/coarsen/coarsen_file.h"
 
 namespace tagrid {
@@ -14,8 +13,7 @@ void take_coarsened(TagReader& reader, bool padded, double error, const std::str
                     std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,
                     const Progress& progress) {
   const CodingParameters& parameters = reader.parameters();
-  const MeshBound bound{parameters.dims, parameters.cube_size,
-                        error_in_samples(error, {largest_slope(reader.header().nrrd_fields), 0}), padded};
+  const MeshBound bound{parameters.dims, parameters.cube_size, error, padded};
   const BrickGrid bricks = parameters.bricks();
   coarsen_file(
       reader, bound, Box::of_size({bricks.bricks(0), bricks.bricks(1), bricks.bricks(2)}), path, taker_bytes,

@@ -15,8 +15,7 @@ namespace tagrid {
 void check_coarsened_mesh(const CodingParameters& parameters, std::uint64_t taker_bytes,
                           const Resources& resources);
 
-/// All bricks of the grid, from a file that has not been read yet, front to back. `error` is in units of values: the meaning
-/// of samples in the header counts. `path`: see coarsen_file(). Throws as take_all() does. REQUIRES: error >= 0; the volume
+/// All bricks of the grid, from a file that has not been read yet, front to back. `error` is one of samples. `path`: see coarsen_file(). Throws as take_all() does. REQUIRES: error >= 0; the volume
 /// fills some space, or is padded.
 void take_coarsened(TagReader& reader, bool padded, double error, const std::string& path,
                     std::uint64_t taker_bytes, const Resources& resources, GridTaker& taker,

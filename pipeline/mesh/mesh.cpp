@@ -3,6 +3,8 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/mesh/mesh_formats.h"
+#include "io/nrrd/rescale.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/memory/of_writer.h"
 #include "pipeline/mesh/coarsened_mesh.h"
 #include "pipeline/mesh/grid_input.h"
@@ -16,10 +18,16 @@ namespace {
 void check_coarsening(const MeshOptions& options) {
   constexpr Setting coarsen = {"coarsen", "the largest error of the mesh"};
   if (!options.coarsen) return;
-  if (!(*options.coarsen >= 0)) throw UsageError(Sentence{"{} must be at least 0", {coarsen}});
+  if (!(*options.coarsen >= 0))
+    throw UsageError(Sentence{"{} {} must be at least 0", {coarsen, *options.coarsen}});
   if (options.level)
     throw UsageError(Sentence{"{} determines how fine the grid is; it cannot be combined with {}",
                               {coarsen, Setting{"level", "a level"}}});
+}
+
+double error_of_samples(const MeshOptions& options, const TagHeader& header) {
+  if (options.of_samples) return *options.coarsen;
+  return error_in_samples(*options.coarsen, {largest_slope(header.nrrd_fields), 0});
 }
 
 }  // namespace
@@ -32,6 +40,8 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   check_output(run.output, options.overwrite);
   // How coarse a mesh may be in a region depends on the whole volume.
   GridInput input(run.input, !options.region.is_all() && !options.coarsen);
+  if (options.coarsen && !options.of_samples)
+    require_scale(input.header().nrrd_fields, {"coarsen", "the error of a mesh"});
   const CodingParameters& parameters = input.header().parameters;
   MeshPart part = {checked_level(options.level, parameters.cube_size), options.padded};
   if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;
@@ -54,8 +64,8 @@ Finished<MeshResult> write_mesh(const MeshRun& run) {
   file->set_notes(notes_of(input.header()));
   MeshBuilder builder(input.header(), positions, part, *file);
   if (options.coarsen)
-    take_coarsened(input.stream(), part.padded, *options.coarsen, run.output, bytes, run.resources, builder,
-                   run.progress);
+    take_coarsened(input.stream(), part.padded, error_of_samples(options, input.header()), run.output, bytes,
+                   run.resources, builder, run.progress);
   else
     input.pass_to(builder, positions, bytes, run.resources, run.progress);
   file->finish();

@@ -116,6 +116,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
                                    of_this_rank(ranks, run.resources),
                                    is_file && run.resources.memory ? memory_of_envelope(run.input) : 0);
   const std::string fields_of_original = setup.fields_of_original;
+  const bool has_scale = !setup.is_original_headerless;
   const auto verified = [&] {
     if (ranks.count() == 1 || !setup.any_order || !is_file)
       return verify_all(reader, std::move(setup), run.progress);
@@ -125,7 +126,7 @@ VerifyResult verify_file(Ranks& ranks, const VerifyRun& run) {
   };
   VerifyResult result = verified();
   if (!run.original.empty())
-    result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original);
+    result.geometry = compare_geometry(result.header.nrrd_fields, fields_of_original, has_scale);
   // Of a pipe, only the checksums of the envelope are checked.
   if (is_file) source_files_of(TagBricks(std::make_shared<FileSource>(run.input)));
   return result;

@@ -23,7 +23,8 @@ Finished<SurfaceResult> write_surface(const SurfaceRun& run) {
                    options.area};
   if (!options.region.is_all()) part.box = region_of(options.region, parameters).box;
   refuse_flat(parameters, input.name(), Problem::none);
-  const SurfaceLevel level = surface_level(options.iso, input.header(), input.name());
+  const SurfaceLevel level = options.of_samples ? SurfaceLevel{options.iso, false}
+                                                : surface_level(options.iso, input.header(), input.name());
   const Box positions = input.positions(part.box);
   const std::uint64_t builder_bytes = SurfaceBuilder::working_bytes(parameters, positions);
   // Checked before anything is written.

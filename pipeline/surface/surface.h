@@ -18,6 +18,7 @@ namespace tagrid {
 struct SurfaceOptions {
   /// In the units of the values: slope * sample + intercept, where the file has a slope.
   double iso = 0;
+  bool of_samples = false;  ///< `iso` is a stored sample, and the largest samples are inside
   /// The prefix of the grid up to this level; the whole grid if not given.
   std::optional<int> level = std::nullopt;
   /// Only the surface in tetrahedra that meet this region. Its step must be 1.
@@ -60,7 +61,7 @@ struct SurfaceResult {
 /// the surface in one brick.
 ///
 /// Throws UsageError for a level that the grid cannot have, for a region that is not in the volume, for a
-/// name that does not say a format, for a volume of one slice, and if each slice has a slope of its own;
+/// name that does not say a format, for a volume of one slice, and for a value if the scale of values is in doubt or each slice has a slope of its own;
 /// MemoryLimit, BrokenInput, WorldError; then nothing is left under the name of the output.
 Finished<SurfaceResult> write_surface(const SurfaceRun& run);
 

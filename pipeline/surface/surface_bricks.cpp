@@ -8,6 +8,7 @@
 #include "io/files/text.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
+#include "pipeline/decode/values.h"
 #include "pipeline/mesh/grid_bricks.h"
 
 namespace tagrid {
@@ -29,6 +30,7 @@ SurfaceLevel surface_level(double iso, const TagHeader& header, const std::strin
     throw UsageError(fmt::format(
         "{}: each slice has a slope of its own (slice_slopes), so that a value is a different sample in each",
         name));
+  require_scale(header.nrrd_fields, {"iso", "the level of a surface"});
   for (const auto& [key, value] : key_values_of(header.nrrd_fields))
     if (key == "rescale_slope" && number_of(value).value_or(0) == 0)
       throw BrokenInput(fmt::format("{}: the header: a rescale_slope of {} is no slope", name,

@@ -59,13 +59,15 @@ class GeometryOfBoth {
         theirs_(geometry_of(original)),
         factor_(factor_of_lengths(ours_, theirs_)) {}
 
-  GeometryComparison compare() {
+  GeometryComparison compare(bool original_has_scale) {
+    found_.neither_says_anything = !says_something(ours_) && !says_something(theirs_);
     if (factor_) compare_spacing();
     if (const auto signs = factor_ ? signs_of_both() : std::nullopt) {
       if (ours_.has_directions && theirs_.has_directions) compare_directions(*signs);
       if (ours_.has_origin && theirs_.has_origin) compare_origin(*signs);
       compare_numbers("slice_positions", of_places, *signs);
     }
+    if (original_has_scale) compare_scale();
     for (const char* key : {"rescale_slope", "rescale_intercept", "slice_slopes", "slice_intercepts"})
       compare_numbers(key, of_values, {1, 1, 1});
     return std::move(found_);
@@ -74,6 +76,27 @@ class GeometryOfBoth {
  private:
   void differ(const std::string& what, const std::string& ours, const std::string& theirs) {
     found_.differences.push_back(fmt::format("{} is {}, but {} in the original", what, ours, theirs));
+  }
+
+  static bool says_something(const Geometry& geometry) {
+    return geometry.has_spacing || geometry.has_origin || geometry.has_directions || !geometry.space.empty();
+  }
+
+  /// Without a slope and an intercept, values are the samples: then those of the other side say something else.
+  void compare_scale() {
+    struct Pair {
+      const char* key;
+      double otherwise;
+    };
+    for (const auto& [key, otherwise] :
+         {Pair{"rescale_slope", 1}, {"rescale_intercept", 0}, {"slice_slopes", 1}, {"slice_intercepts", 0}}) {
+      const auto ours = numbers_of(pairs_[0], key), theirs = numbers_of(pairs_[1], key);
+      if (ours.empty() == theirs.empty()) continue;
+      const auto says_more = [&](double number) { return number != otherwise; };
+      if (std::ranges::any_of(ours.empty() ? theirs : ours, says_more))
+        found_.differences.push_back(fmt::format("{}: only the {} has one; values differ", key,
+                                                 ours.empty() ? "original" : ".tag file"));
+    }
   }
 
   void compare_spacing() {
@@ -167,8 +190,9 @@ class GeometryOfBoth {
 
 }  // namespace
 
-GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original) {
-  return GeometryOfBoth(fields, fields_of_original).compare();
+GeometryComparison compare_geometry(std::string_view fields, std::string_view fields_of_original,
+                                    bool original_has_scale) {
+  return GeometryOfBoth(fields, fields_of_original).compare(original_has_scale);
 }
 
 }  // namespace tagrid

@@ -30,6 +30,7 @@ struct VerifySetup {
   std::unique_ptr<Comparison> against = nullptr;  ///< comparison with an original; null if there is none
   bool any_order = true;                          ///< rows may be compared in any order
   std::string fields_of_original = "";            ///< what the original says of itself; see VolumeInfo
+  bool is_original_headerless = false;            ///< it has no place for a scale of values
 };
 
 /// Opens the original of a file, if `original` is not "", and plans how the file is verified. `name` is that

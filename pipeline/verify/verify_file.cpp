@@ -18,6 +18,7 @@ VerifySetup verify_setup(const std::string& name, const CodingParameters& parame
   VerifySetup setup;
   setup.any_order = volume->traits().any_rows;
   setup.fields_of_original = volume->info().nrrd_fields;
+  setup.is_original_headerless = volume->facts().headerless;
   setup.plan =
       plan_decoding(parameters, resources, setup.any_order ? DecodeUse::verify : DecodeUse::verify_stream,
                     volume->traits().memory + of_envelope + of_files);

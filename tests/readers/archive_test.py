@@ -220,6 +220,34 @@ class Archive(ReaderTest):
         self.assertEqual(self.tagrid("restore", "--records", "out", "-f").returncode, 0)
         self.assertEqual({path: content(path) for path in before}, before)
 
+    def test_a_record_that_cannot_be_read_is_named(self):
+        names = ("a.nrrd", "b.nrrd")
+        for seed, name in enumerate(names):
+            self.path(name).write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(seed).tobytes())
+        (self.folder / "list.tsv").write_text("".join(f"archive/{name}\n" for name in names))
+        convert = ["convert", "--manifest", "list.tsv", "--output-dir", "out"]
+        self.assertEqual(self.tagrid(*convert).returncode, 0)
+        self.assertEqual(self.tagrid(*convert, "--remove-verified").returncode, 0)
+        results = self.folder / "out" / "results.jsonl"
+        whole = results.read_text()
+        lines = whole.splitlines(keepends=True)
+        self.assertEqual([json.loads(line)["status"] for line in lines], ["ok", "ok", "removed", "removed"])
+        lost = json.loads(lines[2])
+        results.write_text("".join(lines[:2] + ["[" + lines[2][1:]] + lines[3:]))
+        run = self.tagrid("restore", "--records", "out")
+        self.assertEqual(run.returncode, 65)
+        self.assertIn("out/results.jsonl: line 3 is not a record\n", run.stderr)
+        self.assertIn(f'out/{lost["output"]}: is in no record that says "removed"', run.stderr)
+        self.assertIn("originals: 1, 1 restored, 0 were there, 0 failed", run.stderr)
+        self.assertEqual(run.stderr.count("is in no record"), 1)
+        self.assertEqual([self.path(name).exists() for name in names], [name != os.path.basename(lost["input"]) for name in names])
+        # Half a last line is what a killed run leaves.
+        results.write_text(whole + lines[2][:40])
+        self.assertEqual(self.tagrid("restore", "--records", "out").returncode, 0)
+        self.assertTrue(all(self.path(name).exists() for name in names))
+        (self.folder / "empty").mkdir()
+        self.assert_refused(65, "empty: has no records of convert", "restore", "--records", "empty")
+
     def test_what_cannot_come_back_byte_for_byte_is_counted(self):
         self.path("a.nrrd").write_bytes(b"NRRD0004\ntype: ushort\ndimension: 3\nsizes: 11 9 4\nendian: little\nencoding: raw\n\n" + self.volume(1).tobytes())
         tifffile.imwrite(self.path("b.tif"), self.volume(2), photometric="minisblack", compression="zlib")
@@ -276,7 +304,7 @@ class Archive(ReaderTest):
     def test_what_cannot_be_searched_is_an_error(self):
         self.assert_refused(74, "nowhere", "convert", "--find", "nowhere")
         (self.folder / "file").write_text("x")
-        self.assert_refused(74, "file", "convert", "--find", "file")
+        self.assert_refused(64, "file: is a file; --find takes a folder", "convert", "--find", "file")
         self.assert_refused(64, "--manifest is required", "convert", "--output-dir", "out")
         self.assert_refused(64, "--output-dir is required", "convert", "--manifest", "file")
 

@@ -236,7 +236,7 @@ class Dicom(ReaderTest):
         self.assertRegex(self.tagrid("info", "out.tag").stdout, r"\nvalues +of a slope and intercept for each slice")
         self.assertIn("slopes and intercepts of their own", self.messages)
         self.encoded("s", "--max-error", "10")
-        self.assertIn("an error of 10 is one of 4", self.messages)
+        self.assertIn("10 allows 4 steps of the stored samples (2.5 each)", self.messages)
 
     def test_whole_intercepts_of_their_own_are_added(self):
         truth = volume(shape=(4, 5, 6))

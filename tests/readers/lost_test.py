@@ -134,9 +134,9 @@ class Lost(ReaderTest):
             self.assertIn('no place for 1 key/value pair ("owner")', self.decode(name))
             self.assertNotIn("DICOM", self.decode(name))
             self.assertIn('no place for 3 attributes of DICOM ("dicom_PatientName"', self.decode(name, "-v"))
-        self.encode("dicom_Modality:=CT\n")
+        self.encode("spacings: 1 1 1\ndicom_Modality:=CT\n")
         self.assertEqual(self.decode("b.mha"), "")
-        self.encode("nifti_descrip:=a scan\nnifti_aux_file:=other\nnifti_toffset:=2.5\nnifti_intent_p1_p2_p3:=1 2 3\nnifti_slice_end:=2\nnifti_slice_code:=1\n")
+        self.encode("spacings: 1 1 1\nnifti_descrip:=a scan\nnifti_aux_file:=other\nnifti_toffset:=2.5\nnifti_intent_p1_p2_p3:=1 2 3\nnifti_slice_end:=2\nnifti_slice_code:=1\n")
         self.assertEqual(self.decode("b.nii"), "")
         header = nibabel.load(self.folder / "b.nii").header
         self.assertEqual([header[key].tolist() for key in ("descrip", "aux_file", "toffset", "intent_p1", "intent_p3", "slice_end", "slice_code")],

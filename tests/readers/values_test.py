@@ -125,7 +125,7 @@ class Values(ReaderTest):
         self.assertEqual((pairs["slice_applied_slopes"], pairs["slice_applied_intercepts"]), ("2 -0.5 1", "-1 5 0"))
         self.assertFalse([key for key in pairs if key.startswith(("rescale_s", "slice_s", "slice_i"))])
         self.encode(samples, "slice_slopes:=1 2 3\n")
-        self.assert_refused(64, "leave out --values", "decode", "a.tag", "-fo", "b.nrrd", "--values")
+        self.assert_refused(64, "give --samples", "decode", "a.tag", "-fo", "b.nrrd", "--values")
         self.decode("b.nrrd")
 
     def test_what_was_written_as_values_is_encoded_as_values(self):

@@ -220,9 +220,12 @@ class Verdicts(ReaderTest):
 
     def test_a_negative_spacing_mirrors_or_is_said(self):
         for name, arguments in self.each(TEXTS + NUMBERS, Case(spacing=("0.5", "-0.6", "2.5"), origin=None)):
-            spacing = self.read(arguments)["geometry"]["spacing"]
-            if name.startswith(("NRRD", "MetaImage")):
+            geometry = self.read(arguments)["geometry"]
+            spacing = geometry["spacing"]
+            if name.startswith("NRRD"):
                 self.assertEqual(spacing, [0.5, -0.6, 2.5])
+            elif name.startswith("MetaImage"):
+                self.assertEqual(geometry["directions"], [[0.5, 0, 0], [0, -0.6, 0], [0, 0, 2.5]])
             elif name.startswith("NIfTI"):
                 self.assertEqual(spacing, [0.5, numpy.float32(0.6), 2.5])
                 self.assert_said("pixdim[2]", "-0.6")

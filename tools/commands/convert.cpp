@@ -98,8 +98,8 @@ struct ConvertCommand {
                              options.run.verbosity > 0 ? "" : "; -v says which, and why"));
     }
     if (sums.failed > 0)
-      throw BrokenInput(
-          fmt::format("{} of {} volumes {}; see {}", sums.failed, sums.files, wrong, results.name()));
+      throw BrokenInput(fmt::format("{} of {} volume{} {}; see {}", sums.failed, sums.files,
+                                    sums.files == 1 ? "" : "s", wrong, results.name()));
   }
 
   // A list has the options of each volume; those for all volumes are given when it is converted.

@@ -1,6 +1,7 @@
 // tagrid decode: writes the volume of a .tag file.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <optional>
@@ -10,8 +11,10 @@
 #include "io/files/system_call.h"
 #include "io/files/unchanged_files.h"
 #include "io/formats/lost_attributes.h"
+#include "io/nrrd/doubts.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
+#include "io/tag/whole_bricks.h"
 #include "pipeline/run/run.h"
 #include "tools/commands/commands.h"
 #include "tools/conversion/input_removal.h"
@@ -19,6 +22,7 @@
 #include "tools/options/shared_options.h"
 #include "tools/options/vdb_options.h"
 #include "tools/options/wanted_region.h"
+#include "tools/report/advice.h"
 #include "tools/report/damage.h"
 #include "tools/report/process.h"
 #include "tools/report/report.h"
@@ -56,6 +60,7 @@ struct DecodeCommand {
     // is its own output.
     if (output.path.empty() && path == input && path != "-") TagReader{input};
     refuse_terminal_input(input);
+    refuse_folder(input);
     refuse_terminal(ranks, path, "samples");
     const Format& chosen = volume_format_option(format, path);
     check_vdb_options(vdb, chosen);
@@ -96,6 +101,10 @@ struct DecodeCommand {
     for (const std::string& warning : result.warnings) warn(run, warning);
     const std::string name = path == "-" ? "standard output" : path;
     tell_of_numbers(name, chosen, result);
+    const std::vector<std::string> doubts = doubts_in(result.header.nrrd_fields);
+    if (!doubts.empty())
+      warn(run, fmt::format("{}: was encoded in doubt: {}", input == "-" ? "standard input" : input,
+                            printable(fmt::format("{}", fmt::join(doubts, "; ")))));
     const VolumeInfo written =
         volume_info(result.dims, result.numbers.type(parameters.type), result.nrrd_fields);
     for (const std::string& lost : losses(chosen, written)) warn(run, fmt::format("{}: {}", name, lost));
@@ -157,6 +166,26 @@ struct DecodeCommand {
 
   FinishedDecode decode(Ranks& ranks, const std::string& path, const Format& chosen,
                         const WantedRegion& wanted) const {
+    try {
+      return decode_all(ranks, path, chosen, wanted);
+    } catch (const BrokenInput& broken) {
+      if (salvage || !is_regular_input(input) || !has_whole_bricks()) throw;
+      throw BrokenInput(words_of(broken) + "; --salvage decodes all that is whole");
+    }
+  }
+
+  /// True if the input is a damaged .tag file of which something can be decoded.
+  bool has_whole_bricks() const {
+    try {
+      const WholeBricks file(std::make_shared<FileSource>(input));
+      return file.whole_count() > 0 && (file.is_damaged_elsewhere() || !file.lost().empty());
+    } catch (const Error&) {
+      return false;  // not even the header is whole
+    }
+  }
+
+  FinishedDecode decode_all(Ranks& ranks, const std::string& path, const Format& chosen,
+                            const WantedRegion& wanted) const {
     ProgressMeter meter(run.progress, run.quiet, "decoding", 1);
     return decode_volume(ranks, {.input = input,
                                  .output = path,

@@ -34,6 +34,7 @@ Action add_info_command(CLI::App& app) {
   return [state](Ranks& ranks) {
     state->run.obey_memory_limit();
     refuse_terminal_input(state->input);
+    refuse_folder(state->input);
     const TagSummary file = state->summary(ranks);
     if (state->json)
       fmt::print("{}\n", info_json(file, !state->no_levels).dump(2));

@@ -35,7 +35,10 @@ struct MeshCommand {
           "a region needs -o FILE: without it, the output would have the name of the whole mesh");
     const std::string path = output.path.empty() ? output_beside(input, ".vtu") : output.path;
     refuse_terminal_input(input);
+    refuse_folder(input);
     refuse_terminal(ranks, path, "meshes");
+    if (options.of_samples && !options.coarsen)
+      throw UsageError("--samples: says what the error of --coarsen means; give --coarsen as well");
     options.overwrite = output.overwrite;
     remove_abandoned(run, {input}, {path});
     RunReport report(run.json, run.thread_count(), output.overwrite, "mesh", input, path);
@@ -66,10 +69,11 @@ struct MeshCommand {
   void tell_of_values(const std::string& path, const std::string& fields) const {
     if (has_slopes_of_slices(fields))
       warn(run, path + ": slices have slopes of their own; in the mesh, value is the stored sample" +
-                    (options.coarsen ? fmt::format(", and the largest slope, {:.6g}, turns --coarsen into an "
-                                                   "error of samples",
-                                                   largest_slope(fields))
-                                     : ""));
+                    (options.coarsen && !options.of_samples
+                         ? fmt::format(", and the largest slope, {:.6g}, turns --coarsen into an "
+                                       "error of samples",
+                                       largest_slope(fields))
+                         : ""));
     const Rescale rescale = rescale_of(fields);
     if (run.quiet || (rescale.slope == 1 && rescale.intercept == 0)) return;
     const std::string unit = rescale.units.empty() ? "" : fmt::format(" ({})", printable(rescale.units));
@@ -102,6 +106,8 @@ Action add_mesh_command(CLI::App& app) {
   add_number_option(*command, "--coarsen", state->options.coarsen,
                     "Write the coarsest mesh whose values are within E of all decoded voxels")
       ->option_text("E");
+  command->add_flag("--samples", state->options.of_samples,
+                    "With --coarsen: E is an error of stored samples, not of values");
   add_region_option(*command, state->region, "Only the tetrahedra that intersect this region");
   command->add_flag("--padded", state->options.padded,
                     "Fill whole root cubes instead of ending at the first and last samples");

@@ -35,6 +35,7 @@ struct PreviewCommand {
     const std::optional<GreyWindow> wanted_window = window_option();
     const std::string path = output.path.empty() ? output_beside(input, ".png") : output.path;
     refuse_terminal_input(input);
+    refuse_folder(input);
     refuse_pipe();
     if (path != "-" && !path.ends_with(".png"))
       throw UsageError(path + ": a preview is written as PNG; its name must end in .png");
@@ -57,7 +58,7 @@ struct PreviewCommand {
                   .type = parameters.type,
                   .rescale = rescale,
                   .window = shown,
-                  .lengths = {in_one_unit(geometry_of(fields)), parameters.dims},
+                  .lengths = lengths_of(file.header()),
                   .cube_size = parameters.cube_size});
     OutputFile png(path, output.overwrite);
     write_png(picture.width(), picture.height(), picture.bytes(), png);

@@ -57,7 +57,7 @@ struct RestoreCommand {
     if (!input.empty()) throw UsageError("--records: restores all of a folder; leave out " + input);
     if (!output.path.empty()) throw UsageError("--records: files go back to their own folders; leave out -o");
     if (!run.json.empty()) throw UsageError("--records: has no statistics; leave out --json");
-    const std::vector<RemovedOriginal> originals = removed_originals(records);
+    const auto [originals, unknown] = removed_originals(records);
     std::size_t restored = 0, there = 0, failed = 0;
     for (const RemovedOriginal& original : originals) {
       // Not even with -f, which is for what is left of an original: others may have been changed since.
@@ -78,11 +78,16 @@ struct RestoreCommand {
         say_line(fmt::format("tagrid: {}: {}", original.input, current_failure().message));
       }
     }
-    if (run.is_watched() || failed > 0)
-      say_line(fmt::format("originals: {}, {} restored, {} were there, {} failed", originals.size(), restored,
-                           there, failed));
+    for (const std::string& sentence : unknown) say_line("tagrid: " + sentence);
+    if (run.is_watched() || failed > 0 || !unknown.empty())
+      say_line(fmt::format("originals: {}, {} restored, {} {} there, {} failed", originals.size(), restored,
+                           there, there == 1 ? "was" : "were", failed));
     if (failed > 0)
-      throw BrokenInput(fmt::format("{} of {} originals could not be restored", failed, originals.size()));
+      throw BrokenInput(fmt::format("{} of {} original{} could not be restored", failed, originals.size(),
+                                    originals.size() == 1 ? "" : "s"));
+    if (!unknown.empty())
+      throw BrokenInput(records +
+                        ": some records cannot be read, so originals that they name were not restored");
   }
 
   Finished<RestoreResult> restore(const Ranks& ranks) const {

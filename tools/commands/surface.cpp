@@ -35,6 +35,7 @@ struct SurfaceCommand {
           "a region needs -o FILE: without it, the output would have the name of the whole surface");
     const std::string path = output.path.empty() ? output_beside(input, ".ply") : output.path;
     refuse_terminal_input(input);
+    refuse_folder(input);
     refuse_terminal(ranks, path, "surfaces");
     options.overwrite = output.overwrite;
     options.area = !run.json.empty();
@@ -62,7 +63,7 @@ struct SurfaceCommand {
   }
 
   std::string why_empty(const SurfaceResult& result) const {
-    const Rescale rescale = rescale_of(result.header.nrrd_fields);
+    const Rescale rescale = options.of_samples ? Rescale{} : rescale_of(result.header.nrrd_fields);
     const double a = rescale.slope * result.index.total.low + rescale.intercept,
                  b = rescale.slope * result.index.total.high + rescale.intercept;
     const double low = std::min(a, b), high = std::max(a, b);
@@ -115,6 +116,8 @@ Action add_surface_command(CLI::App& app) {
                     "Use the grid up to this level only; default: all levels")
       ->option_text("N");
   add_region_option(*command, state->region, "Only the surface in tetrahedra that intersect this region");
+  command->add_flag("--samples", state->options.of_samples,
+                    "V is a stored sample, also where values are slope * sample + intercept");
   command->add_flag("--close", state->options.close,
                     "Close the surface at the border of the volume, as if all values outside were lower");
   add_run_options(*command, state->run);

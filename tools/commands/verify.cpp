@@ -39,6 +39,7 @@ struct VerifyCommand {
     if (input == "-" && original == "-")
       throw UsageError("--against -: standard input is already the .tag file; give a file");
     refuse_terminal_input(input);
+    refuse_folder(input);
     refuse_terminal_input(original);
     RunReport report(run.json, run.thread_count(), overwrite, "verify", input, "", original);
     const VerifyResult result = verified(ranks, description, report);
@@ -75,13 +76,16 @@ struct VerifyCommand {
     if (result.mesh_error)
       fmt::print("largest error of the mesh: {}\n", error_text(*result.mesh_error, result.header));
     if (original.empty()) return;
-    const auto& [compared, differences] = result.geometry;
-    if (differences.empty())
-      fmt::print("geometry: {}\n", compared.empty()
-                                       ? "not compared: only one of them says something"
-                                       : fmt::format("the same ({})", fmt::join(compared, ", ")));
+    if (result.geometry.differences.empty()) fmt::print("geometry: {}\n", words_of(result.geometry));
     fmt::print("source files: {}\n", files);
     std::fflush(stdout);  // an error may follow on another stream
+  }
+
+  /// REQUIRES: no differences.
+  static std::string words_of(const GeometryComparison& found) {
+    if (!found.compared.empty()) return fmt::format("the same ({})", fmt::join(found.compared, ", "));
+    return found.neither_says_anything ? "not compared: neither says where its samples lie"
+                                       : "not compared: only one of them says something";
   }
 
   /// Compares the bytes of the original besides its samples. Throws BrokenInput if files of the same names differ.

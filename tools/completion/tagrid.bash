@@ -15,8 +15,8 @@ _tagrid_options() {
     info) echo "$run $memory --no-levels" ;;
     verify) echo "$run $memory --spool $source --against -f --force" ;;
     restore) echo "$run $memory $output --records" ;;
-    mesh) echo "$run $memory $output --level --region --coarsen --padded" ;;
-    surface) echo "$run $memory $output --iso --level --region --close" ;;
+    mesh) echo "$run $memory $output --level --region --coarsen --samples --padded" ;;
+    surface) echo "$run $memory $output --iso --samples --level --region --close" ;;
     preview) echo "$run $memory $output --slice --window" ;;
     convert)
       echo "$run $memory --spool $error $encoding --manifest --find --output-dir --keep-folders --shard --skip-done

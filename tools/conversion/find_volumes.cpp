@@ -343,7 +343,9 @@ class Finder {
 
 void find_volumes(const std::string& root, const FindOptions& options,
                   const std::function<void(const FoundVolume&)>& use) {
-  if (!is_folder(root)) throw world_error("cannot read", root, status_of(root) ? ENOTDIR : ENOENT);
+  if (status_of(root) && !is_folder(root))
+    throw UsageError(root + ": is a file; --find takes a folder; tagrid encode takes a file");
+  if (!is_folder(root)) throw world_error("cannot read", root, ENOENT);
   Finder(root, options, use).search_all();
 }
 

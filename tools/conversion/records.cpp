@@ -166,13 +166,17 @@ void KnownOutputs::read(const std::string& path) {
   if (const auto status = status_of(path); status && !S_ISREG(status->st_mode))
     throw UsageError(path +
                      ": has the name of a file of records and is not a regular file; move it elsewhere");
+  ++files_;
   FileBytes file(path);
+  std::uint64_t number = 0;
+  // Half a last line is all that a killed run wrote of a record.
   for (std::string line; file.read_line(line, longest_record) && line.ends_with('\n'); line.clear()) {
+    ++number;
     const ordered_json record = ordered_json::parse(line, nullptr, false);
     try {
       note(record, line);
     } catch (const nlohmann::json::exception&) {
-      continue;  // not a record
+      unreadable_.push_back(fmt::format("{}: line {} is not a record", path, number));
     }
   }
 }

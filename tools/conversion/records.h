@@ -89,7 +89,7 @@ bool skip_removed(const KnownOutput& known, const std::string& input, const std:
 /// shards.
 class KnownOutputs {
  public:
-  /// Reads every results*.jsonl in `folder`. Lines that are not records, such as half ones, are ignored.
+  /// Reads every results*.jsonl in `folder`. Lines that are not records are left out; see unreadable().
   explicit KnownOutputs(const std::string& folder);
 
   /// `output` is a name in the folder; returns nullptr if nothing is known of it.
@@ -100,6 +100,10 @@ class KnownOutputs {
   std::uint64_t next_sequence(const std::string& output) const;
   /// Why the last run failed that was to encode it; "" if it did not fail.
   std::string last_failure(const std::string& output) const;
+  /// How many files of records the folder has.
+  std::size_t files() const { return files_; }
+  /// Lines that are not records, but for half a last one: "out/results.jsonl: line 3 is not a record".
+  const std::vector<std::string>& unreadable() const { return unreadable_; }
 
  private:
   struct LastRun {
@@ -110,6 +114,8 @@ class KnownOutputs {
   void note(const nlohmann::ordered_json& record, const std::string& line);
   void note_failure(const nlohmann::ordered_json& record, const std::string& output, const RecordTime& time);
 
+  std::size_t files_ = 0;
+  std::vector<std::string> unreadable_;
   std::map<std::string, KnownOutput> outputs_;
   std::map<std::string, std::uint64_t> sequences_;  ///< the highest ones
   std::map<std::string, LastRun> last_runs_;  ///< last runs that encoded it, failed to, or had no need to

@@ -50,10 +50,42 @@ std::string impossible_name(const std::string& output, const KnownOutput& known)
   return "";
 }
 
+/// The names of all .tag files in a folder and in the folders below it, sorted.
+std::vector<std::string> tag_files_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().extension() == ".tag" && entry->is_regular_file(error))
+      names.push_back(entry->path().lexically_relative(folder).string());
+  if (error) throw world_error("cannot read", folder, error.value());
+  std::ranges::sort(names);
+  return names;
+}
+
+/// An unreadable record may be the only one that says that an original was removed.
+std::vector<std::string> what_is_unknown(const std::string& output_dir, const KnownOutputs& known) {
+  std::vector<std::string> sentences = known.unreadable();
+  if (sentences.empty()) return sentences;
+  for (const std::string& name : tag_files_in(output_dir)) {
+    const KnownOutput* one = known.find(name);
+    if (one != nullptr && (one->state == KnownOutput::State::removed || status_of_name(one->input))) continue;
+    const std::string output = (fs::path(output_dir) / name).string();
+    sentences.push_back(
+        fmt::format("{}: is in no record that says \"removed\"; if its original is missing, `tagrid restore "
+                    "{} -o DIR` gives it back",
+                    output, output));
+  }
+  return sentences;
+}
+
 }  // namespace
 
-std::vector<RemovedOriginal> removed_originals(const std::string& output_dir) {
+RemovedOriginals removed_originals(const std::string& output_dir) {
   const KnownOutputs known(output_dir);
+  if (known.files() == 0)
+    throw BrokenInput(output_dir +
+                      ": has no records of convert (results.jsonl); give the folder of its outputs");
   std::vector<RemovedOriginal> originals;
   for (const auto& [output, one] : known.all()) {
     if (one.state != KnownOutput::State::removed) continue;
@@ -65,7 +97,7 @@ std::vector<RemovedOriginal> removed_originals(const std::string& output_dir) {
     }
     originals.push_back(std::move(original));
   }
-  return originals;
+  return {std::move(originals), what_is_unknown(output_dir, known)};
 }
 
 }  // namespace tagrid

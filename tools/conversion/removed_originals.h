@@ -15,7 +15,14 @@ struct RemovedOriginal {
   std::string error;  ///< why it cannot be restored: its record has impossible names; "" if they are possible
 };
 
-/// Those of the records in `output_dir`, by the names of their outputs. Throws WorldError if the records cannot be read.
-std::vector<RemovedOriginal> removed_originals(const std::string& output_dir);
+struct RemovedOriginals {
+  std::vector<RemovedOriginal> originals;  ///< by the names of their outputs
+  /// Sentences on records that cannot be read, and on the outputs whose originals they may have named.
+  std::vector<std::string> unknown;
+};
+
+/// Those of the records in `output_dir`. Throws WorldError if the folder or a file of records cannot be read, and BrokenInput
+/// if there are no records.
+RemovedOriginals removed_originals(const std::string& output_dir);
 
 }  // namespace tagrid

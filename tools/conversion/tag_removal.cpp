@@ -40,7 +40,8 @@ std::string lost_of_content(const TagBricks& file, const Format& format, Numbers
   const VolumeInfo info = numbers.info(volume_info_of(file.header()));
   if (const auto lost = losses(format, info); !lost.empty()) return lost.front();
   if (std::string lost = lost_attributes(format, info); !lost.empty()) return lost;
-  if (!format.keeps_header && stripped(info.nrrd_fields) != info.nrrd_fields)
+  // losses() looks at the pairs of other formats one by one.
+  if (!format.keeps_header && !format.slices_are_alike && stripped(info.nrrd_fields) != info.nrrd_fields)
     return fmt::format("{} files have no place for all of its comments and key/value pairs", format.name);
   return "";
 }

@@ -58,6 +58,11 @@ std::optional<std::string> before_the_command(const CLI::App& app) {
 
 std::string too_many(const CLI::App& command, const std::string& word, const std::string& help) {
   const std::string name = command.get_name();
+  if (name == "convert" && command.get_option("--manifest")->empty())
+    return fmt::format(
+        "{}: {}: convert takes a list: tagrid convert --find {} > list.tsv, then tagrid convert --manifest "
+        "list.tsv --output-dir DIR",
+        name, word, word);
   if (command.get_option_no_throw("INPUT") == nullptr)
     return fmt::format("{}: {}: one argument too many; see {}", name, word, help);
   const char* several = name == "encode" ? "for several inputs use tagrid convert or a shell loop"

@@ -114,18 +114,25 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result) {
-  constexpr double far_more = 4;
+  constexpr double far_more = 4, far_less = 1.0 / 16;
   const CodingParameters& p = result.header.parameters;
   // Wide types take their range from the data.
   if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
     return;
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
-  if (!(high - low > far_more * (p.range_high - p.range_low))) return;
+  const double span = high - low, made_for = p.range_high - p.range_low;
+  const std::string name = input == "-" ? "standard input" : input;
+  if (span > 0 && span < far_less * made_for && !asked.mesh_error)
+    return warn(run,
+                fmt::format("{}: its samples span {}, but the grid was made for {}, the default range of {}: "
+                            "meshes and surfaces will miss detail; give --range {}",
+                            name, span, made_for, name_of(p.type), input == "-" ? "lo:hi" : "auto"));
+  if (!(span > far_more * made_for)) return;
   warn(run, fmt::format("{}: its samples lie between {} and {}, but the grid was made for {} .. {}, the "
                         "default range of {}; it may be finer, and the file larger, than you want; {}--range "
                         "lo:hi sets the span that matters",
-                        input == "-" ? "standard input" : input, low, high, p.range_low, p.range_high,
-                        name_of(p.type), input == "-" ? "" : "--range auto takes the span of the samples, "));
+                        name, low, high, p.range_low, p.range_high, name_of(p.type),
+                        input == "-" ? "" : "--range auto takes the span of the samples, "));
 }
 
 void warn_of_lossy_source(const RunOptions& run, const std::string& input, const EncodeResult& result) {

@@ -240,6 +240,11 @@ void refuse_terminal_input(const std::string& input) {
     throw UsageError("standard input: is a terminal; give a file, or use a pipe");
 }
 
+void refuse_folder(const std::string& input) {
+  if (input != "-" && is_folder(input))
+    throw UsageError(input + ": is a folder, not a .tag file; encode it first");
+}
+
 void warn(const RunOptions& options, const std::string& message) {
   if (!options.quiet) say_line("tagrid: warning: " + message);
 }

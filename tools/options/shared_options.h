@@ -140,6 +140,8 @@ void refuse_terminal(const Ranks& ranks, const std::string& output, const char* 
 
 /// Throws UsageError if `input` is standard input and that is a terminal.
 void refuse_terminal_input(const std::string& input);
+/// Throws UsageError if the name of a .tag file is that of a folder.
+void refuse_folder(const std::string& input);
 
 /// Writes a line to standard error about something that may be wrong.
 void warn(const RunOptions& options, const std::string& message);

@@ -7,6 +7,8 @@
 #include "io/files/printable.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/rescale.h"
+#include "io/nrrd/slice_positions.h"
+#include "io/volume/lengths.h"
 #include "tools/report/human_bytes.h"
 #include "tools/report/report.h"
 
@@ -62,6 +64,20 @@ double Lengths::spacing(int axis) const {
   return distance > 0 ? distance : 1;
 }
 
+double Lengths::distance(int axis, std::int64_t slice) const {
+  if (axis == 2 && !of_slices.empty()) return of_slices[static_cast<std::size_t>(slice)];
+  return static_cast<double>(slice) * spacing(axis);
+}
+
+Lengths lengths_of(const TagHeader& header) {
+  const Geometry given = geometry_of(header.nrrd_fields);
+  const Index3& dims = header.parameters.dims;
+  Lengths lengths{in_one_unit(given), dims, slice_distances(header.nrrd_fields, dims.z)};
+  const double in_unit = lengths.geometry.spacing[2] / given.spacing[2];
+  for (double& distance : lengths.of_slices) distance *= std::isnan(in_unit) ? 1 : in_unit;
+  return lengths;
+}
+
 std::vector<std::string> lines_about(const TagBricks& file) {
   const CodingParameters& p = file.parameters();
   const auto voxels = static_cast<std::uint64_t>(p.domain().volume().count()), raw = voxels * size_of(p.type),
@@ -84,8 +100,7 @@ std::string slice_caption(const Panel& panel, const Lengths& lengths) {
   std::string text =
       fmt::format("{} = {} of 0..{}", "xyz"[panel.axis], panel.slice, lengths.dims[panel.axis] - 1);
   const std::string unit = lengths.unit(panel.axis);
-  if (unit != "samples")
-    text += ", " + length_words(static_cast<double>(panel.slice) * lengths.spacing(panel.axis), unit);
+  if (unit != "samples") text += ", " + length_words(lengths.distance(panel.axis, panel.slice), unit);
   if (!panel.to_scale) text += ", not to scale";
   return text;
 }

@@ -14,12 +14,18 @@ namespace tagrid {
 struct Lengths {
   Geometry geometry;
   Index3 dims;
+  std::vector<double> of_slices = {};  ///< slice_distances(), in the unit of the geometry
 
   /// The unit of lengths along an axis; "samples" if the spacing there is unknown, and "" if only the unit is.
   std::string unit(int axis) const;
   /// The distance of two samples in that unit.
   double spacing(int axis) const;
+  /// How far a slice across an axis lies from the first one, in that unit.
+  double distance(int axis, std::int64_t slice) const;
 };
+
+/// Those of a file, in one unit.
+Lengths lengths_of(const TagHeader& header);
 
 /// What the file holds: size, type, spacing, bytes; and how well: bound, errors, ratio.
 std::vector<std::string> lines_about(const TagBricks& file);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+#include <utility>
+
 #include "pipeline/memory/resources.h"
 
 namespace tagrid {
@@ -12,6 +15,28 @@ std::string memory_advice(const std::vector<std::uint64_t>& needed) {
   const std::string limit = fmt::format("; give -M {}M", mebibytes(needed[0]));
   if (needed.size() < 3) return limit;
   return fmt::format("{}, or --spool DIR, a folder for the samples, and -M {}M", limit, mebibytes(needed[2]));
+}
+
+/// `terms`: the name of the file and how it is compressed, if they are known.
+std::string advice_on_compressed(const std::vector<Term>& terms) {
+  const std::string name = terms.size() == 2 ? terms[0].text : "",
+                    what = terms.size() == 2 ? terms[1].text : "";
+  const char* program = "zcat";
+  for (const auto& [kind, other] : {std::pair("zstd", "zstdcat"), {"xz", "xzcat"}, {"bzip2", "bzcat"}})
+    if (what.find(kind) != what.npos) program = other;
+  // A shell takes other characters for something else.
+  const bool is_plain = !name.empty() && name.find_first_not_of(
+                                             "abcdefghijklmnopqrstuvwxyz"
+                                             "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                             "0123456789._/+-") == name.npos;
+  const std::filesystem::path inner = std::filesystem::path(name).filename().stem();
+  if (inner.extension() == ".tar" || std::filesystem::path(name).extension() == ".tgz")
+    return "; unpack it first, for example with tar xf";
+  const std::string stem = is_plain ? inner.stem().string() : "NAME";
+  const std::string output = fmt::format("{} {}", program, is_plain ? name : "FILE");
+  return fmt::format(
+      ": `{} | tagrid encode - -o {}.tag` (to compare: `| tagrid verify NAME.tag --against -`)", output,
+      stem);
 }
 
 // Advice that follows the message of the error.
@@ -32,10 +57,7 @@ std::string advice_on(const ErrorDetail& detail) {
     case Problem::no_known_format:
       return "; if it holds samples without a header, describe them with --dims and --type";
     case Problem::compressed_file:
-      return "; decompress it into a file: zcat FILE > OTHER, or, if it holds NRRD, NIfTI, MetaImage or "
-             "samples without a header, which need --dims and --type, into a pipe: "
-             "zcat FILE | tagrid encode - -o NAME.tag (or tagrid verify NAME.tag --against -); "
-             "use zstdcat, xzcat or bzcat for zstd, xz or bzip2";
+      return advice_on_compressed(detail.sentence.terms);
     case Problem::not_openvdb:
       return "; leave out --vdb-grid";
     case Problem::describes_itself:

@@ -10,6 +10,7 @@
 #include "io/envelope/envelope.h"
 #include "io/files/printable.h"
 #include "io/files/text.h"
+#include "io/nrrd/doubts.h"
 #include "io/nrrd/geometry.h"
 #include "io/nrrd/line.h"
 #include "io/nrrd/rescale.h"
@@ -133,6 +134,10 @@ void print_geometry(const TagHeader& header, const Line& line) {
       const auto a = static_cast<std::size_t>(axis);
       size[a] = std::abs(g.spacing[a]) * static_cast<double>(header.parameters.dims[axis]);
     }
+    // Each slice counts as thick as the spacing says, the last one included.
+    if (const auto distances = slice_distances(header.nrrd_fields, header.parameters.dims.z);
+        !distances.empty())
+      size[2] = distances.back() + std::abs(g.spacing[2]);
     // Units of coordinates are not units of axes, unless they are all the same.
     const auto& units = g.units;
     const bool fit = !g.has_directions || (units[0] == units[1] && units[1] == units[2]);
@@ -255,7 +260,8 @@ nlohmann::ordered_json settings_json(const CodingParameters& p) {
 
 nlohmann::ordered_json achieved_json(const TagHeader& header, const TagIndex& index) {
   const Achieved a = achieved_of(index.total);
-  const bool is_known = !has_slopes_of_slices(header.nrrd_fields);
+  const bool is_known =
+      !has_slopes_of_slices(header.nrrd_fields) && scale_doubt_in(header.nrrd_fields).empty();
   const Rescale rescale = rescale_of(header.nrrd_fields);
   const double slope = std::abs(rescale.slope);
   return {{"max_error", number_or_null(a.max_error, true)},
@@ -327,6 +333,7 @@ std::string info_text(const TagSummary& file, bool with_levels) {
   line("source files", source_files_text(file));
   if (const std::string loss = text_of_key(header.nrrd_fields, lossy_source_key); !loss.empty())
     line("", fmt::format("had lost something to compression before: {}", printable(loss)));
+  for (const std::string& doubt : doubts_in(header.nrrd_fields)) line("in doubt", printable(doubt));
   line("mode",
        p.mode == FileMode::voxels ? "voxels (every voxel is stored)" : "grid (voxels are interpolated)");
   if (!p.stores_grid()) line("grid", "derived (that of the decoded voxels, computed where it is needed)");

@@ -153,7 +153,9 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   const std::string samples = samples_of(content("volume.nrrd"));
   const auto kept = [&](const std::string& fields, const Arguments& more, const std::string& output,
                         std::string_view why, const Arguments& encoding = {"--strip"}) {
-    file("a.nrrd", head + fields + "\n" + samples);
+    // An unknown spacing is lost, too.
+    const char* spacing = fields.find("spac") == fields.npos ? "spacings: 1 1 1\n" : "";
+    file("a.nrrd", head + spacing + fields + "\n" + samples);
     expect_ok(tagrid(with({"encode", "a.nrrd", "-qfo", "a.tag"}, encoding)));
     expect_error(tagrid(with({"decode", "a.tag", "--rm", "-o", output}, more)), usage, why);
     EXPECT_EQ(names(), (Names{"a.nrrd", "a.tag", "volume.nrrd"})) << output;
@@ -167,6 +169,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
        "does not know the unit");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.mha", "slices lie at unequal distances");
   kept("slice_positions:=0 0 0; 0 0 1; 0 0 9\n", {}, "a.vdb", "slices lie at unequal distances");
+  kept("spacings: nan nan nan\n", {}, "a.mha", "cannot say that a spacing is not known");
   kept("", {}, "a.vti", "tagrid cannot read vti files");
   kept("", {}, "a.raw", "do not say their size and type");
   kept("", {"--vdb-tolerance", "2"}, "a.vdb", "--vdb-tolerance changes samples");
@@ -176,7 +179,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   kept("", {}, "a.nrrd",
        "it keeps the files that were encoded, which a decoded volume is not; tagrid restore gives them back",
        {});
-  file("a.nrrd", head + "# by hand\nowner:=me\n\n" + samples);
+  file("a.nrrd", head + "spacings: 1 1 1\n# by hand\nowner:=me\n\n" + samples);
   expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
   expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
                "no place for 1 key/value pair (\"owner\"), comments");

@@ -41,7 +41,9 @@ TEST_F(Options, ASubcommandAndItsInputAreRequired) {
   expect_error(tagrid({"encode", "a", "b"}), usage, "b: one argument too many: only one input is accepted");
   expect_error(tagrid({"encode", "a", "b"}), usage, "for several inputs use tagrid convert");
   expect_error(tagrid({"decode", "a", "b"}), usage, "for several inputs use a shell loop");
-  expect_error(tagrid({"convert", "a"}), usage, "a: one argument too many; see tagrid convert --help");
+  expect_error(tagrid({"convert", "a"}), usage, "convert takes a list: tagrid convert --find a > list.tsv");
+  expect_error(tagrid({"convert", "--manifest", "a", "b"}), usage,
+               "b: one argument too many; see tagrid convert --help");
 }
 
 TEST_F(Options, NamesAfterTwoDashesMayBeginWithOne) {
@@ -338,7 +340,7 @@ TEST_F(Options, FilesOfOtherFormatsAreRecognized) {
   expect_ok(script("gzip -c volume.nrrd > a.gz"));
   const std::pair<const char*, const char*> files[] = {
       {"volume.tag", "is already a .tag file"},
-      {"a.gz", "zcat FILE | tagrid encode -"},
+      {"a.gz", "is compressed (gzip): `zcat "},
   };
   for (const auto& [name, advice] : files) {
     expect_error(tagrid({"encode", name, "-o", "x.tag"}), broken_input, advice);

@@ -69,7 +69,7 @@ TEST(Advice, OnMemoryIsAboutOptionsThatTheCommandHas) {
 TEST(Advice, CallsSettingsByTheirOptions) {
   EncodeOptions options;
   options.max_error = -1;
-  EXPECT_EQ(refusal_of(options), "--max-error must be a finite number of at least 0");
+  EXPECT_EQ(refusal_of(options), "--max-error -1 must be a finite number of at least 0");
   options.max_error = 1;
   options.surface_error = 2;
   EXPECT_EQ(refusal_of(options), "--surface-error must be below --max-error");

@@ -45,7 +45,7 @@ class TiffSlices final : public ServedVolume {
     files = std::move(volumes.files);
     warnings = std::move(volumes.warnings);
     if (first.zero_is_white)
-      warnings.push_back(
+      not_understood.push_back(
           name_ +
           ": small numbers mean white in this TIFF image (WhiteIsZero); numbers are kept as they are");
     const auto is_turned = [](const TiffPlane& plane) { return plane.page.orientation != 1; };
