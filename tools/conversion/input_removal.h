@@ -15,9 +15,13 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
+/// Throws UsageError if `source` chooses one of several volumes by a number that changes when files come or go: one in
+/// the list of a folder, or of a set of files. The message says the name of that volume.
+void require_lasting_choice(const std::string& input, const SourceDescription& source);
+
 /// The same for a volume. Files are removed only if they come back: every byte, except that samples may have the error
 /// that was asked for (see require_replaceable()). So files with compressed samples are refused. `keeps_files`: the
-/// encoding keeps the files; with --strip it does not.
+/// encoding keeps the files; with --strip it does not. Throws as require_lasting_choice() does, too.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, bool keeps_files, const char* advice);
 
