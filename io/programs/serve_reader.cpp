@@ -93,7 +93,7 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
     if (list.size() == 1) return 0;
     throw SeveralVolumes{option, list};
   }
-  // A file may have the pattern of other files as its name.
+  // Which of them is meant would depend on their order.
   if (const auto count = std::ranges::count(list, wanted, &Choice::name); count > 1)
     throw UsageError(
         fmt::format("{}: has {} volumes that are called {}; move the files of one of them to another folder",

@@ -115,12 +115,6 @@ class SeriesNames(ReaderTest):
         for name in ("a#.tif", "b#.tif"):
             self.assertEqual(self.tagrid("encode", "t", "--series", name, "--rm", "-o", f"{name}.tag").returncode, 0)
 
-    def test_a_name_that_two_volumes_have_means_neither(self):
-        (self.folder / "t").mkdir()
-        for name in ("a0", "a1", "a#"):
-            tifffile.imwrite(self.folder / "t" / f"{name}.tif", numpy.zeros((5, 6), "uint16"))
-        self.assert_refused(64, "has 2 volumes that are called a#.tif; move the files of one of them", "encode", "t", "--series", "a#.tif")
-
     def test_a_uid_alone_means_a_volume_only_while_it_has_no_other(self):
         truth = self.moments(count=2)
         names = self.names()
