@@ -177,6 +177,7 @@ std::unique_ptr<VolumeSource> open_with_reader(const std::string& program, const
   facts.warnings = std::move(volume.warnings);
   facts.not_understood = std::move(volume.not_understood);
   facts.scale_doubt = std::move(volume.scale_doubt);
+  facts.lasting_name = std::move(volume.lasting_name);
   facts.rescale = std::move(volume.rescale);
   facts.holds_other_bytes = true;  // only the reader knows what else there is
   if (!volume.places.empty()) {

@@ -138,6 +138,7 @@ ReaderVolume volume_of(const Json& answer, const std::string& path) {
   volume.scale_doubt = text_in(answer, "scale_doubt");
   const std::string doubt = doubt_of_rescale(volume.info.nrrd_fields, volume.info.dims.z);
   if (volume.scale_doubt.empty() && !doubt.empty()) volume.scale_doubt = path + ": " + doubt;
+  volume.lasting_name = text_in(answer, "name");
   volume.places = places_in(answer, volume.info, volume.files.size());
   const std::string order = text_in(answer, "order");
   if (!order.empty() && order != "any" && order != "next")

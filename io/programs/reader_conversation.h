@@ -24,6 +24,7 @@ struct ReaderVolume {
   std::vector<std::string> warnings;
   std::vector<std::string> not_understood;  ///< see SourceFacts
   std::string scale_doubt;
+  std::string lasting_name;      ///< see SourceFacts
   std::vector<SliceRun> places;  ///< of all samples; empty if the reader gives them
   Rescale rescale;
   bool any_order = true;     ///< The reader gives any slices, again and again; otherwise only the next ones.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -33,6 +34,7 @@ OrderedJson json_of(const ServedVolume& volume) {
                        {"intercept", volume.rescale.intercept},
                        {"units", volume.rescale.units}};
   json["files"] = volume.files;
+  if (!volume.lasting_name.empty()) json["name"] = volume.lasting_name;
   json["warnings"] = volume.warnings;
   json["complete"] = volume.not_understood.empty();
   if (!volume.not_understood.empty()) json["not_understood"] = volume.not_understood;
@@ -92,6 +94,11 @@ std::size_t chosen(const std::string& path, const std::string& option, const std
     if (list.size() == 1) return 0;
     throw SeveralVolumes{option, list};
   }
+  // Which of them is meant would depend on their order.
+  if (const auto count = std::ranges::count(list, wanted, &Choice::name); count > 1)
+    throw UsageError(
+        fmt::format("{}: has {} volumes that are called {}; move the files of one of them to another folder",
+                    path, count, wanted));
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].name == wanted) return i;
   for (std::size_t i = 0; i < list.size(); ++i)

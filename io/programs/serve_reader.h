@@ -27,6 +27,8 @@ class ServedVolume {
   KeyValues pairs;
   std::string nrrd;  ///< the lines of an NRRD header instead of geometry and pairs, if the file has them
   std::vector<std::string> files, warnings;
+  /// By which `series` means this volume, whatever lies beside it; "" if there is none.
+  std::string lasting_name;
   /// What the files say about the samples and this reader does not understand, a sentence each; see SourceFacts.
   std::vector<std::string> not_understood;
   std::string scale_doubt;
@@ -49,7 +51,7 @@ struct SeveralVolumes {
 };
 
 /// The number, from 0 on, of the one that `wanted` names, or numbers from 1 on; without `wanted`, of the only one.
-/// Throws SeveralVolumes if there are several; UsageError if none is meant. `path` is for messages.
+/// Throws SeveralVolumes if there are several; UsageError if none is meant, or two have that name. `path` is for messages.
 std::size_t chosen(const std::string& path, const std::string& option, const std::string& wanted,
                    const std::vector<Choice>& list);
 

@@ -34,6 +34,9 @@ struct SourceFacts {
   SourceTraits traits = {};
   /// For messages: what the user calls the volume, such as its folder; "" if it is its last file.
   std::string name = "";
+  /// The name that chooses this volume among those of its source, now and when files of other volumes have come or gone;
+  /// "" if the format has no such names.
+  std::string lasting_name = "";
   /// The files contain other bytes, besides a header and these samples; they are skipped.
   bool holds_other_bytes = false;
   /// The layout of the samples was given by the user, because the file does not say it.

@@ -88,9 +88,13 @@ class OmeTiff(ReaderTest):
         tifffile.imwrite(self.folder / "set/other.tif", truth[0, :2], photometric="minisblack")
         self.assert_found({"p0.ome.tif": truth[0], "other.tif": truth[0, :2]})
         message = self.assert_refused(64, "holds 2 volumes", "encode", "set")
-        self.assertRegex(message, r"p#.ome.tif +24 x 16 x 5 uint16")
-        self.assert_same(self.encoded("set", "--series", "p#.ome.tif")[0], truth[0])
+        self.assertRegex(message, r"p0.ome.tif +24 x 16 x 5 uint16")
+        self.assert_same(self.encoded("set", "--series", "p0.ome.tif")[0], truth[0])
         self.assert_same(self.encoded("set", "--series", "other.tif")[0], truth[0, :2])
+        # Not even one whose name is like theirs gives the set another name.
+        (self.folder / "set/other.tif").rename(self.folder / "set/p17.ome.tif")
+        self.assert_same(self.encoded("set", "--series", "p0.ome.tif")[0], truth[0])
+        self.assert_same(self.encoded("set", "--series", "p17.ome.tif")[0], truth[0, :2])
 
     def test_channels_of_a_folder_are_volumes(self):
         truth = self.volume((2, 3, 16, 24))
@@ -119,7 +123,8 @@ class OmeTiff(ReaderTest):
         planes = [("a.ome.tif", c * 3 + z, z, c) for c in range(2) for z in range(3)]
         self.write_set(truth, planes)
         self.assertRegex(self.assert_refused(64, "holds 2 volumes", "encode", "set"), "c1 .*\n.*c2 ")
-        self.assert_same(self.encoded("set", "--series", "c2")[0], truth[1])
+        for name in ("c2", "a.ome.tif:c2"):
+            self.assert_same(self.encoded("set", "--series", name)[0], truth[1])
         # Beside another file, names say which file is meant.
         tifffile.imwrite(self.folder / "set/zz.tif", truth[0], photometric="minisblack")
         message = self.assert_refused(64, "holds 3 volumes", "encode", "set")

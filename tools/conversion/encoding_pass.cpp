@@ -17,6 +17,7 @@
 #include "pipeline/memory/plan.h"
 #include "pipeline/restore/restore.h"
 #include "pipeline/run/run.h"
+#include "tools/conversion/input_removal.h"
 #include "tools/conversion/output_names.h"
 #include "tools/conversion/settings_used.h"
 #include "tools/report/advice.h"
@@ -99,6 +100,17 @@ std::string change_of(const KnownOutput& known, const std::vector<InputFile>& fi
   return checksum_text(checksum_of_samples(source)) == known.input_checksum ? "" : "its samples are others";
 }
 
+/// Throws BrokenInput if the name of a volume, such as that of a series, means another volume than was encoded. That
+/// is never what replaces the output.
+void require_same_volume(const KnownOutput& known, const std::string& input, const std::string& output,
+                         const std::vector<InputFile>& files) {
+  if (const std::string others = other_volume(known, files); !others.empty())
+    throw BrokenInput(fmt::format(
+        "{}: is another volume than the one that was encoded ({}); {} has that one and stays; choose another "
+        "name (output=NAME)",
+        input, others, output));
+}
+
 /// Throws BrokenInput if the volume is not the one that was encoded.
 void require_unchanged(const KnownOutput& known, const std::string& input, const std::string& output,
                        const std::vector<InputFile>& files, VolumeSource& source) {
@@ -125,11 +137,14 @@ void EncodingPass::run(const ManifestLine& line, ordered_json& record) const {
   if (known && skip_removed(*known, volume.input, volume.output, options_.run, record)) return;
   require_own_folders(options_.output_dir, line.output);
   require_file_or_folder(volume.input);
+  require_lasting_choice(volume.input, volume.asked.source);
   const auto source = open_volume(volume.input, volume.asked.source);
   volume.files = look_at(source->files());
   volume.watched = std::make_unique<UnchangedFiles>(source->files());
   volume.headerless = source->facts().headerless;
   const bool is_ours = known && !was_removed && known->input == volume.input;
+  if (is_ours && status_of_name(volume.output))
+    require_same_volume(*known, volume.input, volume.output, volume.files);
   if (is_there && is_ours && known->state == KnownOutput::State::ok) {
     const std::string difference = difference_of(*known, line.options, options_.run, *source);
     if (difference.empty() && known->input_files == volume.files) return skip(*known, record);

@@ -229,8 +229,8 @@ class Finder {
       const auto volume = open_volume(path, encoding_of(options, options_.run).source);
       if (is_known(*volume, format) || is_of_a_listed_set(path, *volume)) return;
       const VolumeInfo& info = volume->info();
-      if (const std::string uid = format.name == "dicom" ? uid_of(info) : ""; !uid.empty())
-        options.emplace("series", uid);  // another one may come into the folder
+      if (const std::string& name = volume->facts().lasting_name; !name.empty())
+        options.emplace("series", name);  // another one may come into the folder
       std::string text =
           fmt::format("{}, {}{}{}", described(info.dims, info.type), format.help, details, oddity_of(info));
       if (format.name == "dicom") text += about_other_folder(path, info);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 
@@ -10,6 +11,7 @@
 #include "io/files/errors.h"
 #include "io/files/file_attributes.h"
 #include "io/files/system_call.h"
+#include "io/files/text.h"
 #include "io/formats/open_volume.h"
 #include "tools/conversion/found_lines.h"
 
@@ -44,6 +46,26 @@ std::vector<std::string> removable_tag(const std::string& input, const std::stri
   return {input};
 }
 
+void require_lasting_choice(const std::string& input, const SourceDescription& source) {
+  const auto number = whole_number_of(source.series);
+  if (!number || input == "-") return;
+  if (!is_folder(input) && open_volume(input, source)->files().size() < 2) return;  // a file does not change
+  SourceDescription any = source;
+  any.series.clear();
+  try {
+    open_volume(input, any);
+  } catch (const UsageError& error) {
+    const std::vector<Choice>& choices = error.detail().choices;
+    const bool is_name =
+        std::ranges::any_of(choices, [&](const Choice& one) { return one.name == source.series; });
+    if (is_name || *number < 1 || static_cast<std::size_t>(*number) > choices.size()) return;
+    throw UsageError(
+        fmt::format("{}: {} is the number of a volume in a list that changes when files come or go; give its "
+                    "name instead: {}",
+                    input, *number, choices[static_cast<std::size_t>(*number) - 1].name));
+  }
+}
+
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice) {
   const bool is_series = is_folder(input);
@@ -57,6 +79,7 @@ std::vector<std::string> removable_volume(const std::string& input, const Source
            "folders of its "
            "images instead",
            advice);
+  require_lasting_choice(input, source);
   const auto volume = open_volume(input, source);
   const auto folder = is_series ? fs::path(input) : fs::path(input).parent_path();
   for (const std::string& file : volume->files()) {

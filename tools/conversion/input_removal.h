@@ -16,8 +16,12 @@ namespace tagrid {
 std::vector<std::string> removable_tag(const std::string& input, const std::string& output,
                                        const char* advice);
 
+/// Throws UsageError if `source` chooses one of several volumes by a number that changes when files come or
+/// go: one in the list of a folder, or of a set of files. The message says the name of that volume.
+void require_lasting_choice(const std::string& input, const SourceDescription& source);
+
 /// The same for a volume. What else decides is checked with require_replaceable() and then with
-/// require_files_come_back(), whose reasons are the weaker ones.
+/// require_files_come_back(), whose reasons are the weaker ones. Throws as require_lasting_choice() does, too.
 std::vector<std::string> removable_volume(const std::string& input, const SourceDescription& source,
                                           const std::string& output, const char* advice);
 

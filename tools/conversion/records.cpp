@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <set>
 #include <system_error>
 
 #include "io/files/errors.h"
@@ -120,6 +121,14 @@ ordered_json json_of(const std::vector<InputFile>& files) {
     json.push_back(
         {{"path", text_of_name(file.path)}, {"bytes", file.bytes}, {"modified_ns", file.modified}});
   return json;
+}
+
+std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files) {
+  std::set<std::string_view> encoded;
+  for (const InputFile& file : known.input_files) encoded.insert(file.path);
+  const auto was_encoded = [&](const InputFile& file) { return encoded.contains(file.path); };
+  if (files.empty() || encoded.empty() || std::ranges::any_of(files, was_encoded)) return "";
+  return fmt::format("{} instead of {}", files.front().path, known.input_files.front().path);
 }
 
 bool has_size(const KnownOutput& known, const std::string& path) {

@@ -70,6 +70,9 @@ inline constexpr std::array output_keys = {"dims",         "type",        "setti
                                            "lossy_source", "input_files", "headerless", "input_xxh3",
                                            "output_xxh3"};
 
+/// "b.dcm instead of a.dcm" if `files` are those of another volume: none of them was encoded. "" otherwise.
+std::string other_volume(const KnownOutput& known, const std::vector<InputFile>& files);
+
 /// Whether the output is there, with the size that it was written with.
 bool has_size(const KnownOutput& known, const std::string& path);
 

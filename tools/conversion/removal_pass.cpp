@@ -154,6 +154,11 @@ std::vector<std::string> RemovalPass::removable(const ManifestLine& line, const 
   const Encoding was = encoding_of(known.options, options_.run);
   auto files = removable_volume(line.input, was.source, output_path(line), "it is kept");
   for (const std::string& file : files) require_not_needed(line, file);
+  if (const std::string others = other_volume(known, look_at(files)); !others.empty())
+    throw BrokenInput(fmt::format(
+        "{}: is another volume than the one that was encoded ({}); it is kept; to encode it, choose "
+        "another name (output=NAME)",
+        line.input, others));
   return files;
 }
 

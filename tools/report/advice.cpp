@@ -81,9 +81,17 @@ std::string advice_on(const ErrorDetail& detail) {
   return "";
 }
 
+/// The sentence, in which a search is the whole command: other commands have no such option.
+Sentence with_commands(Sentence sentence) {
+  for (Term& term : sentence.terms)
+    if (term.setting == "find") term = Term("tagrid convert --find " + sentence.terms.front().text);
+  return sentence;
+}
+
 std::string words_of(const std::string& message, const ErrorDetail& detail) {
   const bool in_terms = !detail.sentence.text.empty();
-  return (in_terms ? detail.context + text_of(detail.sentence, "--") : message) + advice_on(detail);
+  return (in_terms ? detail.context + text_of(with_commands(detail.sentence), "--") : message) +
+         advice_on(detail);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ TEST_F(BrokenFiles, AFolderIsNoInput) {
   expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
   expect_ok(script("mkdir folder/deeper"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
-               "folder: has no files, only folders; --find lists the volumes in them");
+               "folder: has no files, only folders; tagrid convert --find folder lists the volumes in them");
   expect_ok(script("echo text > folder/notes"));
   expect_error(tagrid({"encode", "folder"}), broken_input,
                "folder: is a folder, but its first files are not slices of DICOM or TIFF or JPEG 2000");

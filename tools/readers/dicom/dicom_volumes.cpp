@@ -20,6 +20,7 @@
 #include "tools/readers/dicom/plain_file.h"
 #include "tools/readers/dicom/said_of_files.h"
 #include "tools/readers/dicom/series.h"
+#include "tools/readers/dicom/series_names.h"
 
 namespace tagrid {
 namespace {
@@ -129,6 +130,7 @@ KeyValues common_texts(const std::vector<DicomSlice>& slices, const Files& files
 class DicomVolume final : public ServedVolume {
  public:
   DicomVolume(Files all, const DicomSeries& series, const std::string& name) {
+    lasting_name = series.choice.name;
     take_files(std::move(all), series);
     add_notes(name);
     const DicomPixels& pixels = files_[slices_.front().file].pixels;
@@ -258,18 +260,18 @@ class DicomVolume final : public ServedVolume {
     for (const DicomFile& file : files_)
       if (!file.pixels.unsupported.empty())
         throw BrokenInput(
-            fmt::format("{}: DICOM file: {}{}", file.path, file.pixels.unsupported, role_of_file(series)),
+            fmt::format("{}: DICOM file: {}{}", file.path, file.pixels.unsupported, role_of_file()),
             // After truncated files are left out, some slices must remain.
             file.pixels.is_cut && std::ranges::any_of(files_, is_whole) ? Problem::slices_missing
                                                                         : Problem::none);
   }
 
   /// To which series a file belongs, if it has others.
-  std::string role_of_file(const DicomSeries& series) const {
+  std::string role_of_file() const {
     if (files_.size() == 1) return "";
     const auto name = [](const DicomFile& file) { return fs::path(file.path).filename().string(); };
     return fmt::format("; it is one of the {} files of series {}, {} to {}", files_.size(),
-                       series.choice.name, name(files_.front()), name(files_.back()));
+                       files_.front().series, name(files_.front()), name(files_.back()));
   }
 
   StoredBits stored_bits(std::size_t z, int bits) const {
@@ -309,16 +311,40 @@ class DicomVolume final : public ServedVolume {
   std::optional<DicomDecoder> decoder_;
 };
 
-/// The number of the series that is wanted. The UID of several parts lists them alone.
-std::size_t number_of(const std::string& path, const std::string& wanted,
-                      const std::vector<DicomSeries>& series) {
+const std::string& uid_of(const DicomSeries& series, const Files& images) {
+  return images[series.slices.front().file].series;
+}
+
+/// The volume of a name that no series has now, among the images of the series.
+std::optional<DicomSeries> volume_that_was_apart(const std::string& name,
+                                                 const std::vector<DicomSeries>& series,
+                                                 const Files& images) {
+  for (const DicomSeries& one : series)
+    if (uid_in(name) == uid_of(one, images))
+      if (auto slices = slices_called(name, one.slices, images))
+        return DicomSeries{{name, one.choice.text}, *std::move(slices)};
+  return std::nullopt;
+}
+
+/// The series that is wanted: by its name, by its UID if no other volume has it, or by its number. Throws UsageError,
+/// SeveralVolumes.
+DicomSeries series_wanted(const std::string& path, const std::string& wanted, const ImageFiles& files,
+                          const std::vector<DicomSeries>& series) {
+  const Files& images = files.images;
   std::vector<Choice> all, with_uid;
   for (const DicomSeries& one : series) {
     all.push_back(one.choice);
-    if (!wanted.empty() && one.choice.name.starts_with(wanted + ":")) with_uid.push_back(one.choice);
+    if (!wanted.empty() && uid_of(one, images) == wanted) with_uid.push_back(one.choice);
   }
-  if (!with_uid.empty()) throw SeveralVolumes{"series", with_uid};
-  return chosen(path, "series", wanted, all);
+  if (with_uid.size() > 1) throw SeveralVolumes{"series", with_uid};
+  if (with_uid.size() == 1) return series[chosen(path, "series", with_uid.front().name, all)];
+  if (std::ranges::none_of(all, [&](const Choice& one) { return one.name == wanted; })) {
+    if (auto volume = volume_that_was_apart(wanted, series, images)) return *std::move(volume);
+    // Without some of its images, a volume may have another name. Then these are the error.
+    for (const DicomSeries& one : series)
+      if (uid_in(wanted) == uid_of(one, images) && !unreadable_in(one, files).empty()) return one;
+  }
+  return series[chosen(path, "series", wanted, all)];
 }
 
 /// Leaves out the slices whose files are cut within their pixels, and returns these files.
@@ -344,9 +370,10 @@ std::vector<std::string> warnings_about(const std::string& path, const ImageFile
   std::vector<std::string> warnings;
   std::vector<UnreadableImage> missing = unreadable_in(series, files);
   if (!missing.empty() && !gaps_ok)
-    throw BrokenInput(fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
-                                  counted(missing.size(), "file"), series.choice.name, listed(missing)),
-                      Problem::slices_missing);
+    throw BrokenInput(
+        fmt::format("{}: {} cannot be read and may belong to series {}: {}", path,
+                    counted(missing.size(), "file"), uid_of(series, files.images), listed(missing)),
+        Problem::slices_missing);
   if (gaps_ok) {
     const std::vector<UnreadableImage> cut = leave_out_cut(series, files.images);
     missing.insert(missing.end(), cut.begin(), cut.end());
@@ -389,7 +416,8 @@ std::unique_ptr<ServedVolume> open_dicom(const std::string& path, const ReaderOp
   ImageFiles files = image_files_at(path);
   std::vector<DicomSeries> all = series_of(files.images);
   const auto wanted = options.find("series");
-  DicomSeries& series = all[number_of(path, wanted == options.end() ? "" : wanted->second, all)];
+  const std::string name = wanted == options.end() ? "" : wanted->second;
+  DicomSeries series = series_wanted(path, name, files, all);
   std::vector<std::string> warnings = warnings_about(path, files, series, options.contains("gaps-ok"));
   if (std::string text = about_siblings(path, series, files.images); !text.empty())
     warnings.push_back(std::move(text));

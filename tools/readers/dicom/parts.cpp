@@ -19,27 +19,10 @@ using Parts = std::vector<DicomPart>;
 /// Positions along the normal that differ by less, in mm, are one place.
 constexpr double same_place = 1e-4;
 
-/// The value of an attribute that sorts as a number if it is one.
-struct Value {
-  double number = std::numeric_limits<double>::infinity();
-  std::string_view text;
-
-  bool operator<(const Value& other) const {
-    if (number != other.number) return number < other.number;
-    return number == std::numeric_limits<double>::infinity() && text < other.text;
-  }
-};
-
 std::string_view text_of(const Files& files, const DicomSlice& slice, std::size_t moment) {
   const DicomFile& file = files[slice.file];
   const std::string_view own = value_in(file.frames[slice.frame].moments, moment);
   return own.empty() ? value_in(file.moments, moment) : own;
-}
-
-Value value_of(const Files& files, const DicomSlice& slice, std::size_t moment) {
-  const std::string_view text = text_of(files, slice, moment);
-  const auto number = number_of(trimmed(text));
-  return number && *number == *number ? Value{*number, text} : Value{.text = text};
 }
 
 bool are_at_one_place(const Files& files, const DicomSlice& a, const DicomSlice& b) {
@@ -76,24 +59,6 @@ bool are_volumes(const Parts& parts, const Files& files, const Places& places, b
   for (const DicomPart& part : parts)
     if (first_of_two(part.slices, files) < part.slices.size()) return false;
   return parts.size() <= std::max(places.most_images, grows ? 0 : places.count / 2);
-}
-
-/// Parts of equal values of all these attributes.
-Parts parted_by(const std::vector<std::size_t>& moments, const Slices& slices, const Files& files) {
-  std::map<std::vector<Value>, Slices> groups;
-  for (const DicomSlice& slice : slices) {
-    std::vector<Value> key;
-    for (const std::size_t moment : moments) key.push_back(value_of(files, slice, moment));
-    groups[key].push_back(slice);
-  }
-  Parts parts;
-  for (auto& [values, group] : groups) {
-    std::string words;
-    for (std::size_t i = 0; i < moments.size(); ++i)
-      words += (i > 0 ? ", " : "") + in_words(moments[i], values[i].text);
-    parts.push_back({std::move(group), std::move(words)});
-  }
-  return parts;
 }
 
 /// The first image of each place by an attribute that grows, the second one, and so on; nothing if the
@@ -166,6 +131,35 @@ std::optional<Parts> parted_by_several(const std::vector<std::size_t>& moments, 
 }
 
 }  // namespace
+
+bool DicomValue::operator<(const DicomValue& other) const {
+  if (number != other.number) return number < other.number;
+  return !is_number() && text < other.text;
+}
+
+DicomValue value_of(const Files& files, const DicomSlice& slice, std::size_t moment) {
+  const std::string_view text = text_of(files, slice, moment);
+  const auto number = number_of(trimmed(text));
+  return number && *number == *number ? DicomValue{*number, text} : DicomValue{.text = text};
+}
+
+std::vector<DicomPart> parted_by(const std::vector<std::size_t>& moments, const Slices& slices,
+                                 const Files& files) {
+  std::map<std::vector<DicomValue>, Slices> groups;
+  for (const DicomSlice& slice : slices) {
+    std::vector<DicomValue> key;
+    for (const std::size_t moment : moments) key.push_back(value_of(files, slice, moment));
+    groups[key].push_back(slice);
+  }
+  Parts parts;
+  for (auto& [values, group] : groups) {
+    std::string words;
+    for (std::size_t i = 0; i < moments.size(); ++i)
+      words += (i > 0 ? ", " : "") + in_words(moments[i], values[i].text);
+    parts.push_back({std::move(group), std::move(words)});
+  }
+  return parts;
+}
 
 const DicomFrame& frame_of(const Files& files, const DicomSlice& slice) {
   return files[slice.file].frames[slice.frame];

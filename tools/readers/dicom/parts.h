@@ -1,7 +1,9 @@
 // Images of one series as volumes: several at one place are moments, echoes, segments, ...
 #pragma once
 
+#include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/readers/dicom/dicom_file.h"
@@ -19,6 +21,18 @@ struct DicomPart {
   std::string told_by;  ///< from the other parts: "EchoTime 2.46"; "" if it is the only one
 };
 
+/// The value of an attribute that sorts as a number if it is one.
+struct DicomValue {
+  double number = std::numeric_limits<double>::infinity();
+  std::string_view text;  ///< "" if there is none
+
+  bool is_number() const { return number != std::numeric_limits<double>::infinity(); }
+  bool operator<(const DicomValue& other) const;
+};
+
+/// The value of the attribute `moment` in a frame, or of its file. It refers to `files`.
+DicomValue value_of(const std::vector<DicomFile>& files, const DicomSlice& slice, std::size_t moment);
+
 const DicomFrame& frame_of(const std::vector<DicomFile>& files, const DicomSlice& slice);
 
 bool has_place(const DicomFrame& frame);
@@ -30,6 +44,10 @@ std::size_t first_of_two(const std::vector<DicomSlice>& slices, const std::vecto
 
 /// Sorted slices, split by what distinguishes images at one place; in one part if nothing does.
 std::vector<DicomPart> parted(const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
+
+/// Parts of equal values of these attributes, by their values. Slices keep their order.
+std::vector<DicomPart> parted_by(const std::vector<std::size_t>& moments,
+                                 const std::vector<DicomSlice>& slices, const std::vector<DicomFile>& files);
 
 /// Attributes in which two slices differ, and their values: "ContentTime (101500 and 101530)"; "" if there
 /// are none.

@@ -6,12 +6,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <map>
-#include <set>
 #include <tuple>
 
 #include "io/files/errors.h"
 #include "io/files/natural_order.h"
+#include "tools/readers/dicom/series_names.h"
 #include "tools/readers/dicom/series_words.h"
 
 namespace tagrid {
@@ -164,17 +163,11 @@ std::vector<DicomSeries> series_of(const Files& files) {
     sort(group, files);
     for (DicomPart& part : parted(group, files)) {
       std::string words = in_words(part, files);
-      series.push_back({{files[part.slices.front().file].series, std::move(words)}, std::move(part.slices)});
+      std::string name = lasting_name_of(part.slices, files);
+      series.push_back({{std::move(name), std::move(words)}, std::move(part.slices)});
     }
   }
   make_distinct(series, files);
-  // A UID names a series only if no other part has it.
-  std::map<std::string, int> uses;
-  for (const DicomSeries& one : series) ++uses[one.choice.name];
-  std::map<std::string, int> numbers;
-  for (DicomSeries& one : series)
-    if (const std::string uid = one.choice.name; uses[uid] > 1)
-      one.choice.name = fmt::format("{}:{}", uid, ++numbers[uid]);
   return series;
 }
 

@@ -10,7 +10,7 @@
 
 namespace tagrid {
 
-/// The slices of a volume, from front to back.
+/// The slices of a volume, from front to back. Its name is that of lasting_name_of().
 struct DicomSeries {
   Choice choice;
   std::vector<DicomSlice> slices;

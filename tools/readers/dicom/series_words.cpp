@@ -62,8 +62,9 @@ std::string begin_of(const DicomSeries& series, const Files& files) {
   return files[slice.file].frames.size() > 1 ? fmt::format("{}, frame {}", file, slice.frame + 1) : file;
 }
 
-/// What can be said of a series, the most useful first. The last ones always differ.
-constexpr std::size_t features = 9;
+/// What can be said of a series, the most useful first. The first ones are among those by which images of one UID become
+/// several volumes. The last ones always differ.
+constexpr std::size_t features = 9, features_of_images = 4;
 std::string feature(std::size_t which, const DicomSeries& series, const Files& files) {
   const DicomSlice& slice = series.slices.front();
   const DicomFile& file = files[slice.file];
@@ -103,11 +104,16 @@ std::string in_words(const DicomPart& part, const Files& files) {
   return words;
 }
 
-void make_distinct(std::vector<DicomSeries>& series, const Files& files) {
-  for (std::size_t which = 0; which < features; ++which) {
+namespace {
+
+/// Adds to the texts of each group of series the features in which these differ, until `group_of` has others for them.
+template <class GroupOf>
+void tell_apart(std::vector<DicomSeries>& series, const Files& files, std::size_t most_features,
+                GroupOf group_of) {
+  for (std::size_t which = 0; which < most_features; ++which) {
     std::map<std::string, std::vector<DicomSeries*>> equal;
-    for (DicomSeries& one : series) equal[one.choice.text].push_back(&one);
-    for (const auto& [text, those] : equal) {
+    for (DicomSeries& one : series) equal[group_of(one)].push_back(&one);
+    for (const auto& [group, those] : equal) {
       std::set<std::string> words;
       for (const DicomSeries* one : those) words.insert(feature(which, *one, files));
       if (words.size() < 2) continue;
@@ -116,6 +122,20 @@ void make_distinct(std::vector<DicomSeries>& series, const Files& files) {
           one->choice.text += ", " + more;
     }
   }
+}
+
+}  // namespace
+
+void make_distinct(std::vector<DicomSeries>& series, const Files& files) {
+  // Another number of slices does not say why images of one UID are not one volume.
+  tell_apart(series, files, features_of_images, [&](const DicomSeries& one) {
+    const DicomFile& file = files[one.slices.front().file];
+    const std::string slices =
+        fmt::format("{} x {} x {}", file.pixels.columns, file.pixels.rows, one.slices.size());
+    return fmt::format("{}\n{} x {}{}", file.series, file.pixels.columns, file.pixels.rows,
+                       one.choice.text.substr(slices.size()));
+  });
+  tell_apart(series, files, features, [](const DicomSeries& one) { return one.choice.text; });
 }
 
 }  // namespace tagrid

@@ -12,7 +12,8 @@ namespace tagrid {
 /// "512 x 512 x 30, CT, Lung, AXIAL, EchoTime 2.46".
 std::string in_words(const DicomPart& part, const std::vector<DicomFile>& files);
 
-/// Adds to equal texts what distinguishes their series: direction, spacing, numbers of images and others.
+/// Adds to equal texts what distinguishes their series: direction, spacing, numbers of images and others. Texts of one
+/// UID that differ in the number of slices alone count as equal.
 void make_distinct(std::vector<DicomSeries>& series, const std::vector<DicomFile>& files);
 
 }  // namespace tagrid

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "io/files/errors.h"
+#include "io/files/natural_order.h"
+#include "io/files/text.h"
 #include "tools/readers/slice_files.h"
 #include "tools/readers/tiff/tiff_slices.h"
 #include "tools/readers/tiff/tiff_volumes.h"
@@ -29,10 +31,16 @@ struct Entry {
   bool is_file() const { return slices.paths.empty(); }
 };
 
+const std::vector<std::string> extensions = {".tif", ".tiff"};
+
+bool is_tiff(const fs::path& path) {
+  return std::ranges::find(extensions, lower_case(path.extension().string())) != extensions.end();
+}
+
 class Folder {
  public:
   Folder(const std::string& folder, bool gaps_ok) : gaps_ok_(gaps_ok) {
-    std::vector<NumberedFiles> series = series_of_slices(folder, {".tif", ".tiff"});
+    std::vector<NumberedFiles> series = series_of_slices(folder, extensions);
     for (std::size_t i = 0; i < series.size(); ++i) {
       NumberedFiles files = series[i];
       if (std::erase_if(files.paths, [&](const std::string& path) { return is_taken(path); }) > 0) {
@@ -55,7 +63,6 @@ class Folder {
       return;
     }
     take_files(first);
-    if (!first.broken && first.volumes.files.size() > 1) first.name = name_of_set(first, files);
     keep(std::move(first));
     for (std::size_t i = 1; i < files.paths.size(); ++i) {
       if (is_taken(files.paths[i])) continue;
@@ -82,10 +89,20 @@ class Folder {
     say_working();
     try {
       entry.volumes = volumes_of_file(path, gaps_ok_);
+      entry.name = name_of_set(entry.volumes.files, entry.name);
     } catch (const Error&) {
       entry.broken = std::current_exception();
     }
     return entry;
+  }
+
+  /// The first TIFF file of a set names it, whatever else is in the folder.
+  static std::string name_of_set(const std::vector<std::string>& paths, std::string name) {
+    for (const std::string& path : paths)
+      if (const std::string other = fs::path(path).filename().string();
+          is_tiff(other) && comes_before(other, name))
+        name = other;
+    return name;
   }
 
   /// True if a file has several slices, or would have if all were there.
@@ -98,14 +115,6 @@ class Folder {
     } catch (const Error& error) {
       return error.detail().problem == Problem::slices_missing;
     }
-  }
-
-  /// A set of all files of a pattern is called by the pattern.
-  static std::string name_of_set(const Entry& set, const NumberedFiles& files) {
-    const bool is_all = std::ranges::all_of(files.paths, [&](const std::string& path) {
-      return std::ranges::find(set.volumes.files, path) != set.volumes.files.end();
-    });
-    return is_all ? files.pattern : set.name;
   }
 
   void take_files(const Entry& entry) {
@@ -129,17 +138,14 @@ TiffVolumes volumes_of_slices(const std::string& folder, const NumberedFiles& fi
   return volumes;
 }
 
-/// The volumes of an entry, for the user. Those of the only one have short names.
-std::vector<Choice> choices_of(const Entry& entry, bool is_only_one) {
+/// The volumes of an entry, for the user. Their names do not depend on other entries.
+std::vector<Choice> choices_of(const Entry& entry) {
   if (!entry.is_file()) return {choice_of(entry.slices)};
   if (entry.broken) return {{entry.name, "cannot be read"}};
   std::vector<Choice> choices;
   for (const TiffVolume& volume : entry.volumes.list) {
     Choice choice = volume.choice;
-    if (choice.name.empty())
-      choice.name = entry.name;
-    else if (!is_only_one)
-      choice.name = fmt::format("{}:{}", entry.name, choice.name);
+    choice.name = choice.name.empty() ? entry.name : fmt::format("{}:{}", entry.name, choice.name);
     choices.push_back(std::move(choice));
   }
   return choices;
@@ -150,11 +156,16 @@ std::unique_ptr<ServedVolume> open_folder(const std::string& folder, const Reade
   std::vector<Choice> choices;
   std::vector<std::pair<std::size_t, std::size_t>> places;  // of each choice: its entry, and its number there
   for (std::size_t i = 0; i < entries.size(); ++i)
-    for (Choice& choice : choices_of(entries[i], entries.size() == 1)) {
+    for (Choice& choice : choices_of(entries[i])) {
       places.emplace_back(i, !places.empty() && places.back().first == i ? places.back().second + 1 : 0);
       choices.push_back(std::move(choice));
     }
-  const auto [which, number] = places[chosen(folder, "series", option(options, "series"), choices)];
+  std::string wanted = option(options, "series");
+  // Of the only file or set, the name within it is enough.
+  if (const std::string whole = fmt::format("{}:{}", entries.front().name, wanted);
+      entries.size() == 1 && std::ranges::count(choices, whole, &Choice::name) > 0)
+    wanted = whole;
+  const auto [which, number] = places[chosen(folder, "series", wanted, choices)];
   Entry& entry = entries[which];
   if (entry.broken) std::rethrow_exception(entry.broken);
   if (!entry.is_file()) entry.volumes = volumes_of_slices(folder, entry.slices, options);
