@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -27,7 +28,11 @@ struct WantedRegion {
   std::int64_t step = 1;
 
   /// True if it is the whole volume.
-  bool is_all() const;
+  bool is_all() const {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (low[axis] || high[axis]) return false;
+    return step == 1;
+  }
 };
 
 struct DecodeRun {
