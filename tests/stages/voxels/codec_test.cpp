@@ -107,10 +107,11 @@ void check_carrying(const Brick<T>& brick, const std::vector<std::uint8_t>& plai
   const bool complete = pending.is_complete();
   const std::optional<std::size_t> finished = pending.finish(to_carry);
   const std::size_t count = finished.value_or(0);
-  RC_ASSERT(finished ? reconstruction == then : reconstruction == brick.samples);
+  RC_ASSERT(reconstruction == (finished ? then : brick.samples));
   RC_ASSERT(count == 0 || count == 2 || count == 64);
   RC_ASSERT(count <= to_carry.size());
-  RC_ASSERT(complete ? finished == std::size_t{0} : !finished || to_carry.size() < 64 || count > 0);
+  RC_ASSERT(!complete || finished == std::optional<std::size_t>(0));
+  RC_ASSERT(complete || !finished || to_carry.size() < 64 || count > 0);
   // Other numbers in the states may take in one word more or less each.
   RC_ASSERT(std::abs(static_cast<std::int64_t>(bytes.size()) - static_cast<std::int64_t>(plain.size())) <=
             64);
