@@ -24,9 +24,9 @@ struct MeshOptions {
   /// Instead of the grid of the file, the coarsest one whose mesh is within this error of all decoded voxels, in units of
   /// values.
   std::optional<double> coarsen = {};
-  bool of_samples = false;  ///< `coarsen` is an error of stored samples
   /// Only tetrahedra that meet this region. Its step must be 1.
   WantedRegion region = {};
+  bool of_samples = false;  ///< `coarsen` is an error of stored samples
 };
 
 struct MeshRun {

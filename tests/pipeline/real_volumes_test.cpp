@@ -17,6 +17,7 @@
 
 #include "io/tag/bricks.h"
 #include "pipeline/grid/derived_grid.h"
+#include "stages/brick/codec.h"
 #include "stages/brick/decode.h"
 #include "stages/mesh/mesh_error.h"
 #include "tests/support/runs.h"

@@ -128,7 +128,7 @@ TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
   for (const auto& [rule, same_rule] : rules) {
     EncodeOptions same;
     same.error_rule = same_rule;
-    tagrid_encode_options options = encode_options(dims, TAGRID_INT16);
+    tagrid_encode_options options = encode_options(dims, SampleType::int16);
     same.cube_size = options.cube;
     if (options.brick != 0) same.brick_edge = options.brick;
     encode_volume(path("volume.nrrd"), {}, path("volume.tag"), true, same, Resources(2));
