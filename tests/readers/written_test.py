@@ -112,10 +112,12 @@ class Written(ReaderTest):
             factor = 1e-3 if name == "b.mha" else 1
             numpy.testing.assert_allclose(geometry["spacing"], numpy.array([0.5, 0.25, 3]) * factor, rtol=1e-6, err_msg=name)
             self.assertEqual(geometry["units"], ["mm" if name == "b.mha" else "um"] * 3, name)
-            # NIfTI must say where a volume lies, or every program puts it elsewhere.
-            is_nifti = name == "b.nii"
-            self.assertEqual(geometry["directions"], [[0.5, 0, 0], [0, 0.25, 0], [0, 0, 3]] if is_nifti else None, name)
-            self.assertEqual(geometry["origin"], [0, 0, 0] if is_nifti else None, name)
+            # NIfTI must say where a volume lies, or every program puts it elsewhere. MetaImage that does not say it lies
+            # along the axes of its space.
+            is_nifti, has_place = name == "b.nii", name != "b.tif"
+            directions = numpy.diag([0.5, 0.25, 3]) * factor
+            self.assertEqual(geometry["directions"], directions.tolist() if has_place else None, name)
+            self.assertEqual(geometry["origin"], [0, 0, 0] if has_place else None, name)
             if is_nifti and nibabel:
                 header = nibabel.load(self.folder / name).header
                 self.assertEqual((int(header["sform_code"]), int(header["qform_code"])), (2, 2), "aligned to something")
