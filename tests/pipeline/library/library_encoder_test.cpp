@@ -124,7 +124,7 @@ TEST_F(LibraryEncoder, BoundsThatFollowFromTheSamplesAreThoseOfTheProgram) {
   const std::pair<tagrid_error_rule, ErrorRule> rules[] = {
       {TAGRID_RULE_NOISE, {ErrorRule::Kind::noise, 1.5}},
       {TAGRID_RULE_RELATIVE, {ErrorRule::Kind::relative, 0.05}},
-      {TAGRID_RULE_PSNR, {ErrorRule::Kind::psnr, 45}}};
+      {TAGRID_RULE_PSNR, {ErrorRule::Kind::psnr, 25}}};
   for (const auto& [rule, same_rule] : rules) {
     EncodeOptions same;
     same.error_rule = same_rule;

@@ -20,7 +20,7 @@ TEST_F(BrokenFiles, AMissingInputIsAFailureOfTheWorld) {
 TEST_F(BrokenFiles, AFolderIsNoInput) {
   expect_ok(script("mkdir folder"));
   for (const char* command : {"decode", "info", "verify"})
-    expect_error(tagrid({command, "folder"}), world, "folder: cannot read");
+    expect_error(tagrid({command, "folder"}), usage, "folder: is a folder, not a .tag file; encode it first");
   expect_error(tagrid({"encode", "folder"}), broken_input, "folder: is an empty folder");
   expect_error(tagrid(with({"encode", "folder"}, raw_)), broken_input, "folder: has no files");
   expect_ok(script("mkdir folder/deeper"));
@@ -139,7 +139,7 @@ TEST_F(BrokenFiles, APipeGetsVerifiedBricksOnly) {
 
 TEST_F(BrokenFiles, APipeForWhichThereIsTooLittleMemoryIsRefusedAtOnce) {
   // The size of a pipe is unknown: a claimed size takes only as much memory as bytes arrive.
-  const Arguments huge = {"encode", "-", "--dims", "1000000000,1000000000,1", "--type", "int8"};
+  const Arguments huge = {"encode", "-", "--dims", "100000000,1000000000,1", "--type", "int8"};
   expect_error(tagrid(huge, "x"), usage, "--spool DIR");
 }
 

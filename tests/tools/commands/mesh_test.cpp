@@ -86,7 +86,7 @@ TEST_F(MeshCommand, AnErrorIsInUnitsOfValues) {
 TEST_F(MeshCommand, AnErrorThatMakesNoSenseIsRefused) {
   make_tag();
   expect_error(tagrid({"mesh", "volume.tag", "--coarsen=5", "--level=6"}), usage, "--level");
-  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=-1"}), usage, "--coarsen must be at least 0");
+  expect_error(tagrid({"mesh", "volume.tag", "--coarsen=-1"}), usage, "--coarsen -1 must be at least 0");
   for (const char* error : {"nan", "inf", "x"})
     expect_error(tagrid({"mesh", "volume.tag", "--coarsen", error}), usage, "--coarsen");
   EXPECT_EQ(names(), (std::vector<std::string>{"volume.nrrd", "volume.tag"}));
