@@ -15,7 +15,7 @@
 namespace tagrid {
 namespace {
 
-void require(bool condition, const Sentence& otherwise) {
+void refuse_unless(bool condition, const Sentence& otherwise) {
   if (!condition) throw UsageError(otherwise);
 }
 
@@ -80,9 +80,9 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
   if (p.mode == FileMode::voxels) {
     p.max_error = std::max(whole(max_error), 0.0);
     p.surface_error = whole(options.surface_error);
-    require(p.surface_error < p.max_error || p.surface_error < 0,
-            {"{} must be below {} after both are rounded down to whole units",
-             {setting::surface_error, setting::max_error}});
+    refuse_unless(p.surface_error < p.max_error || p.surface_error < 0,
+                  {"{} must be below {} after both are rounded down to whole units",
+                   {setting::surface_error, setting::max_error}});
     if (!options.error_rule) require_mesh_of_voxels(p);
     return;
   }
@@ -97,7 +97,7 @@ void set_bounds(const EncodeOptions& options, CodingParameters& p) {
 
 // Refuses to write a file that a reader would refuse.
 void require_valid(const Status& status, const std::string& volume) {
-  require(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
+  refuse_unless(status.ok(), {"{} cannot be encoded: {}", {volume, status.what()}});
 }
 
 // Rules follow from the samples, whatever they stand for.
@@ -147,9 +147,10 @@ CodingParameters parameters_but_scale(const EncodeOptions& options, const Volume
 
 ResolvedOptions in_samples(const EncodeOptions& options, const SourceFacts& source) {
   options.validate();
-  require(source.scale_doubt.empty() || !bounds_values(options),
-          {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
-           {source.scale_doubt, setting::max_error}});
+  refuse_unless(
+      source.scale_doubt.empty() || !bounds_values(options),
+      {"{}. So nobody knows which error in the samples the bound allows; give {} 0, which is lossless",
+       {source.scale_doubt, setting::max_error}});
   const VolumeInfo& info = source.info;
   require_valid(check_fields(info.nrrd_fields), "this volume");
   ResolvedOptions resolved;

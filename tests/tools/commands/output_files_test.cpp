@@ -184,7 +184,7 @@ TEST_F(OutputFiles, ATagFileIsNotRemovedForAVolumeThatHoldsLess) {
   expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
                "no place for 1 key/value pair (\"owner\"), comments");
   // Of these, decode does not warn, but nothing else has them.
-  file("a.nrrd", head + "dicom_Modality:=CT\n\n" + samples);
+  file("a.nrrd", head + "spacings: 1 1 1\ndicom_Modality:=CT\n\n" + samples);
   expect_ok(script("cat a.nrrd | $TAGRID encode - -fo a.tag"));
   expect_error(tagrid({"decode", "a.tag", "--rm", "-o", "a.mha"}), usage,
                "no place for 1 attribute of DICOM");

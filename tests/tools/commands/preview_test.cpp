@@ -169,8 +169,8 @@ TEST_F(PreviewCommand, WindowsAreInTheUnitsOfTheSource) {
             "type: int16\nsizes: 20 20 20\nrescale_slope:=2\nrescale_intercept:=-1000\nrescale_units:=HU\n",
             samples);
   make_nrrd("raw.nrrd", "type: int16\nsizes: 20 20 20\n", samples);
-  expect_ok(tagrid({"encode", "ct.nrrd"}));
-  expect_ok(tagrid({"encode", "raw.nrrd"}));
+  expect_ok(tagrid({"encode", "ct.nrrd", "-q"}));
+  expect_ok(tagrid({"encode", "raw.nrrd", "-q"}));
   const Volume volume = decoded("ct.tag", {20, 20, 20});
   expect_grey(preview("ct.tag", {"--window", "-1000:-700"}), volume, {10, 10, 10}, {0, 150});
   expect_grey(preview("raw.tag", {"--window", "0:150"}), volume, {10, 10, 10}, {0, 150});
@@ -249,7 +249,7 @@ TEST_F(PreviewCommand, ADamagedBrickThatIsShownLeavesNoPicture) {
   file("no.tag", "no .tag file at all, but a text");
   expect_error(tagrid({"preview", "no.tag"}), broken_input, "no.tag");
   expect_error(tagrid({"preview", "missing.tag"}), world, "missing.tag");
-  expect_error(tagrid({"preview", ".", "-o", "a.png"}), world, "");
+  expect_error(tagrid({"preview", ".", "-o", "a.png"}), usage, "is a folder, not a .tag file");
 }
 
 }  // namespace

@@ -86,7 +86,7 @@ TEST_F(Options, DescriptionsOfSamplesAreRefusedWhereAHeaderHasThem) {
                "add to its header the line \"spacings: x y z\"");
   file("bare.nrrd",
        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 3\nencoding: raw\n\n12345678");
-  expect_ok(tagrid({"encode", "bare.nrrd"}));
+  expect_ok(tagrid({"encode", "bare.nrrd", "-q"}));
 }
 
 TEST_F(Options, AVolumeWhereATagFileIsWantedIsToldToBeEncodedFirst) {
