@@ -92,7 +92,7 @@ class GeometryOfBoth {
          {Pair{"rescale_slope", 1}, {"rescale_intercept", 0}, {"slice_slopes", 1}, {"slice_intercepts", 0}}) {
       const auto ours = numbers_of(pairs_[0], key), theirs = numbers_of(pairs_[1], key);
       if (ours.empty() == theirs.empty()) continue;
-      const auto says_more = [&](double number) { return number != otherwise; };
+      const auto says_more = [none = otherwise](double number) { return number != none; };
       if (std::ranges::any_of(ours.empty() ? theirs : ours, says_more))
         found_.differences.push_back(fmt::format("{}: only the {} has one; values differ", key,
                                                  ours.empty() ? "original" : ".tag file"));

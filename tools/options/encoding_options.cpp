@@ -114,7 +114,8 @@ void warn_of_description(const RunOptions& run, const std::string& input, const 
 
 void warn_of_range(const RunOptions& run, const std::string& input, const EncodeOptions& asked,
                    const EncodeResult& result) {
-  constexpr double far_more = 4, far_less = 1.0 / 16;
+  // A span that is less than an eighth of a voxel high, such as that of a mask, leaves hardly a mark on the grid.
+  constexpr double far_more = 4, far_less = 1.0 / 64;
   const CodingParameters& p = result.header.parameters;
   // Wide types take their range from the data.
   if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
