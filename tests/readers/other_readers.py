@@ -106,6 +106,8 @@ class ReaderTest(unittest.TestCase):
         if sources[1]["pairs"].get("lossy source") in ("TIFF, JPEG", "DICOM"):
             for source in sources:
                 source["pairs"].pop("lossy source", None)
+        # The plain form does not have what was not understood: sparse chunks, say.
+        sources[1]["pairs"].pop("not understood", None)
         self.assertEqual(*sources, path)
         run = self.tagrid("decode", "again.tag", "-o", "again.raw", "-f", "--samples")
         self.assertEqual(run.returncode, 0, run.stderr)

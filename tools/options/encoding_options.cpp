@@ -116,6 +116,7 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
                    const EncodeResult& result) {
   // A span that is less than an eighth of a voxel high, such as that of a mask, leaves hardly a mark on the grid.
   constexpr double far_more = 4, far_less = 1.0 / 64;
+  constexpr std::int64_t least = 1 << 14;  // samples: nobody makes a mesh of fewer
   const CodingParameters& p = result.header.parameters;
   // Wide types take their range from the data.
   if (asked.range || asked.range_from_data || asked.field_scale || is_wide_type(p.type) || !p.stores_grid())
@@ -123,7 +124,7 @@ void warn_of_range(const RunOptions& run, const std::string& input, const Encode
   const auto& [low, high] = std::pair(result.index.total.low, result.index.total.high);
   const double span = high - low, made_for = p.range_high - p.range_low;
   const std::string name = input == "-" ? "standard input" : input;
-  if (span > 0 && span < far_less * made_for && !asked.mesh_error)
+  if (span > 0 && span < far_less * made_for && !asked.mesh_error && Box::of_size(p.dims).count() >= least)
     return warn(run,
                 fmt::format("{}: its samples span {}, but the grid was made for {}, the default range of {}: "
                             "meshes and surfaces will miss detail; give --range {}",
