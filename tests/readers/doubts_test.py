@@ -164,13 +164,15 @@ class Doubts(ReaderTest):
         self.assertRegex(self.tagrid("info", "a.tag").stdout, r"\nphysical size +5 x 4.5 x 10.5 mm\n")
 
     def test_a_grid_that_misses_a_mask_is_warned_of(self):
-        mask = (self.samples() > 1500).astype("uint8")
+        small = (self.samples() > 1500).astype("uint8")
+        mask = numpy.kron(small, numpy.ones((4, 4, 4), "uint8"))
         warning = "its samples span 1, but the grid was made for 256, the default range of uint8: meshes and surfaces will miss detail; give --range auto"
         self.assertIn(warning, self.run_ok("encode", self.nrrd(samples=mask), "-o", "a.tag"))
         for options in (("--range", "auto"), ("--range", "0:256"), ("--mesh-error", "1"), ("--grid", "derived"), ("-q",)):
             self.assertNotIn("miss detail", self.run_ok("encode", "a.nrrd", "-o", "a.tag", "-f", *options))
         for samples in (mask * 20, mask * 0 + 3):
             self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=samples), "-o", "a.tag", "-f"))
+        self.assertNotIn("miss detail", self.run_ok("encode", self.nrrd(samples=small), "-o", "a.tag", "-f"), "nobody makes a mesh of it")
 
     def test_metaimage_without_a_place_lies_where_itk_puts_it(self):
         samples = self.samples("uint8", 200)
