@@ -93,37 +93,38 @@ void Encoder::check_caller() const {
     raise_argument_error("a writer cannot be used by its own callback; raise an exception to end the work");
 }
 
-int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
-  auto* encoder = static_cast<Encoder*>(self);
+// What Python raises is kept for the call that waits. Returns 0 if `work` returns true.
+template <class Work>
+int Encoder::called_back(Work work) noexcept {
   const WithGil gil;
-  const Call::CallingBack mark(encoder->call_);
+  const Call::CallingBack mark(call_);
   try {
-    encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
-    return 0;
+    return work() ? 0 : 1;
   } catch (const py::error_already_set& error) {
-    encoder->raised_.keep(error);
+    raised_.keep(error);
     return 1;
   } catch (...) {
     return 1;
   }
 }
 
+int Encoder::take(void* self, const void* bytes, std::size_t count) noexcept {
+  auto* encoder = static_cast<Encoder*>(self);
+  return encoder->called_back([&] {
+    encoder->write_(py::bytes(static_cast<const char*>(bytes), count));
+    return true;
+  });
+}
+
 int Encoder::give(void* self, std::int64_t first, std::int64_t count, void* samples) noexcept {
   auto* encoder = static_cast<Encoder*>(self);
-  const WithGil gil;
-  const Call::CallingBack mark(encoder->call_);
-  try {
+  return encoder->called_back([&] {
     const py::buffer_info given = encoder->read_(first, count).cast<py::buffer>().request();
     const auto bytes = static_cast<std::size_t>(given.size * given.itemsize);
-    if (bytes != static_cast<std::size_t>(count * dtype_of(encoder->type_).itemsize())) return 1;
+    if (bytes != static_cast<std::size_t>(count * dtype_of(encoder->type_).itemsize())) return false;
     std::memcpy(samples, given.ptr, bytes);
-    return 0;
-  } catch (const py::error_already_set& error) {
-    encoder->raised_.keep(error);
-    return 1;
-  } catch (...) {
-    return 1;
-  }
+    return true;
+  });
 }
 
 template <class Work>

@@ -35,6 +35,8 @@ class Encoder {
   static int take(void* self, const void* bytes, std::size_t count) noexcept;
   static int give(void* self, std::int64_t first, std::int64_t count, void* samples) noexcept;
   template <class Work>
+  int called_back(Work work) noexcept;
+  template <class Work>
   void work(Work work);
   void cancel();
   /// A child process that was forked has neither the threads of the encoder nor its file.
