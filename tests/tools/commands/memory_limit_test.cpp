@@ -130,7 +130,8 @@ TEST_F(MemoryLimit, IsKeptByValues) {
   std::string noise(std::size_t{700} * 500 * 90, '\0');
   for (char& c : noise) c = static_cast<char>(random());
   write(
-      "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 700 500 90\nspacings: 1 1 1\nencoding: "
+      "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 700 500 90\nspace: LPS\n"
+      "space directions: (1,0,0) (0,1,0) (0,0,1)\nencoding: "
       "raw\nrescale_slope:=0.5\nrescale_intercept:=-9\n\n" +
           noise,
       "a.nrrd");
